@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Made scenes are exact: what the truth says is what the images show."""
+import cv2
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+
+from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
+
+
+def warp_right_to_left(pair):
+    rows, columns = pair.truth.shape
+    y, x = np.mgrid[:rows, :columns].astype(np.float32)
+    return cv2.remap(pair.right, x - pair.truth, y, cv2.INTER_CUBIC)
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_the_right_image_moved_by_the_truth_is_the_left_image_where_visible(seed):
+    pair = made_pair(150, 201, 40, seed, colour=True)
+    difference = abs(warp_right_to_left(pair).astype(int) - pair.left).max(axis=2)
+    assert np.median(difference[pair.visible]) <= 2
+    assert np.percentile(difference[pair.visible], 95) <= 12
+    assert np.median(difference[~pair.visible]) > 20
+
+
+def test_a_truth_off_by_one_pixel_fits_worse():
+    pair = made_pair(120, 160, 24, seed=5)
+    right = abs(warp_right_to_left(pair).astype(int) - pair.left)[pair.visible].mean()
+    for shift in (-1, 1):
+        shifted = pair._replace(truth=pair.truth + shift)
+        wrong = abs(warp_right_to_left(shifted).astype(int) - pair.left)[pair.visible].mean()
+        assert wrong > 3 * right
+
+
+def test_visible_is_what_a_count_over_the_right_image_says():
+    """A left pixel is hidden where another one, nearer, lands on the same right pixel."""
+    pair = made_pair(90, 130, 30, seed=1)
+    rows, columns = pair.truth.shape
+    wrong = 0
+    for row in range(rows):
+        target = np.arange(columns) - pair.truth[row]
+        near = abs(target[:, None] - target[None, :]) < 0.75
+        nearer = pair.truth[row][None, :] > pair.truth[row][:, None] + 1.5
+        hidden = (near & nearer).any(axis=1) | (target < 0)
+        wrong += np.count_nonzero(hidden == pair.visible[row])
+    assert wrong < 0.02 * rows * columns
+
+
+@settings(deadline=None, max_examples=25)
+@given(rows=st.integers(1, 40), columns=st.integers(1, 60), share=st.floats(0, 1),
+       low=st.integers(-20, 20), seed=st.integers(0, 1000), bits=st.sampled_from([8, 12, 16]),
+       colour=st.booleans())
+def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits, colour):
+    disparities = 1 + int(share * (columns - 1))
+    pair = made_pair(rows, columns, disparities, seed, min_disparity=low, bits=bits,
+                     colour=colour)
+    shape = (rows, columns, 3) if colour else (rows, columns)
+    for image in (pair.left, pair.right):
+        assert image.shape == shape
+        assert image.dtype == (np.uint8 if bits == 8 else np.uint16)
+        assert image.max() <= 2**bits - 1
+    assert pair.truth.shape == pair.visible.shape == (rows, columns)
+    assert pair.truth.dtype == np.float32 and pair.visible.dtype == bool
+    assert low - 1e-4 <= pair.truth.min() <= pair.truth.max() <= low + disparities - 1 + 1e-4
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_seed_does_not():
+    options = {'pan': 2.5, 'motion': 3, 'noise': 4, 'flicker': 0.2, 'colour': True}
+    first, again = (list(made_sequence(40, 60, 16, 3, 7, **options)) for _ in range(2))
+    other = made_pair(40, 60, 16, 8, noise=4, colour=True)
+    for one, two in zip(first, again):
+        for left, right in zip(one, two):
+            assert np.array_equal(left, right)
+    assert not np.array_equal(first[0].left, other.left)
+
+
+def test_a_pan_moves_the_whole_scene_by_its_pixels():
+    frames = list(made_sequence(40, 90, 16, 3, 2, pan=4))
+    for before, after in zip(frames, frames[1:]):
+        assert np.allclose(before.truth[:, 4:], after.truth[:, :-4], atol=1e-4)
+        assert np.abs(before.left[:, 4:].astype(int) - after.left[:, :-4]).max() <= 1
+
+
+def test_objects_move_by_themselves_and_the_background_stays():
+    frames = list(made_sequence(60, 90, 24, 4, 3, motion=5))
+    changed = abs(frames[-1].truth - frames[0].truth) > 1e-3
+    assert 0.02 < changed.mean() < 0.8
+
+
+def test_noise_is_as_strong_as_asked_and_fresh_in_every_image():
+    clean = made_pair(100, 120, 16, 4)
+    first, second = made_sequence(100, 120, 16, 2, 4, noise=5)
+    for image, plain in ((first.left, clean.left), (first.right, clean.right),
+                         (second.left, clean.left)):
+        assert 4.5 < (image.astype(float) - plain).std() < 5.5
+    assert np.corrcoef((first.left.astype(float) - clean.left).ravel(),
+                       (second.left.astype(float) - clean.left).ravel())[0, 1] < 0.1
+
+
+def test_exposure_changes_the_right_image_and_flicker_both():
+    clean = made_pair(60, 80, 16, 4)
+    darker = made_pair(60, 80, 16, 4, exposure=0.5)
+    assert np.array_equal(darker.left, clean.left)
+    assert abs(darker.right.mean() / clean.right.mean() - 0.5) < 0.02
+    still = list(made_sequence(60, 80, 16, 3, 4, flicker=0.3))
+    assert still[2].left.mean() > 1.15 * still[0].left.mean()
+    assert still[2].right.mean() > 1.15 * still[0].right.mean()
+
+
+@pytest.mark.parametrize('arguments, options, words', [
+    ((0, 10, 4), {}, 'rows, columns and frames are 0, 10 and 1'),
+    ((10, 10, 11), {}, 'disparities is 11; allowed are 1 to the 10 columns'),
+    ((10, 10, 4), {'bits': 17}, 'bits is 17; allowed are 8 to 16'),
+])
+def test_what_cannot_be_made_is_refused_with_a_sentence(arguments, options, words):
+    with pytest.raises(ValueError, match=words):
+        made_pair(*arguments, **options)
