@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+
+PYTHON ?= python3
+DEMO_ARGS ?=
+PYTEST_ARGS ?=
+
+venv := .venv
+python := $(venv)/bin/python
+
+ros_is_sourced := $(shell [ "$$ROS_DISTRO" = jazzy ] && [ -n "$$AMENT_PREFIX_PATH" ] \
+	&& $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
+
+ifeq ($(ros_is_sourced),yes)
+ros := installed
+venv_options := --system-site-packages
+requirements := requirements/runtime.txt requirements/test.txt
+export AMENT_PREFIX_PATH := $(CURDIR)/$(venv):$(AMENT_PREFIX_PATH)
+else
+ros := wheels
+venv_options :=
+requirements := requirements/runtime.txt requirements/ros.txt requirements/test.txt
+export AMENT_PREFIX_PATH := $(CURDIR)/$(venv)
+export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
+# Left over from another environment these would hide the wheels.
+unexport PYTHONPATH LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+endif
+
+dependencies_installed := $(venv)/.dependencies-$(ros)
+package_installed := $(venv)/.package-$(ros)
+
+.PHONY: help demo test lint clean
+
+help:
+	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
+	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
+	@echo 'make test   ruff, flake8, pep257, then pytest'
+	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
+	@echo 'make lint   ruff, flake8 and pep257 alone'
+	@echo 'make clean  remove what was made: $(venv), builds and caches'
+	@echo
+	@echo 'The first run makes $(venv) with $(PYTHON) (choose with PYTHON=...), ROS from: $(ros)'
+
+demo: $(package_installed)
+	$(python) -m fuzzy_stereo_ros.demo $(DEMO_ARGS)
+
+test: lint
+	$(python) -m pytest $(PYTEST_ARGS)
+
+lint: $(package_installed)
+	$(python) -m ruff check .
+	$(python) -m flake8 .
+	$(python) -m pydocstyle .
+
+clean:
+	rm -rf $(venv) build dist install log *.egg-info .hypothesis .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(dependencies_installed): $(requirements)
+	$(PYTHON) -m venv --clear $(venv_options) $(venv)
+	$(python) -m pip install --quiet $(addprefix --requirement ,$(requirements))
+	touch $@
+
+$(package_installed): $(dependencies_installed) package.xml setup.py pyproject.toml \
+		$(wildcard resource/* config/* launch/*)
+	$(python) -m pip install --quiet --no-deps --editable .
+	touch $@

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Package the node and the matcher; package.xml is where name, version and the like are said."""
+from glob import glob
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+manifest = ElementTree.parse('package.xml').getroot()
+package_name = manifest.findtext('name')
+maintainer = manifest.find('maintainer')
+
+setup(
+    name=package_name,
+    version=manifest.findtext('version'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
+    maintainer=maintainer.text,
+    maintainer_email=maintainer.get('email'),
+    packages=find_packages(include=[package_name, f'{package_name}.*']),
+    python_requires='>=3.11',
+    install_requires=['numba>=0.58', 'numpy>=1.26', 'opencv-python-headless>=4.6'],
+    extras_require={
+        'demo': ['scikit-image', 'tqdm'],
+        'ros': [
+            'ros-jazzy-common-interfaces',
+            'ros-jazzy-rclpy',
+            'ros-jazzy-rmw-fastrtps-cpp',
+        ],
+        'test': ['hypothesis', 'pytest<9', 'pytest-timeout'],
+    },
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'disparity_node = fuzzy_stereo_ros.stereo_node:main',
+            'fake_rig = fuzzy_stereo_ros.fake_rig:main',
+            'fuzzy-stereo = fuzzy_stereo_ros.command_line:main',
+        ],
+    },
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml']),
+        (f'share/{package_name}/config', sorted(glob('config/*'))),
+        (f'share/{package_name}/launch', sorted(glob('launch/*.launch.*'))),
+        # ROS looks for executables here, pip and colcon write the entry points to bin.
+        (f'lib/{package_name}', ['resource/disparity_node', 'resource/fake_rig']),
+    ],
+)
