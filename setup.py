@@ -4,13 +4,21 @@
 from glob import glob
 from xml.etree import ElementTree
 
-from setuptools import find_packages, setup
+from setuptools import Distribution, find_packages, setup
 
 manifest = ElementTree.parse('package.xml').getroot()
 package_name = manifest.findtext('name')
 maintainer = manifest.find('maintainer')
 
+
+class DistributionWithDataFiles(Distribution):
+    # The editable install asks for has_data, defined nowhere, and leaves the data files out.
+    def has_data(self):
+        return self.has_data_files()
+
+
 setup(
+    distclass=DistributionWithDataFiles,
     name=package_name,
     version=manifest.findtext('version'),
     description=manifest.findtext('description'),
