@@ -29,7 +29,7 @@ setup(
     python_requires='>=3.11',
     install_requires=['numba>=0.58', 'numpy>=1.26', 'opencv-python-headless>=4.6'],
     extras_require={
-        'demo': ['scikit-image', 'tqdm'],
+        'demo': ['matplotlib', 'scikit-image', 'tqdm'],
         'ros': [
             'ros-jazzy-common-interfaces',
             'ros-jazzy-rclpy',
