@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How good a disparity map is, against ground truth and against the frame before."""
+from dataclasses import dataclass
+
+import numpy as np
+
+THRESHOLDS = (0.5, 1.0, 2.0, 3.0, 4.0)
+
+
+@dataclass(frozen=True)
+class Score:
+    """
+    Figures of one map over the pixels that count: those with ground truth inside the mask.
+
+    pixels: how many count.
+    density: percent of them that have a disparity.
+    bad_sparse: {threshold: percent} of those with a disparity that are off by more than
+        threshold pixels.
+    bad_dense: {threshold: percent} of all that count, a pixel without a disparity being bad.
+    d1_dense: percent of all that count off by more than 3 px and 5 percent of the truth (KITTI),
+        a pixel without a disparity being bad.
+    average_error, rms_error: pixels, over those with a disparity.
+
+    A figure over no pixel at all is NaN.
+    """
+
+    pixels: int
+    density: float
+    bad_sparse: dict
+    bad_dense: dict
+    d1_dense: float
+    average_error: float
+    rms_error: float
+
+
+def score(disparity, truth, mask=None, thresholds=THRESHOLDS):
+    """
+    Return the `Score` of a disparity map.
+
+    disparity, truth: float (R, C), pixels, NaN or infinite = invalid, of the same camera.
+    mask: (R, C), true or not 0 = counts; None = all. Masks with a middle value (Middlebury's
+        `disc`) are given as `mask == 255`.
+    thresholds: pixels.
+    Raises ValueError where the shapes differ.
+    """
+    for name, array in (('truth', truth), ('mask', mask)):
+        if array is not None and array.shape != disparity.shape:
+            raise ValueError(f'{name} has the shape {array.shape}, the disparity '
+                             f'{disparity.shape}; they must be equal')
+    counts = np.isfinite(truth) if mask is None else np.isfinite(truth) & (mask != 0)
+    wanted = truth[counts].astype(np.float64)
+    error = abs(disparity[counts].astype(np.float64) - wanted)
+    valid = np.isfinite(error)
+    found = error[valid]
+    return Score(
+        pixels=int(error.size),
+        density=_percent(valid),
+        bad_sparse={limit: _percent(found > limit) for limit in thresholds},
+        bad_dense={limit: _percent(~(error <= limit)) for limit in thresholds},
+        d1_dense=_percent(~((error <= 3) | (error <= 0.05 * abs(wanted)))),
+        average_error=float(found.mean()) if found.size else float('nan'),
+        rms_error=float(np.sqrt((found**2).mean())) if found.size else float('nan'))
+
+
+def error_map(disparity, truth):
+    """Return |disparity - truth|: float32 (R, C), pixels, NaN where one of them is invalid."""
+    error = abs(np.asarray(disparity, np.float32) - truth)
+    return np.where(np.isfinite(error), error, np.nan).astype(np.float32)
+
+
+def flicker(before, after, shift=(0, 0), threshold=1.0, still=None):
+    """
+    Return the percent of pixels that change by more than threshold pixels between two frames.
+
+    Counted are the pixels with a disparity in both frames.
+    before, after: float (R, C), pixels, NaN = invalid.
+    shift: whole rows and columns by which the scene moved from before to after; a window that
+        pans to the right by 2 has (0, -2).
+    still: bool (R, C) over after, where the true disparity did not change; None = everywhere.
+    Raises ValueError where the shapes differ or the shift leaves nothing to compare.
+    """
+    if before.shape != after.shape or (still is not None and still.shape != after.shape):
+        raise ValueError('the two disparity maps and the mask must have one shape')
+    if any(abs(step) >= size for step, size in zip(shift, after.shape)):
+        raise ValueError(f'shift is {shift}; nothing is left of {after.shape} pixels')
+    new = tuple(slice(max(step, 0), size + min(step, 0))
+                for step, size in zip(shift, after.shape))
+    old = tuple(slice(max(-step, 0), size + min(-step, 0))
+                for step, size in zip(shift, after.shape))
+    change = abs(after[new].astype(np.float64) - before[old])
+    counts = np.isfinite(change) if still is None else np.isfinite(change) & still[new]
+    return _percent(change[counts] > threshold)
+
+
+def _percent(which):
+    """Return the percentage of true values in a bool array; NaN of an empty one."""
+    return 100.0 * float(np.count_nonzero(which)) / which.size if which.size else float('nan')

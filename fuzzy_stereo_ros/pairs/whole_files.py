@@ -1,0 +1,20 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Files that are there as a whole or not at all."""
+import os
+from pathlib import Path
+
+
+def write_whole(path, content):
+    """
+    Write bytes to a file: on an error what was there before stays, and nothing is left behind.
+
+    path: str or Path; an existing file is replaced. Raises OSError where it cannot be written.
+    """
+    path = Path(path)
+    part = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

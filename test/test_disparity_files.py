@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is written is what is read, and a bad file is refused with a sentence."""
+import os
+from unittest import mock
+
+import cv2
+from fuzzy_stereo_ros.pairs.disparity_files import (
+    check_disparity_suffix, read_disparity, write_disparity)
+from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from hypothesis import given, HealthCheck, settings, strategies as st
+from hypothesis.extra import numpy as arrays
+import numpy as np
+import pytest
+
+NAN = np.nan
+SHAPES = arrays.array_shapes(min_dims=2, max_dims=2, max_side=7)
+same_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+def disparities(low, high):
+    return arrays.arrays(np.float32, SHAPES, elements=st.one_of(
+        st.just(float('nan')), st.floats(low, high, width=32)))
+
+
+@pytest.mark.parametrize('suffix', ['.pfm', '.npy', '.PFM'])
+@same_folder
+@given(disparity=disparities(-(2.0 ** 40), 2.0 ** 40))
+def test_pfm_and_npy_give_back_the_same_bits(tmp_path, suffix, disparity):
+    path = tmp_path / f'map{suffix}'
+    write_disparity(path, disparity)
+    again = read_disparity(path)
+    assert again.dtype == np.float32
+    assert np.array_equal(again, disparity, equal_nan=True)
+
+
+@same_folder
+@given(disparity=disparities(-0.5, 65535 / 256))
+def test_a_kitti_png_keeps_validity_exactly_and_values_to_half_a_step(tmp_path, disparity):
+    path = tmp_path / 'map.png'
+    write_disparity(path, disparity)
+    again = read_disparity(path)
+    assert np.array_equal(np.isnan(again), np.isnan(disparity))
+    stored = np.clip(disparity, 1 / 256, None)
+    assert np.nanmax(abs(again - stored), initial=0) <= 1 / 512 + 1e-6
+
+
+def test_a_valid_zero_stays_valid_in_a_kitti_png(tmp_path):
+    write_disparity(tmp_path / 'map.png', np.array([[0.0, NAN, -0.3, 0.001]]))
+    stored = cv2.imread(str(tmp_path / 'map.png'), cv2.IMREAD_UNCHANGED)
+    assert stored.dtype == np.uint16 and stored.tolist() == [[1, 0, 1, 1]]
+
+
+@pytest.mark.parametrize('value', [-0.6, 256.0, 300.0])
+def test_what_a_kitti_png_cannot_hold_is_refused_and_nothing_written(tmp_path, value):
+    with pytest.raises(ValueError, match=f'a disparity of {value:g} px does not fit .* .pfm'):
+        write_disparity(tmp_path / 'map.png', np.array([[1.0, value]]))
+    assert os.listdir(tmp_path) == []
+
+
+def test_infinite_disparities_are_invalid_in_every_format(tmp_path):
+    for name in ('map.pfm', 'map.npy', 'map.png'):
+        write_disparity(tmp_path / name, np.array([[np.inf, -np.inf, 3.0]]))
+        assert np.array_equal(read_disparity(tmp_path / name), [[NAN, NAN, 3]], equal_nan=True)
+
+
+def test_our_pfm_is_what_opencv_and_middlebury_read(tmp_path):
+    disparity = np.array([[1, 2, 3], [4, 5, NAN]], np.float32)
+    write_disparity(tmp_path / 'map.pfm', disparity)
+    theirs = cv2.imread(str(tmp_path / 'map.pfm'), cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(theirs, [[1, 2, 3], [4, 5, np.inf]])
+
+
+@pytest.mark.parametrize('kind, scale', [('<f4', '-0.003922'), ('>f4', '1.0'), ('<f4', '-1')])
+def test_the_scale_of_a_pfm_tells_only_the_byte_order(tmp_path, kind, scale):
+    """As the ground truth of Middlebury 2014 wants it; OpenCV multiplies by 255 there."""
+    values = np.array([[1, 2, 3], [4, 5, np.inf]])
+    (tmp_path / 'truth.pfm').write_bytes(
+        f'Pf\n3 2\n{scale}\n'.encode() + values[::-1].astype(kind).tobytes())
+    assert np.array_equal(read_disparity(tmp_path / 'truth.pfm'), [[1, 2, 3], [4, 5, NAN]],
+                          equal_nan=True)
+
+
+def test_pictures_of_ground_truth_are_read_by_their_scale(tmp_path):
+    cv2.imwrite(str(tmp_path / 'eight.png'), np.array([[0, 4, 255]], np.uint8))
+    cv2.imwrite(str(tmp_path / 'sixteen.png'), np.array([[0, 256, 384]], np.uint16))
+    assert np.array_equal(read_disparity(tmp_path / 'eight.png', scale=4),
+                          np.float32([[NAN, 1, 63.75]]), equal_nan=True)
+    assert np.array_equal(read_disparity(tmp_path / 'sixteen.png'), [[NAN, 1, 1.5]],
+                          equal_nan=True)
+    assert np.array_equal(read_disparity(tmp_path / 'sixteen.png', scale=128), [[NAN, 2, 3]],
+                          equal_nan=True)
+
+
+def test_an_npz_with_one_array_is_read(tmp_path):
+    np.savez(tmp_path / 'one.npz', np.array([[1.0, np.inf]]))
+    np.savez(tmp_path / 'two.npz', np.zeros((1, 1)), np.zeros((1, 1)))
+    assert np.array_equal(read_disparity(tmp_path / 'one.npz'), [[1, NAN]], equal_nan=True)
+    with pytest.raises(ValueError, match='it holds 2 arrays, one is allowed'):
+        read_disparity(tmp_path / 'two.npz')
+
+
+def refused_contents():
+    three_channels = b'PF\n1 1\n-1.0\n' + bytes(12)
+    return {
+        'short.pfm': (b'Pf\n3 2\n-1.0\n' + bytes(23), '3x2 pixels take 24 bytes, but 23 follow'),
+        'huge.pfm': (b'Pf\n99999999 99999999\n-1.0\n', 'is damaged'),
+        'colour.pfm': (three_channels, 'three channels'),
+        'other.pfm': (b'GIF89a', 'is not a PFM file'),
+        'other.npy': (b'GIF89a', 'is not a NumPy file with one array'),
+        'empty.npy': (b'', 'is not a NumPy file with one array'),
+        'other.png': (b'GIF89a', 'is not an image'),
+        'empty.png': (b'', 'is not an image'),
+        'map.docx': (b'PK', 'is not an image'),
+    }
+
+
+@pytest.mark.parametrize('name', refused_contents())
+def test_a_damaged_or_foreign_file_is_refused_by_name_and_reason(tmp_path, name):
+    content, words = refused_contents()[name]
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ValueError, match=f'{name} .*{words}|{name} {words}'):
+        read_disparity(tmp_path / name)
+
+
+def test_a_missing_file_and_a_useless_picture_are_refused(tmp_path):
+    with pytest.raises(ValueError, match='none.pfm cannot be read: No such file'):
+        read_disparity(tmp_path / 'none.pfm')
+    cv2.imwrite(str(tmp_path / 'colour.png'), np.zeros((2, 2, 3), np.uint8))
+    with pytest.raises(ValueError, match='colour picture'):
+        read_disparity(tmp_path / 'colour.png')
+    cv2.imwrite(str(tmp_path / 'eight.png'), np.zeros((2, 2), np.uint8))
+    with pytest.raises(ValueError, match='how many grey levels one pixel'):
+        read_disparity(tmp_path / 'eight.png')
+    with pytest.raises(ValueError, match='scale is 0; allowed are numbers above 0'):
+        read_disparity(tmp_path / 'eight.png', scale=0)
+    np.save(tmp_path / 'cube.npy', np.zeros((2, 2, 2)))
+    with pytest.raises(ValueError, match=r'holds float64 of shape \(2, 2, 2\)'):
+        read_disparity(tmp_path / 'cube.npy')
+    with pytest.raises(ValueError, match='a scale is for pictures'):
+        read_disparity(tmp_path / 'cube.npy', scale=4)
+
+
+@pytest.mark.parametrize('suffix', ['.tiff', '', '.jpg'])
+def test_an_unknown_suffix_is_refused_before_anything_is_written(tmp_path, suffix):
+    with pytest.raises(ValueError, match='allowed are .pfm, .npy, .png'):
+        check_disparity_suffix(f'map{suffix}')
+    with pytest.raises(ValueError, match='allowed are .pfm, .npy, .png'):
+        write_disparity(tmp_path / f'map{suffix}', np.zeros((2, 2)))
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize('disparity', [np.zeros((2, 2), int), np.zeros(4), np.zeros((2, 2, 1))])
+def test_only_a_float_map_can_be_written(tmp_path, disparity):
+    with pytest.raises(ValueError, match='allowed is a float array of two dimensions'):
+        write_disparity(tmp_path / 'map.pfm', disparity)
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_no_other(tmp_path):
+    path = tmp_path / 'map.pfm'
+    write_disparity(path, np.ones((2, 2)))
+    with mock.patch('pathlib.Path.replace', side_effect=OSError('disk full')), \
+            pytest.raises(OSError, match='disk full'):
+        write_disparity(path, np.zeros((2, 2)))
+    assert os.listdir(tmp_path) == ['map.pfm']
+    assert read_disparity(path).min() == 1
+
+
+def test_a_folder_that_is_missing_is_an_oserror_and_stays_missing(tmp_path):
+    with pytest.raises(OSError, match='No such file'):
+        write_whole(tmp_path / 'none' / 'file', b'content')
+    assert os.listdir(tmp_path) == []

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Images come in as they are stored, or with a sentence that says why not."""
+import os
+
+import cv2
+from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair, write_image
+import numpy as np
+import pytest
+
+
+@pytest.mark.parametrize('kind', [np.uint8, np.uint16])
+@pytest.mark.parametrize('shape', [(5, 7), (5, 7, 3)])
+def test_an_image_is_read_as_it_was_written(tmp_path, kind, shape):
+    image = np.random.default_rng(0).integers(0, np.iinfo(kind).max, shape).astype(kind)
+    write_image(tmp_path / 'image.png', image)
+    again = read_image(tmp_path / 'image.png')
+    assert again.dtype == kind and np.array_equal(again, image)
+
+
+def test_an_alpha_channel_is_left_out(tmp_path):
+    image = np.random.default_rng(0).integers(0, 255, (4, 4, 4)).astype(np.uint8)
+    cv2.imwrite(str(tmp_path / 'image.png'), image)
+    assert np.array_equal(read_image(tmp_path / 'image.png'), image[:, :, :3])
+
+
+def test_what_is_no_image_is_refused_by_name(tmp_path):
+    with pytest.raises(ValueError, match='none.png cannot be read: No such file'):
+        read_image(tmp_path / 'none.png')
+    with pytest.raises(ValueError, match='cannot be read: Is a directory'):
+        read_image(tmp_path)
+    for content in (b'', b'no image'):
+        (tmp_path / 'text.png').write_bytes(content)
+        with pytest.raises(ValueError, match='text.png is not an image that OpenCV can read'):
+            read_image(tmp_path / 'text.png')
+    cv2.imwrite(str(tmp_path / 'float.tiff'), np.zeros((3, 3), np.float32))
+    with pytest.raises(ValueError, match='holds float32 pixels; allowed are 8 and 16 bits'):
+        read_image(tmp_path / 'float.tiff')
+
+
+def test_a_pair_of_two_sizes_is_refused_with_both_sizes(tmp_path):
+    write_image(tmp_path / 'left.png', np.zeros((5, 7), np.uint8))
+    write_image(tmp_path / 'right.png', np.zeros((5, 8, 3), np.uint8))
+    with pytest.raises(ValueError, match='left.png is 7x5 and .*right.png is 8x5'):
+        read_pair(tmp_path / 'left.png', tmp_path / 'right.png')
+
+
+def test_a_suffix_that_is_no_image_is_refused_and_nothing_written(tmp_path):
+    for name in ('picture', 'picture.docx'):
+        with pytest.raises(ValueError, match='no image format; take .png'):
+            write_image(tmp_path / name, np.zeros((2, 2), np.uint8))
+    assert os.listdir(tmp_path) == []
