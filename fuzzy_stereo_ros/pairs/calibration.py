@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Read a calibration from two CameraInfo messages, ROS 1 or ROS 2, live or from a bag."""
+from dataclasses import dataclass
+import math
+
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration
+
+VERTICAL_SHARE = 1e-3   # Ty beyond this share of Tx is a vertical rig
+FOCAL_SHARE = 1e-3      # focal lengths of a rectified pair differ by less
+ROW_DIFFERENCE = 0.5    # px; cy of a rectified pair differ by less
+
+
+@dataclass(frozen=True)
+class _Camera:
+    """One camera's P, of the image as it is: after region of interest and binning, in px."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    tx: float
+    ty: float
+    binning: tuple
+    first_row: int
+    size: tuple
+
+
+def read_calibration(left_info, right_info):
+    """
+    Return the Calibration of a pair.
+
+    left_info, right_info: anything with the fields of sensor_msgs/CameraInfo; P is of the full
+    rectified image, region of interest and binning are taken into account.
+    Raises BadPair for cameras that are not calibrated, swapped, one above the other or that do
+    not look at the same rows.
+    """
+    left, right = _camera('left', left_info), _camera('right', right_info)
+    if left.binning != right.binning:
+        raise BadPair('calibration', f'the cameras bin {_times(left.binning)} and '
+                      f'{_times(right.binning)} pixels; a pair needs equal binning')
+    if left.first_row != right.first_row:
+        raise BadPair('calibration', f'the regions of interest begin in rows {left.first_row} '
+                      f'and {right.first_row}; a pair needs the same rows of both cameras')
+    across, down = left.tx - right.tx, left.ty - right.ty
+    if abs(down) > VERTICAL_SHARE * abs(across):
+        raise BadPair('calibration', f'Ty of the pair is {-down:g}: the cameras are mounted one '
+                      'above the other; only side by side can be matched, turn the images')
+    baseline = across / right.fx
+    if baseline < 0:
+        raise BadPair('calibration', f'the baseline is {baseline:g} m: left and right are '
+                      'swapped, or Tx stands in the wrong camera_info; swap the topics, or '
+                      'write P[3] = -fx * baseline into the right one')
+    if baseline == 0 or not math.isfinite(baseline):
+        raise BadPair('calibration', f'the baseline is {baseline:g} m: P[3] of the right '
+                      'camera_info must be -fx * baseline; calibrate the two cameras as a pair')
+    return Calibration(focal=right.fx, baseline=baseline, offset=left.cx - right.cx,
+                       remarks=tuple(_remarks(left, right)))
+
+
+def expected_size(info):
+    """Return (rows, columns) an image must have to fit its CameraInfo; None where it is silent."""
+    region = info.roi
+    binning_x, binning_y = max(int(info.binning_x), 1), max(int(info.binning_y), 1)
+    rows = (int(region.height) or int(info.height)) // binning_y
+    columns = (int(region.width) or int(info.width)) // binning_x
+    return (rows, columns) if rows and columns else None
+
+
+def _camera(side, info):
+    projection = [float(value) for value in _matrix(info, 'p')]
+    intrinsic = [float(value) for value in _matrix(info, 'k')]
+    if len(projection) != 12 or not all(math.isfinite(value) for value in projection):
+        raise BadPair('calibration', f'{side} camera_info: P is not twelve finite numbers; '
+                      'calibrate the camera')
+    if projection[0] <= 0 or projection[5] <= 0 or not intrinsic or not intrinsic[0]:
+        raise BadPair('calibration', f'{side} camera_info: the camera is not calibrated '
+                      f'(K[0] is {intrinsic[0] if intrinsic else 0:g}, P[0] is '
+                      f'{projection[0]:g}); calibrate it, or load its calibration into the '
+                      'driver')
+    region = info.roi
+    across, down = max(int(info.binning_x), 1), max(int(info.binning_y), 1)
+    return _Camera(
+        fx=projection[0] / across, fy=projection[5] / down,
+        cx=(projection[2] - int(region.x_offset)) / across,
+        cy=(projection[6] - int(region.y_offset)) / down,
+        tx=projection[3] / across, ty=projection[7] / down,
+        binning=(across, down), first_row=int(region.y_offset), size=expected_size(info))
+
+
+def _matrix(info, name):
+    """Return a matrix of CameraInfo by its ROS 2 name, else by its ROS 1 name."""
+    return getattr(info, name) if hasattr(info, name) else getattr(info, name.upper())
+
+
+def _remarks(left, right):
+    if abs(left.fx - right.fx) > FOCAL_SHARE * right.fx:
+        yield (f'fx is {left.fx:g} in the left and {right.fx:g} in the right camera_info; the '
+               'two of a rectified pair are equal, the right one is used')
+    if abs(left.cy - right.cy) > ROW_DIFFERENCE:
+        yield (f'cy is {left.cy:g} in the left and {right.cy:g} in the right camera_info; rows '
+               'of a rectified pair lie at the same height, calibrate the two as a pair')
+
+
+def _times(binning):
+    return f'{binning[0]}x{binning[1]}'

@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The synchroniser: sets depend on stamps alone, every message is accounted for."""
+from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
+from hypothesis import given, strategies as st
+import pytest
+
+TOPICS = ('left', 'left_info', 'right', 'right_info')
+MILLISECOND = 1_000_000
+
+
+def play(synchroniser, events):
+    """Add (topic, stamp) events, the message being its own name, and return the sets."""
+    return [found for topic, stamp in events
+            for found in synchroniser.add(topic, stamp, f'{topic}{stamp}')]
+
+
+def whole(stamp):
+    return [(topic, stamp) for topic in TOPICS]
+
+
+def stamps_of(sets):
+    return [found.stamp for found in sets]
+
+
+def check_every_message_is_accounted_for(synchroniser):
+    for topic in synchroniser.topics:
+        assert synchroniser.received[topic] == (
+            synchroniser.matched + synchroniser.unmatched[topic] + synchroniser.waiting(topic))
+        assert synchroniser.waiting(topic) <= 5
+
+
+@st.composite
+def interleaved(draw, streams):
+    """Draw an order of all (topic, stamp) that keeps each topic's own order."""
+    rest = {topic: list(stamps) for topic, stamps in draw(streams).items()}
+    events = []
+    while any(rest.values()):
+        topic = draw(st.sampled_from([topic for topic in TOPICS if rest.get(topic)]))
+        events.append((topic, rest[topic].pop(0)))
+    return events
+
+
+def streams(largest=4):
+    stamps = st.lists(st.integers(0, 30), max_size=largest, unique=True).map(sorted)
+    return st.fixed_dictionaries(dict.fromkeys(TOPICS, stamps))
+
+
+def test_a_set_comes_out_with_its_last_message_in_the_order_of_topics():
+    synchroniser = Synchroniser(TOPICS)
+    assert play(synchroniser, whole(7)[::-1][:3]) == []
+    (found,) = synchroniser.add('left', 7, 'left7')
+    assert found == (7, ('left7', 'left_info7', 'right7', 'right_info7'), 0, False)
+
+
+def test_stamps_one_nanosecond_apart_are_not_equal():
+    synchroniser = Synchroniser(TOPICS)
+    assert play(synchroniser, [*whole(7)[:3], ('right_info', 8)]) == []
+    assert synchroniser.difference() == 1
+
+
+def test_what_is_older_than_a_set_is_let_go_and_counted():
+    synchroniser = Synchroniser(TOPICS)
+    sets = play(synchroniser, [('left', 1), ('right', 1), ('left', 2), *whole(3)])
+    assert stamps_of(sets) == [3]
+    assert synchroniser.unmatched == {'left': 2, 'left_info': 0, 'right': 1, 'right_info': 0}
+    assert [synchroniser.waiting(topic) for topic in TOPICS] == [0, 0, 0, 0]
+
+
+def test_queues_are_bounded_and_the_oldest_is_let_go():
+    synchroniser = Synchroniser(TOPICS, queue_size=2)
+    play(synchroniser, [('left', stamp) for stamp in range(1000)])
+    assert synchroniser.waiting('left') == 2
+    assert synchroniser.unmatched['left'] == 998
+    others = [(topic, stamp) for stamp in (997, 998, 999) for topic in TOPICS[1:]]
+    assert stamps_of(play(synchroniser, others)) == [998, 999]
+
+
+def test_a_stamp_that_goes_back_starts_anew_and_says_so_once():
+    synchroniser = Synchroniser(TOPICS)
+    play(synchroniser, [event for stamp in (10, 11) for event in whole(stamp)])
+    sets = play(synchroniser, [event for stamp in (3, 4, 10) for event in whole(stamp)])
+    assert stamps_of(sets) == [3, 4, 10]
+    assert [found.went_back for found in sets] == [True, False, False]
+    assert synchroniser.jumps_back == 1
+
+
+def test_a_straggler_from_before_the_jump_costs_no_set():
+    synchroniser = Synchroniser(TOPICS)
+    play(synchroniser, whole(10))
+    events = [('left_info', 0), ('left', 11), ('right', 11), ('left', 0), ('right_info', 0),
+              ('right', 0)]
+    (found,) = play(synchroniser, events)
+    assert (found.stamp, found.went_back) == (0, True)
+    check_every_message_is_accounted_for(synchroniser)
+
+
+def test_a_topic_that_never_saw_the_jump_does_not_block_the_others():
+    synchroniser = Synchroniser(TOPICS)
+    play(synchroniser, whole(3))
+    others = ('left', 'left_info', 'right_info')
+    play(synchroniser, [(topic, stamp) for stamp in (9, 0) for topic in others])
+    (found,) = play(synchroniser, whole(4))
+    assert (found.stamp, found.went_back) == (4, False)
+
+
+def test_cameras_that_leave_their_stamps_zero_are_matched_as_they_come():
+    synchroniser = Synchroniser(TOPICS)
+    sets = play(synchroniser, whole(0) * 3)
+    assert [found.went_back for found in sets] == [False, False, False]
+
+
+@given(interleaved(streams()))
+def test_equal_stamps_give_the_same_sets_in_any_arrival_order(events):
+    synchroniser = Synchroniser(TOPICS)
+    found = stamps_of(play(synchroniser, events))
+    stamps = [{stamp for topic, stamp in events if topic == name} for name in TOPICS]
+    assert found == sorted(set.intersection(*stamps))
+    check_every_message_is_accounted_for(synchroniser)
+
+
+@given(streams(), st.data(), st.sampled_from([0, 1, 3]))
+def test_nearest_stamps_give_the_same_sets_in_any_arrival_order(drawn, data, tolerance):
+    results = []
+    for _ in range(2):
+        synchroniser = Synchroniser(TOPICS, tolerance=tolerance)
+        events = data.draw(interleaved(st.just(drawn)))
+        results.append(play(synchroniser, events) + synchroniser.finish())
+        check_every_message_is_accounted_for(synchroniser)
+    assert results[0] == results[1]
+    for found in results[0]:
+        joined = [int(message[len(topic):]) for topic, message in zip(TOPICS, found.messages)]
+        assert found.spread == max(joined) - min(joined)
+        assert not tolerance or max(abs(stamp - joined[0]) for stamp in joined) <= tolerance
+
+
+@given(interleaved(st.fixed_dictionaries(
+    {topic: st.lists(st.integers(0, 30), max_size=20) for topic in TOPICS})),
+    st.sampled_from([None, 0, 2]))
+def test_stamps_in_any_disorder_lose_no_message_from_the_count(events, tolerance):
+    synchroniser = Synchroniser(TOPICS, tolerance=tolerance)
+    sets = play(synchroniser, events)
+    assert len(sets) == synchroniser.matched
+    assert sum(found.went_back for found in sets) == synchroniser.jumps_back
+    check_every_message_is_accounted_for(synchroniser)
+
+
+def test_cameras_a_millisecond_apart_are_joined_with_a_tolerance():
+    synchroniser = Synchroniser(TOPICS, tolerance=5 * MILLISECOND)
+    events = []
+    for frame in range(5):
+        left = 33 * MILLISECOND * frame
+        right = left - MILLISECOND + 33 * MILLISECOND
+        events += [('left', left), ('left_info', left), ('right', right), ('right_info', right)]
+    sets = play(synchroniser, events) + synchroniser.finish()
+    assert stamps_of(sets) == [33 * MILLISECOND * frame for frame in range(1, 5)]
+    assert {found.spread for found in sets} == {MILLISECOND}
+
+
+def test_equal_stamps_wait_for_nothing_with_a_tolerance():
+    assert stamps_of(play(Synchroniser(TOPICS, tolerance=0), whole(7))) == [7]
+
+
+def test_a_message_is_left_to_the_pivot_that_is_nearer():
+    synchroniser = Synchroniser(('left', 'right'), tolerance=0)
+    events = [('left', 0), ('right', 9), ('left', 10), ('right', 19), ('left', 20)]
+    sets = play(synchroniser, events) + synchroniser.finish()
+    assert [found.messages for found in sets] == [('left10', 'right9'), ('left20', 'right19')]
+
+
+def test_what_lies_beyond_the_tolerance_is_not_joined():
+    synchroniser = Synchroniser(('left', 'right'), tolerance=2)
+    sets = play(synchroniser, [('left', 0), ('right', 3), ('left', 10), ('right', 12),
+                               ('left', 20), ('right', 22), ('left', 30)])
+    assert [found.messages for found in sets] == [('left10', 'right12'), ('left20', 'right22')]
+
+
+@pytest.mark.parametrize('given_wrong, sentence', [
+    ({'queue_size': 0}, 'queue_size is 0; allowed are whole numbers from 1'),
+    ({'tolerance': -1}, 'tolerance is -1 ns; allowed are numbers from 0'),
+])
+def test_a_wrong_argument_is_refused_with_a_sentence(given_wrong, sentence):
+    with pytest.raises(ValueError) as refusal:
+        Synchroniser(TOPICS, **given_wrong)
+    assert str(refusal.value) == sentence
