@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Chance as a function of a counter: equal words give equal numbers, whatever the threads do."""
+from numba import njit
+import numpy as np
+
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_FIRST = np.uint64(0xBF58476D1CE4E5B9)
+_SECOND = np.uint64(0x94D049BB133111EB)
+
+
+@njit(nogil=True, cache=True)
+def mixed(key, counter):
+    """
+    Return 64 random bits that belong to a counter under a key: one step of SplitMix64.
+
+    key, counter: uint64
+    """
+    bits = key + (counter + np.uint64(1)) * _GOLDEN
+    bits = (bits ^ (bits >> np.uint64(30))) * _FIRST
+    bits = (bits ^ (bits >> np.uint64(27))) * _SECOND
+    return bits ^ (bits >> np.uint64(31))
+
+
+@njit(nogil=True, cache=True)
+def below(bits, limit):
+    """
+    Return a number from 0 to limit - 1 made of the upper half of 64 random bits.
+
+    bits: uint64; limit: uint64, at most 2**32
+    """
+    return ((bits >> np.uint64(32)) * limit) >> np.uint64(32)
+
+
+@njit(nogil=True, cache=True)
+def unit(bits):
+    """Return a number from 0 up to but not including 1 made of 64 random bits, uint64."""
+    return (bits >> np.uint64(11)) * 2.0**-53
+
+
+@njit(nogil=True, cache=True)
+def fill_uniform(key, draws):
+    """
+    Write random numbers from 0 up to but not including 1.
+
+    draws: float64 (n,), written
+    """
+    for index in range(draws.size):
+        draws[index] = unit(mixed(key, np.uint64(index)))
+
+
+def key_of(*words):
+    """
+    Return the key of any number of words: whole numbers of any size and sign.
+
+    key: uint64; words beyond 64 bits count by their lowest 64.
+    """
+    key = np.uint64(len(words))
+    for word in words:
+        key = np.uint64(mixed(key, np.uint64(int(word) & 0xFFFFFFFFFFFFFFFF)))
+    return key

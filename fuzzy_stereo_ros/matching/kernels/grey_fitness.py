@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Eq. 3 and Eq. 4: the fuzzy fitness of a chromosome, row by row, in whole numbers."""
+from numba import njit
+import numpy as np
+
+
+@njit(nogil=True, cache=True)
+def fill_gradient_norm(across, down, norm):
+    """
+    Write the norm of the Sobel gradient, rounded to a whole number.
+
+    across, down: int16 (R, C), Sobel responses in grey levels; norm: uint16 (R, C), written
+    """
+    rows, columns = norm.shape
+    for row in range(rows):
+        for column in range(columns):
+            x = np.int64(across[row, column])
+            y = np.int64(down[row, column])
+            norm[row, column] = np.uint16(np.sqrt(np.float64(x * x + y * y)) + 0.5)
+
+
+@njit(nogil=True, cache=True)
+def fill_row_fitness(chosen, chromosome, reference_gradient, target_gradient, neighbourhood,
+                     window, support, first, last, row_fitness):
+    """
+    Write what each row from first to last - 1 adds to the fitness of a chromosome: Eq. 3.
+
+    F(C) is the sum over (r, c) of S(r, c) times the sum over N of the possibilities that C
+    chose; S(r, c) = |gradient of (r, c)| |gradient of its match|: Eq. 4. The match of the left
+    pixel (r, c) is (r, c - min_disparity - C(r, c)); the paper's right reference, with
+    (r, c + d), is had by mirroring and exchanging the images above. Cells of N outside the
+    image add nothing.
+
+    The sum over N is kept by a running sum down each column and taken along the row.
+
+    chosen: uint8 (R, C), 255ths, possibility of the match chosen at each cell
+    chromosome: uint16 (R, C), index of a disparity
+    reference_gradient: uint16 (R, C); target_gradient: uint16 (R, C + D - 1), grey levels, from
+    `gradient_by_index`
+    window: int32 (C + neighbourhood - 1,), support: int32 (C,), scratch
+    row_fitness: int64 (R,), 255ths, written from first to last - 1
+    """
+    rows, columns = chosen.shape
+    half = neighbourhood // 2
+    window[:] = 0
+    inside = window[half:half + columns]
+    for row in range(max(first - half - 1, 0), min(first + half, rows)):
+        add(inside, chosen[row])
+    for row in range(first, last):
+        if row + half < rows:
+            add(inside, chosen[row + half])
+        if row - half - 1 >= 0:
+            subtract(inside, chosen[row - half - 1])
+        support[:] = 0
+        for shift in range(neighbourhood):
+            add(support, window[shift:shift + columns])
+        row_fitness[row] = weighted(support, chromosome[row], reference_gradient[row],
+                                    target_gradient[row])
+
+
+@njit(nogil=True, cache=True)
+def add(total, more):
+    """Add whole numbers to int32 ones, cell by cell."""
+    for column in range(total.size):
+        total[column] += np.int32(more[column])
+
+
+@njit(nogil=True, cache=True)
+def subtract(total, less):
+    """Subtract whole numbers from int32 ones, cell by cell."""
+    for column in range(total.size):
+        total[column] -= np.int32(less[column])
+
+
+@njit(nogil=True, cache=True)
+def weighted(support, genes, reference_gradient, target_gradient):
+    """
+    Return the sum along one row of support weighted by S: Eq. 4.
+
+    support: int32 (C,); genes: uint16 (C,); reference_gradient: uint16 (C,)
+    target_gradient: uint16 (C + D - 1,)
+    """
+    columns = genes.size
+    last_index = np.uint64(target_gradient.size - columns)
+    total = np.int64(0)
+    for column in range(columns):
+        # Unsigned, so that the compiler needs no check for negative places.
+        seen = np.uint64(column) + last_index - np.uint64(genes[column])
+        weight = np.uint32(reference_gradient[column]) * np.uint32(target_gradient[seen])
+        total += np.int64(weight) * np.int64(support[column])
+    return total

@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A chromosome of chance."""
+from fuzzy_stereo_ros.matching.kernels.chance import below, mixed
+from numba import njit
+import numpy as np
+
+
+@njit(nogil=True, cache=True)
+def fill_random_genes(key, disparities, chromosome):
+    """
+    Write a chromosome whose cells are independent and uniform from 0 to disparities - 1.
+
+    key: uint64; chromosome: uint16 (R, C), index of a disparity, written
+    """
+    rows, columns = chromosome.shape
+    limit = np.uint64(disparities)
+    for row in range(rows):
+        for column in range(columns):
+            bits = mixed(key, np.uint64(row * columns + column))
+            chromosome[row, column] = below(bits, limit)

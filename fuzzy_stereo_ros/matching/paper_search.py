@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The search of the paper, assembled: random maps, cut crossover, patch mutation, Eq. 3."""
+from concurrent.futures import ThreadPoolExecutor
+import os
+
+from fuzzy_stereo_ros.matching import operators
+from fuzzy_stereo_ros.matching.fitness import FuzzyFitness
+from fuzzy_stereo_ros.matching.kernels.chance import fill_uniform, key_of
+from fuzzy_stereo_ros.matching.paper_population import PaperPopulation
+from fuzzy_stereo_ros.matching.possibility import FULL
+import numpy as np
+
+
+class PaperSearch:
+    """
+    A population of disparity maps of the left image, evolved as the paper has it.
+
+    The paper's right reference is had by mirroring and exchanging the images above.
+
+    fitness: float64 (P,), Eq. 3, higher is fitter
+    settled: whether `patience` generations went by without a fitter best: the stop condition
+    """
+
+    def __init__(self, config, rows, columns):
+        """Allocate all that pairs of one size need."""
+        self._config = config
+        self._elites = operators.elite_size(config.population, config.elite)
+        self._measure = FuzzyFitness(config, rows, columns)
+        self._living, self._coming = (
+            PaperPopulation(config, rows, columns, self._measure) for _ in range(2))
+        self._crossed_fitness = np.zeros(config.population)
+        threads = config.threads or os.cpu_count() or 1
+        self._scratches = [self._measure.scratch() for _ in range(threads)]
+        self._threads = ThreadPoolExecutor(threads) if threads > 1 else None
+        self.fitness = np.zeros(config.population)
+        self.settled = False
+
+    @property
+    def population(self):
+        """The living generation: uint16 (P, R, C), a view that the next but one overwrites."""
+        return self._living.genes
+
+    @property
+    def best(self):
+        """Index of the fittest chromosome."""
+        return int(self.fitness.argmax())
+
+    def best_chromosome(self):
+        """Return a copy of the fittest chromosome: uint16 (R, C), index of a disparity."""
+        return self.population[self.best].copy()
+
+    def possibility_of(self, chromosome):
+        """Return how possible the chosen matches are: float32 (R, C), 0 to 1."""
+        chosen = np.zeros(chromosome.shape, np.uint8)
+        self._measure.choose(chromosome, chosen)
+        return chosen / np.float32(FULL)
+
+    def start(self, left, right, seed_words):
+        """
+        Take a pair and make the random initial population.
+
+        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; seed_words: whole numbers
+        """
+        self._seed_words = seed_words
+        self._measure.take(left, right)
+        self._share(lambda slot, scratch: self._living.be_born(
+            slot, key_of(*seed_words, 0, slot), scratch))
+        self.fitness = self._living.fitness()
+        self._without_gain = 0
+        self.settled = False
+
+    def generation(self, number):
+        """
+        Let the elite live on, and children of the survivors take the place of all others.
+
+        Return what crossover and mutation gave the new fittest: together the rise of the best.
+        """
+        living, coming = self._living, self._coming
+        elite = operators.fittest_first(self.fitness)[:self._elites]
+        parents, lines, patches = self._chances(number)
+
+        def succeed(slot, scratch):
+            if slot < elite.size:
+                coming.live_on(slot, living, elite[slot])
+                return
+            self._crossed_fitness[slot] = coming.be_crossed(
+                slot, living, parents[slot], lines[slot], scratch)
+            key = key_of(*self._seed_words, number, slot)
+            coming.be_mutated(slot, key, patches[slot], scratch)
+
+        self._share(succeed)
+        self._living, self._coming = coming, living
+        best_before, self.fitness = self.fitness.max(), coming.fitness()
+        return self._gains(best_before)
+
+    def _chances(self, number):
+        """Return the parents, the crossover line and the number of patches of each child."""
+        draws = np.zeros((5, self.fitness.size))
+        fill_uniform(key_of(*self._seed_words, number), draws.reshape(-1))
+        survival = operators.SURVIVAL[self._config.survival](self.fitness)
+        mating = operators.survivors(self.fitness, survival, draws[0])
+        rows, columns = self.population.shape[1:]
+        return (operators.couples(mating, draws[1], draws[2]),
+                operators.crossover_lines(rows, draws[3]),
+                operators.patch_numbers(rows * columns, self._config.neighbourhood, draws[4]))
+
+    def _gains(self, best_before):
+        """Return by operator what the new fittest gained, and count towards settling."""
+        best = self.best
+        gained = self.fitness[best] > best_before
+        self._without_gain = 0 if gained else self._without_gain + 1
+        self.settled = 0 < self._config.patience <= self._without_gain
+        if not gained:
+            return {'crossover': 0.0, 'mutation': 0.0}
+        return {'crossover': float(self._crossed_fitness[best] - best_before),
+                'mutation': float(self.fitness[best] - self._crossed_fitness[best])}
+
+    def _share(self, work):
+        """Call work(slot, scratch) for every slot of the population, shared among threads."""
+        size, workers = self.fitness.size, len(self._scratches)
+
+        def of_worker(worker):
+            for slot in range(worker, size, workers):
+                work(slot, self._scratches[worker])
+
+        if self._threads is None:
+            of_worker(0)
+        else:
+            list(self._threads.map(of_worker, range(workers)))
