@@ -57,6 +57,8 @@ clean:
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(dependencies_installed): $(requirements)
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit( \
+		"Python 3.11 or newer is needed, $(PYTHON) is older: choose one with PYTHON=...")'
 	$(PYTHON) -m venv --clear $(venv_options) $(venv)
 	$(python) -m pip install --quiet $(addprefix --requirement ,$(requirements))
 	touch $@
