@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The command `fuzzy-stereo`, and options of the command line made from the configuration.
+
+Exit codes: 0 done; 2 bad input, said in one sentence on standard error, nothing written;
+130 interrupted by the user.
+"""
+import argparse
+from dataclasses import fields
+import sys
+
+from fuzzy_stereo_ros import match_command
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+
+def main(argv=None):
+    """Run `fuzzy-stereo` with the arguments (None: those of the process); return its exit code."""
+    parser = Parser(prog='fuzzy-stereo',
+                    description='Dense stereo by a genetic algorithm with a fuzzy fitness.')
+    commands = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
+    match = commands.add_parser(
+        'match', help='match two images', description=match_command.DESCRIPTION,
+        epilog=match_command.EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    match_command.add_arguments(match)
+    add_matcher_options(match, required=('disparities',))
+    match.set_defaults(run=lambda arguments: match_command.run(
+        arguments, matcher_config(arguments), sys.stdout))
+    return run_cleanly(parser, argv)
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that takes no abbreviations and reports an error in one line."""
+
+    def __init__(self, **options):
+        super().__init__(allow_abbrev=False, **options)
+
+    def error(self, message):
+        self.exit(BAD_INPUT, f'{self.prog}: {message}\n')
+
+
+def run_cleanly(parser, argv):
+    """
+    Parse the arguments, call what they set as `run`, and return the exit code.
+
+    A ValueError or OSError is bad input: its text is the one sentence the user reads.
+    """
+    try:
+        arguments = parser.parse_args(argv)
+        return arguments.run(arguments) or 0
+    except (ValueError, OSError) as error:
+        print(f'{parser.prog}: {error}', file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+def add_matcher_options(parser, required=()):
+    """Add --profile and an option for each parameter of the configuration; see matcher_config."""
+    group = parser.add_argument_group(
+        'the matcher', 'a profile sets all parameters, an option changes one of them')
+    group.add_argument('--profile', choices=tuple(PROFILES), default='realtime',
+                       help='default: realtime')
+    for parameter in fields(MatcherConfig):
+        needed = parameter.name in required
+        options = {'default': argparse.SUPPRESS, 'required': needed,
+                   'help': _help(parameter, needed)}
+        if parameter.type is bool:
+            options['action'] = argparse.BooleanOptionalAction
+        elif parameter.type is str:
+            options['choices'] = parameter.metadata['choices']
+        else:
+            options.update(type=parameter.type,
+                           metavar='N' if parameter.type is int else 'NUMBER')
+        group.add_argument(option_name(parameter.name), **options)
+
+
+def matcher_config(arguments):
+    """Return the configuration that parsed options ask for; ValueError where it is not allowed."""
+    return MatcherConfig.from_profile(arguments.profile, **matcher_changes(arguments))
+
+
+def matcher_changes(arguments):
+    """Return {parameter: value} of the parameters that were given as options."""
+    return {parameter.name: getattr(arguments, parameter.name)
+            for parameter in fields(MatcherConfig) if hasattr(arguments, parameter.name)}
+
+
+def option_name(parameter):
+    """Return the option that sets a parameter: `min_disparity` is --min-disparity."""
+    return '--' + parameter.replace('_', '-')
+
+
+def _help(parameter, required):
+    """Return the sentence, unit, range and default of a parameter, as argparse wants it."""
+    facts = [parameter.metadata['sentence']]
+    if 'low' in parameter.metadata:
+        low, high, unit = (parameter.metadata[key] for key in ('low', 'high', 'unit'))
+        facts.append(f'{written_value(low)} to {written_value(high)} {unit}'.rstrip())
+    values = {name: getattr(MatcherConfig.from_profile(name), parameter.name)
+              for name in PROFILES}
+    if len(set(values.values())) == 1:
+        facts.append(f"default: {written_value(values['realtime'])}")
+    else:
+        facts.append('default: ' + ', '.join(f'{written_value(value)} ({name})'
+                                             for name, value in values.items()))
+    return '; '.join(facts[:-1] if required else facts).replace('%', '%%')
+
+
+def written_value(value):
+    """Return a parameter's value as people write it: on, off, 54 instead of 54.0."""
+    if isinstance(value, bool):
+        return 'on' if value else 'off'
+    return str(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

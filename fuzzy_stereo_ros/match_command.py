@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo match`: two image files in, a disparity file, a picture and figures out."""
+from dataclasses import asdict
+import json
+import math
+from pathlib import Path
+import time
+
+from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.pairs.disparity_files import (
+    check_disparity_suffix, read_disparity, write_disparity)
+from fuzzy_stereo_ros.pairs.image_files import (
+    check_image_suffix, read_image, read_pair, write_image)
+from fuzzy_stereo_ros.pictures import colour_disparity
+import numpy as np
+
+DESCRIPTION = ('Match a rectified pair of images. The disparities belong to the image that\n'
+               '--reference names; a pixel that was refused is invalid (see --fill).')
+EXAMPLE = ('example:\n'
+           '  fuzzy-stereo match left.png right.png --disparities 64 --output disparity.pfm \\\n'
+           '      --picture disparity.png')
+
+
+def add_arguments(parser):
+    """Add the arguments of `match`, but for those of the matcher."""
+    parser.add_argument('left', metavar='LEFT', help='left image, 8 or 16 bits, grey or colour')
+    parser.add_argument('right', metavar='RIGHT', help='right image, of the same size')
+    parser.add_argument('--output', metavar='FILE', required=True,
+                        help='where the disparities go: .pfm (invalid: inf), .npy (NaN) or .png '
+                             '(16 bits as KITTI, invalid: 0); an existing file is replaced')
+    parser.add_argument('--picture', metavar='FILE',
+                        help='also a picture in colours, far blue and near red, invalid grey')
+    parser.add_argument('--json', action='store_true', help='print the figures as JSON')
+    truth = parser.add_argument_group('comparison with ground truth')
+    truth.add_argument('--ground-truth', metavar='FILE',
+                       help='disparities of the image that --reference names: .pfm, .npy, .npz, '
+                            'or a picture (0 is invalid)')
+    truth.add_argument('--ground-truth-scale', metavar='NUMBER', type=float,
+                       help='grey levels per pixel of disparity in a picture; default for '
+                            '16 bits: 256')
+    truth.add_argument('--mask', metavar='FILE', help='picture; only pixels of 255 count')
+
+
+def run(arguments, config, stream):
+    """
+    Match, write the files, and print the figures to the stream.
+
+    Raises ValueError and OSError for bad input; everything is checked before anything is written.
+    """
+    outputs = _checked_outputs(arguments)
+    left, right = read_pair(arguments.left, arguments.right)
+    truth, mask = _read_truth(arguments, left.shape[:2])
+    matcher = StereoMatcher(config)
+    matcher.warm_up(*left.shape[:2])
+    start = time.perf_counter()
+    match = matcher.match(left, right)
+    milliseconds = 1000 * (time.perf_counter() - start)
+    write_disparity(outputs['output'], match.disparity)
+    if 'picture' in outputs:
+        write_image(outputs['picture'], colour_disparity(
+            match.disparity, config.min_disparity,
+            config.min_disparity + config.disparities - 1))
+    figures = {
+        **{name: str(path) for name, path in outputs.items()},
+        'profile': arguments.profile,
+        'rows': left.shape[0],
+        'columns': left.shape[1],
+        'disparities': config.disparities,
+        'min_disparity': config.min_disparity,
+        'reference': config.reference,
+        'time_ms': milliseconds,
+        'times': dict(match.times),
+        'generations': match.generations,
+        'density': 100 * float(np.isfinite(match.disparity).mean()),
+        'mean_confidence': float(match.confidence.mean()),
+        'ground_truth': None if truth is None else asdict(score(match.disparity, truth, mask)),
+    }
+    if arguments.json:
+        print(json.dumps(_for_json(figures), indent=2), file=stream)
+    else:
+        print(_sentences(figures), file=stream)
+
+
+def _checked_outputs(arguments):
+    """Return {option: path} of the files to write; ValueError where one cannot be written."""
+    outputs = {'output': Path(arguments.output)}
+    check_disparity_suffix(arguments.output)
+    if arguments.picture is not None:
+        check_image_suffix(arguments.picture)
+        outputs['picture'] = Path(arguments.picture)
+    inputs = [Path(path).resolve() for path in (arguments.left, arguments.right,
+                                                arguments.ground_truth, arguments.mask) if path]
+    taken = dict.fromkeys(inputs, 'an input')
+    for name, path in outputs.items():
+        if not path.parent.is_dir():
+            raise ValueError(f'--{name} is {path}, but there is no folder {path.parent}')
+        if path.resolve() in taken:
+            raise ValueError(f'--{name} is {path}, which is {taken[path.resolve()]} too')
+        taken[path.resolve()] = f'--{name}'
+    return outputs
+
+
+def _read_truth(arguments, shape):
+    """Return ground truth and mask, None where not given; ValueError where the size differs."""
+    if arguments.ground_truth is None:
+        for name in ('ground_truth_scale', 'mask'):
+            if getattr(arguments, name) is not None:
+                raise ValueError(f"--{name.replace('_', '-')} needs --ground-truth")
+        return None, None
+    truth = read_disparity(arguments.ground_truth, arguments.ground_truth_scale)
+    mask = None if arguments.mask is None else read_image(arguments.mask)
+    if mask is not None:
+        mask = (mask if mask.ndim == 2 else mask[:, :, 0]) == 255
+    for path, array in ((arguments.ground_truth, truth), (arguments.mask, mask)):
+        if array is not None and array.shape != shape:
+            raise ValueError(f'{path} is {array.shape[1]}x{array.shape[0]}, the images are '
+                             f'{shape[1]}x{shape[0]}')
+    return truth, mask
+
+
+def _for_json(figures):
+    """Return figures as JSON can hold them: thresholds as strings, NaN as null."""
+    if isinstance(figures, dict):
+        return {str(name): _for_json(value) for name, value in figures.items()}
+    if isinstance(figures, float) and not math.isfinite(figures):
+        return None
+    return figures
+
+
+def _sentences(figures):
+    """Return the figures as a person reads them."""
+    lines = [
+        f"{figures['output']}: {figures['columns']}x{figures['rows']} pixels of the "
+        f"{figures['reference']} image, {figures['density']:.1f} % with a disparity",
+        f"matched in {figures['time_ms']:.1f} ms ({figures['generations']} generations, "
+        f"profile {figures['profile']}, without compile time)"]
+    if 'picture' in figures:
+        lines.insert(1, f"{figures['picture']}: the same in colours")
+    found = figures['ground_truth']
+    if found is not None:
+        lines.append(
+            f"of {found['pixels']} pixels with ground truth {found['density']:.1f} % have a "
+            f"disparity; off by more than 1 px are {found['bad_sparse'][1.0]:.2f} % of these, "
+            f"off or invalid {found['bad_dense'][1.0]:.2f} % of all; "
+            f"average error {found['average_error']:.2f} px")
+    return '\n'.join(lines)
