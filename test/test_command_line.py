@@ -200,8 +200,8 @@ BAD_INPUT = {
 
 
 @pytest.mark.parametrize('case', BAD_INPUT)
-def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(folder, capsys, monkeypatch,
-                                                                case):
+def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
+        folder, capsys, monkeypatch, case):
     """And it is told before the work begins, but for what only the matcher knows."""
     arguments, words = BAD_INPUT[case]
     if case != 'too many disparities':
