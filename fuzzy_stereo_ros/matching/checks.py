@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a pair of images must be before kernels see it."""
+import numpy as np
+
+FEWEST_ROWS, FEWEST_COLUMNS = 2, 2
+
+
+def checked_pair(left, right, config):
+    """
+    Return the two images as contiguous arrays of one kind, or raise ValueError saying why not.
+
+    left, right: uint8 or uint16, (R, C) or (R, C, 3); where only one has colour it loses it.
+    """
+    images = []
+    for name, image in (('left', left), ('right', right)):
+        if not isinstance(image, np.ndarray):
+            raise ValueError(f'the {name} image is a {type(image).__name__}; '
+                             'give a NumPy array of uint8 or uint16')
+        if image.ndim not in (2, 3) or image.ndim == 3 and image.shape[2] not in (1, 3):
+            raise ValueError(f'the {name} image has the shape {image.shape}; '
+                             'allowed are (rows, columns) and (rows, columns, 3)')
+        if image.dtype not in (np.uint8, np.uint16):
+            raise ValueError(f'the {name} image is {image.dtype}; allowed are uint8 and uint16')
+        images.append(image[..., 0] if image.ndim == 3 and image.shape[2] == 1 else image)
+    left, right = images
+    if left.shape[:2] != right.shape[:2]:
+        raise ValueError(
+            f'the left image is {_size(left)}, the right one {_size(right)}; '
+            'give two rectified images of one size')
+    if left.dtype != right.dtype:
+        raise ValueError(f'the left image is {left.dtype}, the right one {right.dtype}; '
+                         'give two images of one depth')
+    rows, columns = left.shape[:2]
+    if rows < FEWEST_ROWS or columns < FEWEST_COLUMNS:
+        raise ValueError(f'the images are {_size(left)}; '
+                         f'at least {FEWEST_COLUMNS} x {FEWEST_ROWS} pixels are needed')
+    if config.disparities > columns:
+        raise ValueError(
+            f'{config.disparities} disparities are more than the {columns} columns of the images; '
+            'ask for fewer disparities or give larger images')
+    if left.ndim != right.ndim:
+        left, right = _grey(left), _grey(right)
+    return np.ascontiguousarray(left), np.ascontiguousarray(right)
+
+
+def _size(image):
+    return f'{image.shape[1]} x {image.shape[0]}'
+
+
+def _grey(image):
+    """Weigh B + 2 G + R of a colour image, in its own dtype."""
+    if image.ndim == 2:
+        return image
+    weighted = image.astype(np.uint32) @ np.array([1, 2, 1], np.uint32)
+    return ((weighted + 2) >> 2).astype(image.dtype)

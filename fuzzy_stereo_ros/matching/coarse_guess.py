@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The chromosome at half size: the cold parent of every frame, and what it tells the full search.
+
+Not in the paper. It is made anew for each pair, so that it bears witness against a stale previous
+best; its labels narrow the windows of the full search and carry it over weak texture.
+"""
+import cv2
+from fuzzy_stereo_ros.matching.census_possibility import CensusPossibility, HALF_SIZE
+from fuzzy_stereo_ros.matching.kernels import filling, narrowing
+from fuzzy_stereo_ros.matching.kernels.consistency import check_consistency, refuse_speckles
+from fuzzy_stereo_ros.matching.kernels.costs import Prior
+from fuzzy_stereo_ros.matching.scanline_guess import prior_table, ScanlineGuess
+import numpy as np
+
+SPECKLE = 50            # half-size pixels; smaller components of the half map are refused
+DEAD_ZONE, CUT = 2, 4   # the prior is silent within 2 px and says no more beyond 6
+WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
+FLAT = 1                # largest range of labels in 3 x 3 pixels that a prior leans on
+GROW, MARGIN = 8, 4     # pixels around a tile, and labels around its own, that it searches too
+
+
+class CoarseGuess:
+    """A half-size chromosome and its memory."""
+
+    def __init__(self, rows, columns, disparities):
+        """Allocate for full images of a size and a number of disparities."""
+        half_rows, half_columns = rows // 2, columns // 2
+        self.possibility = CensusPossibility(
+            half_rows, half_columns, -(-disparities // 2), HALF_SIZE)
+        self._guess = ScanlineGuess(self.possibility, tile=0)
+        self.verdict = np.zeros((half_rows, half_columns), np.uint8)
+        self.labels, self._filled = (np.zeros_like(self._guess.chosen.labels) for _ in range(2))
+        self._runs = [np.zeros(self.verdict.size, np.int32) for _ in range(4)]
+        self._steps = np.zeros((half_rows, half_columns), np.uint16)
+        self._weak, self._smooth = (np.zeros_like(self.verdict) for _ in range(2))
+        label_type = np.uint8 if disparities <= 256 else np.uint16
+        self.prior = Prior(np.zeros((rows, columns), label_type),
+                           np.zeros((rows, columns), np.uint8), prior_table((DEAD_ZONE, CUT)))
+
+    @property
+    def bands(self):
+        """The bands of rows of the half-size image."""
+        return self._guess.bands
+
+    def search(self, crew, first_inside):
+        """Find the half-size chromosome: `labels`, dense, and the `verdict` on its pixels."""
+        self._guess.search(crew)
+        chosen, columns = self._guess.chosen, self.labels.shape[1]
+        crew.each(lambda band: check_consistency(
+            chosen.labels, chosen.target, self.possibility.disparities, first_inside // 2,
+            self.verdict, band[1], band[2]), self._guess.bands)
+        refuse_speckles(chosen.labels.reshape(-1), self.verdict.reshape(-1), columns, 1, SPECKLE,
+                        *self._runs)
+        crew.each(lambda band: filling.fill_rows(
+            chosen.labels, self.verdict, self._filled, band[1], band[2]), self._guess.bands)
+        cv2.medianBlur(self._filled, 5, dst=self.labels)
+
+    def guide(self, grey):
+        """Make the prior of the full search from the half map; grey: uint8, the full left one."""
+        narrowing.weak_texture(grey, *self.labels.shape, WEAK_TEXTURE, self._steps, self._weak)
+        narrowing.flat(self.labels, FLAT, self._smooth)
+        narrowing.lean_on_half(self.labels, self.verdict, self._weak, self._smooth,
+                               self.prior.labels, self.prior.weights)
+
+    def narrow(self, guess, previous, disparities):
+        """Let each tile of the full guess search what the half map and the previous best say."""
+        windows = guess.windows
+        narrowing.tile_windows(self.labels, previous.labels, previous.weights, disparities,
+                               windows.width, GROW, MARGIN, windows.low, windows.blocks)
+        guess.pack()

@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The configuration of the matcher: every number declared once, with range, unit and sentence."""
+from dataclasses import dataclass, field, fields, replace
+import math
+import numbers
+
+
+def _number(default, low, high, unit, sentence):
+    return field(default=default,
+                 metadata={'low': low, 'high': high, 'unit': unit, 'sentence': sentence})
+
+
+def _switch(default, sentence):
+    return field(default=default, metadata={'sentence': sentence})
+
+
+def _choice(default, choices, sentence):
+    return field(default=default, metadata={'choices': choices, 'sentence': sentence})
+
+
+@dataclass(frozen=True)
+class MatcherConfig:
+    """
+    What the matcher is asked to do, as a frozen value; the defaults are the profile `realtime`.
+
+    Make changes with `dataclasses.replace`; a value that is not allowed raises a ValueError
+    that says what was given and what is allowed.
+    """
+
+    disparities: int = _number(
+        64, 1, 4096, 'px', 'number of disparities searched, from min_disparity upwards')
+    min_disparity: int = _number(
+        0, -2048, 2048, 'px', 'smallest disparity searched')
+    reference: str = _choice(
+        'left', ('left', 'right'),
+        'image the disparities belong to; ROS wants left, the paper matches from the right')
+    fill: bool = _switch(
+        False, 'fill refused pixels from the background; a filled pixel has confidence 0')
+    confidence_threshold: float = _number(
+        0.0, 0.0, 1.0, '', 'pixels less sure than this are invalid')
+    speckle_size: int = _number(
+        100, 0, 1000000, 'px', 'connected regions smaller than this are refused; 0 keeps all')
+    speckle_range: int = _number(
+        1, 0, 255, 'px', 'largest step of disparity inside a connected region')
+    warm_start: bool = _switch(
+        True, 'let the best chromosome of the previous frame take part')
+    deadline_ms: float = _number(
+        0.0, 0.0, 3600000.0, 'ms',
+        'no operator starts after this time; 0 is no deadline, and only then are results '
+        'the same on every run')
+    threads: int = _number(
+        0, 0, 256, '', 'threads that match one pair; 0 takes one a core; never changes the result')
+    seed: int = _number(
+        0, 0, 2**31 - 1, '', 'where chance starts; with it equal input gives equal output')
+    population: int = _number(
+        3, 2, 1000, '', 'number of chromosomes alive')
+    generations: int = _number(
+        2, 0, 1000000, '', 'largest number of generations in one frame')
+    patience: int = _number(
+        0, 0, 1000000, '',
+        'stop after so many generations without a fitter best; 0 runs them all')
+    search: str = _choice(
+        'guided', ('guided', 'paper'),
+        'guesses from the data and the previous frame, or the random search of the paper')
+    mutation_rate: float = _number(
+        0.4, 0.0, 1.0, '', 'share of the cells, the least possible ones, that mutation may strike')
+    elite: float = _number(
+        0.4, 0.0, 1.0, '', 'share of the population, the fittest, that always survives')
+    survival: str = _choice(
+        'rank', ('rank', 'sigmoid'),
+        'how fitness becomes the probability to survive (the paper leaves it open)')
+    class_sigma: float = _number(
+        54.0, 1.0, 1000.0, 'grey levels of 8 bits',
+        'standard deviation of the grey classes of Eq. 1; 54 makes two neighbouring classes '
+        'cross at one half (the paper leaves it open)')
+    neighbourhood: int = _number(
+        5, 1, 31, 'px',
+        'side of the square N of Eq. 3 and of mutated patches, odd (the paper leaves it open)')
+
+    def __post_init__(self):
+        for parameter in fields(self):
+            _check(parameter, getattr(self, parameter.name))
+        if self.neighbourhood % 2 == 0:
+            raise ValueError(
+                f'neighbourhood is {self.neighbourhood}; allowed are odd numbers from 1 to 31')
+
+    @classmethod
+    def from_profile(cls, name='realtime', **changes):
+        """
+        Return the configuration of a profile with single values changed.
+
+        name: one of `PROFILES`. Unknown profiles and parameters raise ValueError.
+        """
+        if name not in PROFILES:
+            raise ValueError(f"profile is '{name}'; allowed are {', '.join(PROFILES)}")
+        unknown = set(changes) - {parameter.name for parameter in fields(cls)}
+        if unknown:
+            raise ValueError(
+                f"no parameter is called {', '.join(sorted(unknown))}; "
+                f"there are {', '.join(parameter.name for parameter in fields(cls))}")
+        return replace(cls(**PROFILES[name]), **changes)
+
+
+PROFILES = {
+    'realtime': {},
+    'paper': {
+        'reference': 'right',
+        'warm_start': False,
+        'speckle_size': 0,
+        'population': 70,
+        'generations': 100,
+        'search': 'paper',
+    },
+}
+
+
+def _check(parameter, value):
+    """Raise ValueError unless value is of the parameter's type and in its range."""
+    kind, name = parameter.type, parameter.name
+    if kind is bool:
+        if not isinstance(value, bool):
+            raise ValueError(f'{name} is {value!r}; allowed are true and false')
+        return
+    if kind is str:
+        choices = parameter.metadata['choices']
+        if value not in choices:
+            raise ValueError(f"{name} is {value!r}; allowed are {', '.join(choices)}")
+        return
+    low, high = parameter.metadata['low'], parameter.metadata['high']
+    wanted = numbers.Integral if kind is int else numbers.Real
+    if (not isinstance(value, wanted) or isinstance(value, bool)
+            or not math.isfinite(value) or not low <= value <= high):
+        what = 'whole numbers' if kind is int else 'numbers'
+        raise ValueError(f'{name} is {value!r}; allowed are {what} from {low} to {high}')

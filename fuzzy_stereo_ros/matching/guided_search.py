@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The search of the profile `realtime`: guesses from the data and the previous frame, joined.
+
+One frame: the half-size chromosome says where to look; the scanline chromosome is the best guess;
+its refused cells, the least possible ones, take background genes in two ways, which makes two
+members; the previous best, where trusted, is a third. Generations cross the fittest with the
+others, then with mutants of itself, and keep what is fitter.
+"""
+import time
+
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.census_fitness import CensusFitness
+from fuzzy_stereo_ros.matching.census_possibility import (
+    CensusPossibility, fine_places, FULL_SIZE)
+from fuzzy_stereo_ros.matching.coarse_guess import CoarseGuess
+from fuzzy_stereo_ros.matching.kernels import filling
+from fuzzy_stereo_ros.matching.kernels.chance import key_of
+from fuzzy_stereo_ros.matching.refinement import Refinement
+from fuzzy_stereo_ros.matching.scanline_guess import ScanlineGuess
+from fuzzy_stereo_ros.matching.warm_start import WarmStart
+import numpy as np
+
+TILE = 64           # pixels of a side of the tiles that search labels of their own
+REACH = 16          # pixels from which a mutated patch takes its gene
+CELLS_A_PATCH = 200   # one patch is tried for so many cells
+
+
+class GuidedSearch:
+    """
+    The population of one image size, evolved on one pair after the other.
+
+    population: uint8 or uint16 (P, R, C), genes from 0; fitness: float64 (P,), higher is fitter;
+    best: index of the fittest; settled: never, the budget ends the search.
+    """
+
+    settled = False
+    best = 0
+
+    def __init__(self, config, rows, columns):
+        """Allocate all that pairs of one size need."""
+        self._config, self._shape = config, (rows, columns)
+        self._crew = Crew(config.threads)
+        self._possibility = CensusPossibility(rows, columns, config.disparities, FULL_SIZE)
+        self._coarse = CoarseGuess(rows, columns, config.disparities)
+        self._guess = ScanlineGuess(self._possibility, TILE)
+        self._warm = WarmStart(rows, columns, config.disparities)
+        labels_type = self._guess.chosen.labels.dtype
+        self._refinement = Refinement(rows, columns, config.disparities, labels_type)
+        self._fitness = CensusFitness(
+            self._possibility, self._refinement.verdict, self._guess.chosen.target)
+        self._members = np.zeros((config.population, rows, columns), labels_type)
+        self.fitness = np.zeros(config.population)
+        self.warm, self.times = False, {}
+
+    @property
+    def population(self):
+        """The members alive, the fittest first."""
+        return self._members[:len(self.fitness)]
+
+    def start(self, left, right, state, seed_words):
+        """
+        Make the initial population of a pair.
+
+        left, right: uint8 or uint16 (R, C) or (R, C, 3); state: the previous frame's FrameState
+        or None; seed_words: whole numbers that chance is made of.
+        """
+        self._seed_words, self._state = seed_words, state
+        self._first_inside = max(self._config.min_disparity, 0)
+        self.times, self._clock = {}, time.perf_counter_ns()
+        self._see(left, right)
+        self._took('possibility')
+        self._coarse.search(self._crew, self._first_inside)
+        self._coarse.guide(self._possibility.left.grey)
+        self._warm.judge(self._crew, state, self._possibility, self._first_inside, self._coarse)
+        self._took('coarse')
+        self._coarse.narrow(self._guess, self._warm.prior, self._config.disparities)
+        self._guess.search(self._crew, self._coarse.prior, self._warm.prior)
+        self._took('scanlines')
+        self._refinement.refuse(self._crew, self._guess.chosen, self._first_inside,
+                                self._config.speckle_size, self._config.speckle_range)
+        self._fitness.look(self._crew, self._first_inside)
+        self._seed()
+        self._took('seeds')
+
+    def _took(self, stage):
+        """Note the milliseconds since the last stage ended."""
+        now = time.perf_counter_ns()
+        self.times[stage] = (now - self._clock) / 1e6
+        self._clock = now
+
+    def _see(self, left, right):
+        """Read the pair at both sizes. The right image is moved by the smallest disparity."""
+        full, half = self._possibility, self._coarse.possibility
+        places, shift = fine_places(left, right), self._config.min_disparity
+
+        def read(band):
+            full.left.read(left, 0, places, band[1], band[2])
+            full.right.read(right, shift, places, band[1], band[2])
+
+        def halve(band):
+            full.describe(band[1], band[2])
+
+        def describe(band):
+            half.describe(band[1], band[2])
+        bands = self._guess.bands
+        self._crew.each(read, bands)
+        self._crew.each(halve, bands)
+        half_bands = self._coarse.bands
+        self._crew.each(lambda band: (full.left.halve(half.left, band[1], band[2]),
+                                      full.right.halve(half.right, band[1], band[2])), half_bands)
+        self._crew.each(describe, half_bands)
+
+    def _seed(self):
+        """Make the first members: refused cells take background genes by rows, by columns."""
+        labels, verdict = self._guess.chosen.labels, self._refinement.verdict
+        by_rows, by_columns = self._members[0], self._members[1]
+        self._crew.each(lambda band: filling.fill_rows(
+            labels, verdict, by_rows, band[1], band[2]), self._guess.bands)
+        filling.fill_columns(labels, verdict, by_rows, by_columns)
+        members = 2
+        self.warm = self._state is not None
+        if self.warm and self._config.population > members:
+            filling.take_trusted(by_rows, self._state.labels, self._warm.prior.weights,
+                                 self._members[members])
+            members += 1
+        self.fitness = np.full(members, self._fitness.adopt(self._crew, by_rows))
+
+    def generation(self, number):
+        """Cross the fittest with the other members, or with its mutants; return the gains."""
+        if number == 1:
+            gains = {}
+            for father, name in zip(range(1, len(self.fitness)), ('crossover', 'previous_best')):
+                gains[name] = self._cross(father)
+            return gains
+        rows, columns = self._shape
+        mutant = self._members[1]
+        mutant[:] = self._members[0]
+        self._fitness.mutate(
+            self._members[0], mutant, self._config.mutation_rate, self._config.neighbourhood // 2,
+            REACH, rows * columns // CELLS_A_PATCH, key_of(*self._seed_words, number))
+        return {'mutation': self._cross(1)}
+
+    def _cross(self, father):
+        """Cross the fittest with another member; return the fitness gained."""
+        gained, ahead = self._fitness.join(
+            self._crew, self._members[0], self._members[father])
+        self.fitness[father] = self.fitness[0] + ahead
+        self.fitness[0] += gained
+        return gained
+
+    def finish(self, stamp, frame, disparity, confidence):
+        """
+        Refine the best chromosome into disparities and return the state for the next frame.
+
+        disparity, confidence: float32 (R, C), written
+        """
+        self._took('generations')
+        chosen = self._guess.chosen
+        self._refinement.smooth(self._crew, self._members[0], self._possibility.left.grey)
+        self._refinement.express(self._crew, chosen, self._config, disparity, confidence)
+        self._took('refinement')
+        if not self._config.warm_start:
+            return None
+        state = self._warm.hand_on(
+            self._crew, self._refinement.labels, self._refinement.verdict, self._possibility,
+            self._first_inside, self._config, stamp, frame)
+        self._took('handing_on')
+        return state

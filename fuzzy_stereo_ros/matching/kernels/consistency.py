@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which pixels to refuse: left-right consistency and small components (speckles)."""
+from numba import njit
+import numpy as np
+
+CONSISTENT, OUTSIDE, REFUSED = 0, 1, 2
+
+
+@njit(nogil=True, cache=True)
+def check_consistency(labels, target, disparities, first_inside, verdict, first, last):
+    """
+    Compare each pixel with what the target pixel that it points at chose.
+
+    labels: uint8 or uint16 (R, C); target: uint8 (R, C), labels modulo 256; first_inside: the
+    first column of the (moved) target that exists; verdict: uint8 (R, C), CONSISTENT, OUTSIDE
+    (points beyond the target image, cannot be checked) or REFUSED.
+    """
+    columns = labels.shape[1]
+    for row in range(first, last):
+        for column in range(columns):
+            label = np.int64(labels[row, column])
+            pointed = column - label
+            if pointed < first_inside:
+                verdict[row, column] = OUTSIDE
+                continue
+            difference = (label - np.int64(target[row, pointed]) + 1) & 255
+            verdict[row, column] = CONSISTENT if difference <= 2 else REFUSED
+
+
+@njit(nogil=True, cache=True)
+def root(parent, run):
+    """Return the representative of a set, halving the way to it (union-find)."""
+    while parent[run] != run:
+        parent[run] = parent[parent[run]]
+        run = parent[run]
+    return run
+
+
+@njit(nogil=True, cache=True)
+def _near(labels, one, two, step):
+    return abs(np.int64(labels[one]) - np.int64(labels[two])) <= step
+
+
+@njit(nogil=True, cache=True)
+def _runs_of_row(labels, verdict, begin, end, place, stop, step, known):
+    """Append the runs of a row: neighbours not refused whose steps are at most `step`."""
+    while place < stop:
+        if verdict[place] == REFUSED:
+            place += 1
+            continue
+        begin[known] = place
+        place += 1
+        while place < stop and verdict[place] != REFUSED and _near(
+                labels, place, place - 1, step):
+            place += 1
+        end[known] = place
+        known += 1
+    return known
+
+
+@njit(nogil=True, cache=True)
+def _touch(labels, begin, end, columns, step):
+    """Return whether some pixel of begin .. end is within step of the one above it."""
+    place = begin
+    while place < end and not _near(labels, place, place - columns, step):
+        place += 1
+    return place < end
+
+
+@njit(nogil=True, cache=True)
+def refuse_speckles(labels, verdict, columns, step, smallest, begin, end, parent, size):
+    """
+    Refuse the components of fewer than `smallest` pixels, 4-connected by steps of at most `step`.
+
+    labels, verdict: flat, of R * columns pixels; begin, end, parent, size: int32, as long,
+    working memory with an element a run.
+    """
+    known = above_first = 0
+    for place in range(0, labels.size, columns):
+        first = known
+        known = _runs_of_row(labels, verdict, begin, end, place, place + columns, step, known)
+        above = above_first
+        for run in range(first, known):
+            parent[run] = run
+            size[run] = 0
+            low, high = begin[run] - columns, end[run] - columns
+            while above < first and end[above] <= low:
+                above += 1
+            other = above
+            while other < first and begin[other] < high:
+                if _touch(labels, max(low, begin[other]) + columns,
+                          min(high, end[other]) + columns, columns, step):
+                    one, two = root(parent, run), root(parent, other)
+                    parent[max(one, two)] = min(one, two)
+                other += 1
+        above_first = first
+    for run in range(known):
+        size[root(parent, run)] += end[run] - begin[run]
+    for run in range(known):
+        if size[root(parent, run)] < smallest:
+            verdict[begin[run]:end[run]] = REFUSED

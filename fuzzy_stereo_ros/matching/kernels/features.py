@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the census possibility reads of an image: fine grey, 8-bit grey, census, gradient, edges.
+
+Images of the target are mirrored: its column c lies at index `columns - 1 - c`, so that the
+candidates of a pixel, disparities upwards, are one contiguous load.
+"""
+from numba import njit
+import numpy as np
+
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    bit_and, bit_or, LANES, less, load, narrow, splat, store)
+
+MARGIN = 2       # pixels around a padded image: half of the census window
+SLACK = 64       # elements behind a row that a vector may read or write
+
+
+@njit(nogil=True, cache=True)
+def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last):
+    """
+    Weigh B + 2 G + R, kept fine in 16 bits for census and rounded to 8 bits for the rest.
+
+    image: uint8 or uint16 (R, C, 3); shift: columns to move the image to the right;
+    places: fine = (B + 2 G + R) * 2**places; fine: uint16 (R + 4, C + 4 + SLACK), written inside
+    its margin; grey: uint8 (R, C + SLACK), fine / 256.
+    """
+    columns = image.shape[1]
+    for row in range(first, last):
+        for column in range(columns):
+            source = min(max(column - shift, 0), columns - 1)
+            value = (np.uint32(image[row, source, 0]) + np.uint32(2) * image[row, source, 1]
+                     + np.uint32(image[row, source, 2]))
+            value = value << np.uint32(places) if places >= 0 else value >> np.uint32(-places)
+            target = columns - 1 - column if mirrored else column
+            fine[row + MARGIN, target + MARGIN] = value
+            grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
+        _pad_row(fine, row, columns)
+
+
+@njit(nogil=True, cache=True)
+def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
+    """Do the same with one channel, uint8 or uint16 (R, C): fine = image * 2**places."""
+    columns = image.shape[1]
+    for row in range(first, last):
+        for column in range(columns):
+            source = min(max(column - shift, 0), columns - 1)
+            value = np.uint32(image[row, source]) << np.uint32(places)
+            target = columns - 1 - column if mirrored else column
+            fine[row + MARGIN, target + MARGIN] = value
+            grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
+        _pad_row(fine, row, columns)
+
+
+@njit(nogil=True, cache=True)
+def _pad_row(fine, row, columns):
+    """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
+    rows = fine.shape[0] - 2 * MARGIN
+    line = fine[row + MARGIN]
+    line[:MARGIN] = line[MARGIN]
+    line[columns + MARGIN:] = line[columns + MARGIN - 1]
+    for edge in range(MARGIN):
+        if row == 0:
+            fine[edge] = line
+        if row == rows - 1:
+            fine[rows + MARGIN + edge] = line
+
+
+@njit(nogil=True, cache=True)
+def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
+    """
+    Halve an image by the mean of 2 x 2 pixels, for the half rows first to last.
+
+    columns: of the half image; offset: first column used of the full one.
+    """
+    for row in range(first, last):
+        above, below = fine[2 * row + MARGIN], fine[2 * row + 1 + MARGIN]
+        for column in range(columns):
+            left = 2 * column + offset + MARGIN
+            half_fine[row + MARGIN, column + MARGIN] = (
+                np.uint32(above[left]) + above[left + 1] + below[left] + below[left + 1]
+            ) >> np.uint32(2)
+        _pad_row(half_fine, row, columns)
+        above_grey, below_grey = grey[2 * row], grey[2 * row + 1]
+        for column in range(columns):
+            left = 2 * column + offset
+            half_grey[row, column] = (
+                np.uint16(above_grey[left]) + above_grey[left + 1] + below_grey[left]
+                + below_grey[left + 1] + np.uint16(2)) >> np.uint16(2)
+
+
+@njit(nogil=True, cache=True)
+def census(fine, mirrored, columns, codes, first, last):
+    """
+    Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
+
+    fine: uint16, padded; codes: uint8 (R, 3, stride), a byte plane for eight neighbours; behind
+    the columns of a mirrored image its last code is repeated.
+    """
+    source, target = fine.reshape(-1), codes.reshape(-1)
+    fine_stride, stride = fine.shape[1], codes.shape[2]
+    for row in range(first, last):
+        for column in range(0, columns, LANES):
+            centre_index = (row + MARGIN) * fine_stride + column + MARGIN
+            centre = load(source, centre_index)
+            neighbour = 0
+            for plane in range(3):
+                code = splat(np.uint8(0))
+                for bit in range(8):
+                    position = neighbour if neighbour < 12 else neighbour + 1
+                    down, right = position // 5 - 2, position % 5 - 2
+                    if mirrored:
+                        right = -right
+                    other = load(source, centre_index + down * fine_stride + right)
+                    code = bit_or(code, bit_and(
+                        narrow(less(other, centre)), splat(np.uint8(1 << bit))))
+                    neighbour += 1
+                store(target, (row * 3 + plane) * stride + column, code)
+        for plane in range(3):
+            for column in range(columns, stride):
+                codes[row, plane, column] = codes[row, plane, columns - 1]
+
+
+@njit(nogil=True, cache=True)
+def gradient(grey, mirrored, columns, slopes, first, last):
+    """
+    Half of the central difference along the row, 128 where flat and at the borders.
+
+    grey: uint8 (R, C + SLACK); slopes: uint8 (R, stride), the last one repeated behind the row.
+    """
+    for row in range(first, last):
+        for column in range(1, columns - 1):
+            step = (np.int16(grey[row, column + 1]) - np.int16(grey[row, column - 1]))
+            if mirrored:
+                step = -step
+            slopes[row, column] = np.int16(128) + (step >> np.int16(1))
+        slopes[row, 0] = slopes[row, columns - 1] = 128
+        for column in range(columns, slopes.shape[1]):
+            slopes[row, column] = 128
+
+
+@njit(nogil=True, cache=True)
+def jump_penalties(grey, table, columns, across, down, first, last):
+    """
+    Look up what a jump of disparity costs, by the grey step it happens at.
+
+    table: uint8 (256,); across, down: uint8 (R, C), the penalty between a pixel and its left, its
+    upper neighbour.
+    """
+    for row in range(first, last):
+        above = max(row - 1, 0)
+        across[row, 0] = table[0]
+        for column in range(1, columns):
+            across[row, column] = table[abs(
+                np.int64(grey[row, column]) - np.int64(grey[row, column - 1]))]
+        for column in range(columns):
+            down[row, column] = table[abs(
+                np.int64(grey[row, column]) - np.int64(grey[above, column]))]

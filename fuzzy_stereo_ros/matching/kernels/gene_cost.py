@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a gene costs: its match where it can be seen, a constant where it is hidden, and its jumps.
+
+A refused pixel has no match to judge by. Its label is judged by the target pixel it points at:
+if that pixel shows something nearer, the label is hidden, as it should be; if it shows something
+farther, the label would stand in front of it, which is a contradiction.
+"""
+from typing import NamedTuple
+
+from numba import njit
+import numpy as np
+
+from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.costs import Features, match_cost
+from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
+
+
+class Scene(NamedTuple):
+    """What the fitness of a chromosome is measured against."""
+
+    features: Features
+    penalties: Penalties      # the fitness's own, smaller than those of the passes
+    verdict: np.ndarray       # uint8 (R, C), which pixels are refused
+    target: np.ndarray        # uint8 (R, C), the target's labels modulo 256
+    first_inside: int         # first column of the target that exists
+    hidden: int               # cost of a gene that something nearer hides, or that points outside
+    contradicted: int         # cost of a gene that hides what can be seen
+
+
+@njit(nogil=True, cache=True)
+def jump_cost(one, other, small, jump):
+    """Return what a change of labels costs: 0, P1 for one, P2 beyond."""
+    difference = abs(one - other)
+    if difference == 0:
+        return 0
+    return small if difference == 1 else np.int64(jump)
+
+
+@njit(nogil=True, cache=True)
+def gene_costs(scene, chromosome, mother, costs, first, last):
+    """
+    Write the data cost of the genes of some rows that differ from the mother's.
+
+    chromosome: (R, C) labels; mother: the same, or (0, 0) for all genes; costs: uint8 (R, C).
+    """
+    features, target, verdict = scene.features, scene.target, scene.verdict
+    census, target_census = features.census, features.target_census
+    slopes, target_slopes = features.slopes, features.target_slopes
+    wide = features.disparities > 256
+    for row in range(first, last):
+        for column in range(chromosome.shape[1]):
+            label = np.int64(chromosome[row, column])
+            if mother.size > 0 and label == np.int64(mother[row, column]):
+                continue
+            pointed = column - label
+            if pointed < scene.first_inside:
+                costs[row, column] = scene.hidden
+                continue
+            if verdict[row, column] == REFUSED:
+                nearer = np.int64(target[row, pointed]) - label
+                if wide:
+                    nearer = ((nearer + 128) & 255) - 128
+                if nearer > 1:
+                    costs[row, column] = scene.hidden
+                    continue
+                if nearer < -1:
+                    costs[row, column] = scene.contradicted
+                    continue
+            costs[row, column] = match_cost(census, target_census, slopes, target_slopes,
+                                            features, row, column, label)
+
+
+@njit(nogil=True, cache=True)
+def jump_costs(penalties, chromosome, first, last):
+    """Return what the jumps to the left and up cost, over the genes of some rows."""
+    small, across, down = penalties.small, penalties.across, penalties.down
+    total = 0
+    for row in range(first, last):
+        for column in range(chromosome.shape[1]):
+            label = np.int64(chromosome[row, column])
+            if column > 0:
+                total += jump_cost(label, np.int64(chromosome[row, column - 1]), small,
+                                   across[row, column])
+            if row > 0:
+                total += jump_cost(label, np.int64(chromosome[row - 1, column]), small,
+                                   down[row, column])
+    return total

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Membership median: at a jump of disparity, the median of the neighbours of like grey.
+
+A fuzzy class made crisp: the class of a pixel is what its 7 x 7 neighbours share in grey.
+"""
+from numba import njit
+
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
+    saturating_subtract, shift_right, splat_like, store, subtract)
+
+RADIUS = 3
+NEIGHBOURS = (2 * RADIUS + 1) ** 2
+ALL_EQUAL = 2**32 - 1
+
+
+@njit(nogil=True, cache=True)
+def pad_map(values, columns, padded, first, last):
+    """Copy the columns of a map into one with RADIUS pixels around, its border repeated."""
+    rows = padded.shape[0] - 2 * RADIUS
+    for row in range(first, last):
+        inside = padded[row + RADIUS]
+        inside[RADIUS:RADIUS + columns] = values[row, :columns]
+        inside[:RADIUS] = values[row, 0]
+        inside[RADIUS + columns:] = values[row, columns - 1]
+        for edge in range(RADIUS):
+            if row == 0:
+                padded[edge] = inside
+            if row == rows - 1:
+                padded[rows + RADIUS + edge] = inside
+
+
+@njit(nogil=True, cache=True)
+def _median(labels, count, bits):
+    """Return the median of the `count` smallest of NEIGHBOURS, found bit by bit."""
+    half = shift_right(count, 1)
+    zero = splat_like(count, 0)
+    result = zero
+    for place in range(bits - 1, -1, -1):
+        candidate = bit_or(result, splat_like(count, 1 << place))
+        smaller = zero
+        for neighbour in range(NEIGHBOURS):
+            smaller = subtract(smaller, less(load(labels, LANES * neighbour), candidate))
+        result = choose(at_most(smaller, half), candidate, result)
+    return result
+
+
+@njit(nogil=True, cache=True)
+def membership_median(padded, padded_grey, reach, bits, columns, out, labels, first, last):
+    """
+    Take the median over the like neighbours where the 7 x 7 pixels span more than one label.
+
+    padded, padded_grey: (R + 6, C + 70) of one dtype, uint8 or uint16; reach: the grey
+    difference still alike; bits: of the largest label; out: (R, C + 64); labels: working
+    memory of 49 * 32 elements.
+    """
+    stride, out_stride = padded.shape[1], out.shape[1]
+    source, grey, target = padded.reshape(-1), padded_grey.reshape(-1), out.reshape(-1)
+    for row in range(first, last):
+        for column in range(0, columns, LANES):
+            centre = (row + RADIUS) * stride + column + RADIUS
+            low = high = here = load(source, centre)
+            for down in range(-RADIUS, RADIUS + 1):
+                for right in range(-RADIUS, RADIUS + 1):
+                    other = load(source, centre + down * stride + right)
+                    low, high = minimum(low, other), maximum(high, other)
+            one = splat_like(here, 1)
+            jump = less(one, subtract(high, low))
+            if equal_bits(jump, splat_like(here, 0)) == ALL_EQUAL:
+                store(target, row * out_stride + column, here)
+                continue
+            centre_grey, count, neighbour = load(grey, centre), splat_like(here, 0), 0
+            alike = splat_like(here, reach)
+            for down in range(-RADIUS, RADIUS + 1):
+                for right in range(-RADIUS, RADIUS + 1):
+                    place = centre + down * stride + right
+                    other_grey = load(grey, place)
+                    difference = bit_or(saturating_subtract(other_grey, centre_grey),
+                                        saturating_subtract(centre_grey, other_grey))
+                    unlike = less(alike, difference)
+                    count = add(count, add(unlike, one))
+                    store(labels, LANES * neighbour, bit_or(load(source, place), unlike))
+                    neighbour += 1
+            store(target, row * out_stride + column,
+                  choose(jump, _median(labels, count, bits), here))

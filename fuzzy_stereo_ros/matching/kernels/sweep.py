@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A scanline chromosome in two sweeps over a band of rows: downwards, then upwards.
+
+Rows are computed while their costs are still in the cache. Bands are cut by the image's size and
+start `overlap` rows early, so that the number of threads never changes a result.
+"""
+from typing import NamedTuple
+
+from numba import njit
+import numpy as np
+
+from fuzzy_stereo_ros.matching.kernels.choice import (
+    best_label, equiangular, least_elsewhere, offer_to_target, total_of)
+from fuzzy_stereo_ros.matching.kernels.costs import box_row, cost_row, raw_row
+from fuzzy_stereo_ros.matching.kernels.scanlines import (
+    across, gather, realign_rows, ROWS_AT_ONCE, step)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+
+
+class Windows(NamedTuple):
+    """Which labels each tile searches, and where its costs lie in a packed volume."""
+
+    width: int
+    height: int
+    low: np.ndarray          # int64 (tile rows, tile columns), the first label
+    blocks: np.ndarray       # int64 (tile rows, tile columns), 32 labels each
+    offset: np.ndarray       # int64 (tile rows, tile columns), bytes from the start of the row
+    row_size: np.ndarray     # int64 (tile rows,), bytes of a row of pixels
+    base: np.ndarray         # int64 (tile rows,), bytes before the first row
+
+
+class Volume(NamedTuple):
+    """Costs and sums of all tiles, packed."""
+
+    costs: np.ndarray        # uint8
+    sums: np.ndarray         # uint8
+
+
+class Penalties(NamedTuple):
+    """What changes of disparity cost."""
+
+    small: int               # P1, a change by one
+    across: np.ndarray       # uint8 (R, C), P2 to the left neighbour
+    down: np.ndarray         # uint8 (R, C), P2 to the upper neighbour
+
+
+class Chosen(NamedTuple):
+    """What the sweeps choose."""
+
+    labels: np.ndarray       # uint16 (R, C)
+    offsets: np.ndarray      # int8 (R, C), 1/16 px
+    sums: np.ndarray         # uint8 (R, C), summed cost of the label
+    margins: np.ndarray      # uint8 (R, C), how much worse the best label elsewhere is
+    target: np.ndarray       # uint8 (R, C), the target's labels modulo 256
+
+
+class Scratch(NamedTuple):
+    """Working memory of one band."""
+
+    paths: np.ndarray        # uint8, vertical paths of a row of pixels
+    other_paths: np.ndarray  # uint8, the same while they are carried to other windows
+    least: np.ndarray        # uint8 (C,), their least costs
+    chains: np.ndarray       # uint8, horizontal paths of the rows at once
+    labels: np.ndarray       # uint8, one pixel's labels
+    outside: np.ndarray      # uint8, costs of a row outside the band
+    ring: np.ndarray         # uint8, raw costs of the three rows of a box sum
+    best_sums: np.ndarray    # uint8 (C + D + 64,)
+    best_labels: np.ndarray  # uint8 (C + D + 64,)
+
+
+@njit(nogil=True, cache=True)
+def _fill_box_costs(features, places, row, is_start, blocks, costs, at, ring):
+    """Write a row of box sums; rows come in order, so that only the raw row below is new."""
+    rows, size = features.slopes.shape[0], features.columns * LANES * blocks
+    newest = min(row + 1, rows - 1)
+    for near in range(max(row - 1, 0) if is_start else newest, newest + 1):
+        raw_row(features, near, blocks, ring, near % 3 * size)
+    box_row(ring[max(row - 1, 0) % 3 * size:], ring[row % 3 * size:], ring[newest % 3 * size:],
+            features, blocks, places, costs, at)
+
+
+@njit(nogil=True, cache=True)
+def _fill_costs(features, half_prior, previous_prior, windows, row, costs, at):
+    """Write the costs of a row of all tiles."""
+    tile_row = row // windows.height
+    for tile in range(windows.low.shape[1]):
+        begin = tile * windows.width
+        cost_row(features, half_prior, previous_prior, row, begin,
+                 min(begin + windows.width, features.columns), windows.low[tile_row, tile],
+                 windows.blocks[tile_row, tile], costs, at + windows.offset[tile_row, tile])
+
+
+@njit(nogil=True, cache=True)
+def _step_column_paths(windows, tile_row, columns, penalties, row, small, costs, at, scratch,
+                       sums, gathered):
+    """Move the vertical paths on by a row; add them to the sums where `gathered`."""
+    for tile in range(windows.low.shape[1]):
+        begin = tile * windows.width
+        blocks = windows.blocks[tile_row, tile]
+        place = windows.offset[tile_row, tile]
+        for column in range(begin, min(begin + windows.width, columns)):
+            scratch.least[column] = step(
+                scratch.paths, place, blocks, scratch.least[column], penalties[row, column],
+                small, costs, at + place)
+            if gathered:
+                gather(scratch.paths, place, blocks, sums, at + place)
+            place += LANES * blocks
+
+
+@njit(nogil=True, cache=True)
+def downwards(features, box, half_prior, previous_prior, windows, volume, penalties, first, last,
+              overlap, scratch):
+    """
+    Fill costs and sums of the rows first .. last: paths right, left and down.
+
+    box: 0, or costs are sums of 3 x 3 pixels / 2**box, without priors and with one window. The
+    downward paths start `overlap` rows above, at the image's border at the most.
+    """
+    columns, small = features.columns, np.uint8(penalties.small)
+    scratch.paths[:] = 0
+    scratch.least[:] = 0
+    start = max(first - overlap, 0)
+    row = start
+    while row < last:
+        tile_row = row // windows.height
+        size = windows.row_size[tile_row]
+        if row > start and row % windows.height == 0:
+            realign_rows(scratch.paths, scratch.other_paths, windows, tile_row - 1, tile_row,
+                         columns, scratch.labels)
+            scratch.paths[:] = scratch.other_paths
+        inside = row >= first
+        count, costs, at = 1, scratch.outside, 0
+        if inside:
+            count = min(ROWS_AT_ONCE, min((tile_row + 1) * windows.height, last) - row)
+            costs = volume.costs
+            at = windows.base[tile_row] + (row - tile_row * windows.height) * size
+        for chain in range(row, row + count):
+            if box > 0:
+                _fill_box_costs(features, box, chain, chain == start, windows.blocks[tile_row, 0],
+                                costs, at + (chain - row) * size, scratch.ring)
+            else:
+                _fill_costs(features, half_prior, previous_prior, windows, chain, costs,
+                            at + (chain - row) * size)
+        if inside:
+            for rightwards in (True, False):
+                across(costs, volume.sums, at, size, windows, tile_row, rightwards,
+                       penalties.across, row, count, small, scratch.chains, scratch.labels)
+        for chain in range(count):
+            _step_column_paths(windows, tile_row, columns, penalties.down, row + chain, small,
+                               costs, at + chain * size, scratch, volume.sums, inside)
+        row += count
+
+
+@njit(nogil=True, cache=True)
+def _choose_row(windows, tile_row, row, features, sums, at, scratch, chosen):
+    """Add the upward paths to the sums of a row and choose its labels for both views."""
+    columns, totals = features.columns, scratch.labels
+    scratch.best_sums[:] = 255
+    for tile in range(windows.low.shape[1]):
+        begin = tile * windows.width
+        low, blocks = windows.low[tile_row, tile], windows.blocks[tile_row, tile]
+        place = windows.offset[tile_row, tile]
+        highest = min(low + LANES * blocks, features.disparities) - low - 1
+        for column in range(begin, min(begin + windows.width, columns)):
+            total_of(sums, at + place, scratch.paths, place, blocks, totals)
+            best, least = best_label(totals, blocks)
+            offset = 0
+            if 0 < best < highest:
+                offset = equiangular(np.int64(totals[best - 1]), np.int64(least),
+                                     np.int64(totals[best + 1]))
+            chosen.labels[row, column] = low + best
+            chosen.offsets[row, column] = offset
+            chosen.sums[row, column] = least
+            chosen.margins[row, column] = least_elsewhere(totals, blocks, best) - least
+            offer_to_target(totals, blocks, low, columns - 1 - column + low,
+                            scratch.best_sums, scratch.best_labels)
+            place += LANES * blocks
+    for column in range(columns):
+        chosen.target[row, column] = scratch.best_labels[columns - 1 - column]
+
+
+@njit(nogil=True, cache=True)
+def upwards(features, windows, volume, penalties, first, last, overlap, scratch, chosen):
+    """
+    Add the upward paths to the sums of the rows first .. last and choose their labels.
+
+    The costs of the `overlap` rows below must be there: run `downwards` on all bands before.
+    """
+    columns, small = features.columns, np.uint8(penalties.small)
+    rows = penalties.down.shape[0]
+    scratch.paths[:] = 0
+    scratch.least[:] = 0
+    start = min(last + overlap, rows) - 1
+    for row in range(start, first - 1, -1):
+        tile_row = row // windows.height
+        if row < start and (row + 1) % windows.height == 0:
+            realign_rows(scratch.paths, scratch.other_paths, windows, tile_row + 1, tile_row,
+                         columns, scratch.labels)
+            scratch.paths[:] = scratch.other_paths
+        size = windows.row_size[tile_row]
+        at = windows.base[tile_row] + (row - tile_row * windows.height) * size
+        _step_column_paths(windows, tile_row, columns, penalties.down, min(row + 1, rows - 1),
+                           small, volume.costs, at, scratch, volume.sums, False)
+        if row < last:
+            _choose_row(windows, tile_row, row, features, volume.sums, at, scratch, chosen)

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where the previous frame's best chromosome can still be trusted, judged on this frame."""
+from numba import njit
+import numpy as np
+
+from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT
+from fuzzy_stereo_ros.matching.kernels.costs import match_cost
+
+TILE = 16        # pixels of a side of the tiles that are trusted or not
+
+
+@njit(nogil=True, cache=True)
+def tile_costs(features, labels, first_inside, costs, first, last):
+    """
+    Average the cost of a map over tiles of TILE x TILE pixels, on every other pixel.
+
+    labels: (R, C); costs: float32 (tile rows, tile columns), the tile rows first .. last.
+    """
+    rows, columns = labels.shape
+    census, target_census = features.census, features.target_census
+    slopes, target_slopes = features.slopes, features.target_slopes
+    for tile_row in range(first, last):
+        for tile_column in range(costs.shape[1]):
+            total, number = 0, 0
+            for row in range(tile_row * TILE, min((tile_row + 1) * TILE, rows), 2):
+                for column in range(tile_column * TILE + (row // 2) % 2,
+                                    min((tile_column + 1) * TILE, columns), 2):
+                    label = np.int64(labels[row, column])
+                    if column - label >= first_inside:
+                        total += match_cost(census, target_census, slopes, target_slopes,
+                                            features, row, column, label)
+                        number += 1
+            costs[tile_row, tile_column] = np.float32(total) / np.float32(max(number, 1))
+
+
+@njit(nogil=True, cache=True)
+def trusted_cells(labels, verdict, half, half_verdict, costs_now, costs_then, tolerance, distance,
+                  half_labels, trusted):
+    """
+    Mark the half pixels where the previous best may be leant on.
+
+    labels, verdict: (R, C), the previous best and whether it was consistent then; half,
+    half_verdict: (r, c), this frame's half map; costs_now, costs_then: mean costs by tile on this
+    frame and on its own; half_labels: (r, c), the previous best on the half grid; trusted: uint8
+    (r, c). Trusted is what was consistent, does not cost `tolerance` more than it did, and is
+    within `distance` of what the half map says, where that says anything.
+    """
+    rows, columns = half.shape
+    for row in range(rows):
+        for column in range(columns):
+            label = np.int64(labels[2 * row, 2 * column])
+            half_labels[row, column] = label
+            tile_row, tile_column = 2 * row // TILE, 2 * column // TILE
+            dear = (costs_now[tile_row, tile_column]
+                    > costs_then[tile_row, tile_column] + np.float32(tolerance))
+            denied = (half_verdict[row, column] == CONSISTENT
+                      and abs(2 * np.int64(half[row, column]) - label) > distance)
+            trusted[row, column] = (verdict[2 * row, 2 * column] == CONSISTENT
+                                    and not dear and not denied)
+
+
+@njit(nogil=True, cache=True)
+def lean_on_previous(trusted, smooth, age, grown_up, weights, first, last):
+    """
+    Spread the trust to full size: weight 1 where trusted and flat, 2 where also of age.
+
+    trusted, smooth: uint8 (r, c); age: uint8 (R, C), frames that a gene has survived.
+    """
+    rows, columns = trusted.shape
+    for row in range(first, last):
+        source = min(row // 2, rows - 1)
+        for column in range(weights.shape[1]):
+            near = min(column // 2, columns - 1)
+            leant = trusted[source, near] & smooth[source, near]
+            weights[row, column] = leant + (leant & (age[row, column] >= grown_up))
+
+
+@njit(nogil=True, cache=True)
+def grow_older(labels, previous, weights, before, age):
+    """Count the frames that a gene has survived, within one pixel, where it was leant on."""
+    for row in range(labels.shape[0]):
+        for column in range(labels.shape[1]):
+            survived = weights[row, column] > 0 and abs(
+                np.int64(labels[row, column]) - np.int64(previous[row, column])) <= 1
+            age[row, column] = min(before[row, column] + 1, 255) if survived else 0

@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One matcher: a pair goes in, a disparity comes out, and the best chromosome is kept."""
+from dataclasses import dataclass
+import time
+
+from fuzzy_stereo_ros.matching.checks import checked_pair
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.evolution import Budget, evolve
+from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
+from fuzzy_stereo_ros.matching.paper_search import PaperSearch
+import numpy as np
+
+SEARCHES = {'guided': GuidedSearch, 'paper': PaperSearch}
+
+
+@dataclass(frozen=True)
+class Match:
+    """
+    What came of a pair.
+
+    disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
+    confidence: float32 (R, C), 0 to 1, from possibility; 0 where refused or filled.
+    history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
+    warm: whether the previous best took part; generations: how many ran.
+    """
+
+    disparity: np.ndarray
+    confidence: np.ndarray
+    history: list
+    times: dict
+    warm: bool
+
+    @property
+    def generations(self):
+        """How many generations ran."""
+        return len(self.history)
+
+
+class StereoMatcher:
+    """Matches pairs one after the other, each warm-started with the last."""
+
+    def __init__(self, config=None):
+        """config: a MatcherConfig; the profile `realtime` if none."""
+        self.config = config or MatcherConfig()
+        self._search, self._shape = None, None
+        self.reset()
+
+    def match(self, left, right, stamp=None, observe=None):
+        """
+        Match a rectified pair.
+
+        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype.
+        stamp: int ns, of the pair; None counts pairs as consecutive.
+        observe: called with generation number and population (P, R, C) after each generation.
+        Raises ValueError, with a sentence that says why, for what is no such pair.
+        """
+        started = time.perf_counter_ns()
+        left, right = checked_pair(left, right, self.config)
+        if self.config.reference == 'right':
+            left, right = _mirrored(right), _mirrored(left)
+        state = self._previous(left.shape[:2], stamp)
+        frame = state.frame + 1 if state is not None and stamp is None else 0
+        search = self._search_of(left.shape[:2])
+        search.start(left, right, state, (self.config.seed, frame if stamp is None else stamp))
+        budget = Budget(self.config.generations, self.config.deadline_ms, started)
+        history = evolve(search, budget, observe)
+        disparity, confidence = (np.empty(left.shape[:2], np.float32) for _ in range(2))
+        self.state = search.finish(stamp, frame, disparity, confidence)
+        if self.config.reference == 'right':
+            disparity, confidence = _mirrored(disparity), _mirrored(confidence)
+        times = dict(search.times, total=(time.perf_counter_ns() - started) / 1e6)
+        return Match(disparity, confidence, history, times, search.warm)
+
+    def reset(self):
+        """Forget the previous frame."""
+        self.state = None
+
+    def restore(self, state):
+        """Take a `state` of a matcher of the same configuration as the previous frame."""
+        self.state = state
+
+    def warm_up(self, rows, columns):
+        """Compile the kernels, or load them from the cache, and allocate for a size."""
+        noise = np.random.default_rng(0).integers(0, 256, (rows, columns), np.uint8)
+        state = self.state
+        self.reset()
+        self.match(noise, noise, 0)
+        self.match(noise, noise, 1)
+        self.state = state
+
+    def _previous(self, shape, stamp):
+        """Return the previous frame's state where this pair may start from it, else None."""
+        if (self.state is None or not self.config.warm_start
+                or not self.state.fits(shape, self.config, stamp)):
+            return None
+        return self.state
+
+    def _search_of(self, shape):
+        """Return the search of an image size, made anew when the size changes."""
+        if shape != self._shape:
+            self._search = SEARCHES[self.config.search](self.config, *shape)
+            self._shape = shape
+        return self._search
+
+
+def _mirrored(image):
+    return np.ascontiguousarray(image[:, ::-1])

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The best guess that data alone gives: a chromosome of scanline optima over the possibility.
+
+Not in the paper: a random population never arrives at this chromosome length. Four scanline
+passes (Hirschmueller, 2008) are a memetic step done once for all rows and columns.
+"""
+import numpy as np
+
+from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
+from fuzzy_stereo_ros.matching.kernels import sweep
+from fuzzy_stereo_ros.matching.kernels.costs import Prior, PRIOR_REACH
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+
+_SLACK = 64
+
+
+def gene_type(disparities):
+    """Return the smallest dtype of genes."""
+    return np.uint8 if disparities <= 256 else np.uint16
+
+
+def prior_table(*rows):
+    """
+    Return what a prior adds by its weight and the distance from its label: uint8, flat.
+
+    rows: (dead_zone, cut) for the weights 1, 2, ...; weight 0 adds nothing.
+    """
+    distance = np.abs(np.arange(-2 * PRIOR_REACH, 2 * PRIOR_REACH))
+    table = [np.zeros_like(distance)]
+    table += [np.clip(distance - dead_zone, 0, cut) for dead_zone, cut in rows]
+    return np.concatenate(table).astype(np.uint8)
+
+
+class ScanlineGuess:
+    """Scanline optima for one image size: memory, windows of labels, and what was chosen."""
+
+    def __init__(self, possibility, tile):
+        """tile: pixels of a side of the tiles that search labels of their own; 0 for one tile."""
+        rows, columns = possibility.rows, possibility.columns
+        self.possibility, self.bands = possibility, cut_bands(rows)
+        self.most_blocks = -(-possibility.disparities // LANES)
+        row_size = columns * LANES * self.most_blocks
+        self._volume = sweep.Volume(np.zeros(rows * row_size + _SLACK, np.uint8),
+                                    np.zeros(rows * row_size + _SLACK, np.uint8))
+        self._scratch = [_scratch(columns, self.most_blocks) for _ in self.bands]
+        self.chosen = sweep.Chosen(
+            np.zeros((rows, columns), gene_type(possibility.disparities)),
+            np.zeros((rows, columns), np.int8), *(
+                np.zeros((rows, columns), np.uint8) for _ in range(3)))
+        tile = tile or max(rows, columns)
+        self.windows = sweep.Windows(tile, tile, *(
+            np.zeros((-(-rows // tile), -(-columns // tile)), np.int64) for _ in range(3)), *(
+                np.zeros(-(-rows // tile), np.int64) for _ in range(2)))
+        self.no_prior = Prior(np.zeros((rows, columns), self.chosen.labels.dtype),
+                              np.zeros((rows, columns), np.uint8), prior_table())
+        self.search_everything()
+
+    def search_everything(self):
+        """Let each tile search all labels."""
+        self.windows.low[:] = 0
+        self.windows.blocks[:] = self.most_blocks
+        self.pack()
+
+    def pack(self):
+        """Lay the tiles' windows one behind the other in the volume."""
+        rows, columns = self.chosen.labels.shape
+        windows = self.windows
+        tile_rows, tile_columns = windows.low.shape
+        widths = np.minimum(windows.width, columns - np.arange(tile_columns) * windows.width)
+        heights = np.minimum(windows.height, rows - np.arange(tile_rows) * windows.height)
+        sizes = windows.blocks * LANES * widths
+        windows.offset[:] = np.cumsum(sizes, axis=1) - sizes
+        windows.row_size[:] = sizes.sum(axis=1)
+        windows.base[:] = np.cumsum(windows.row_size * heights) - windows.row_size * heights
+
+    def search(self, crew, half_prior=None, previous_prior=None):
+        """Run the passes; the result is in `chosen`. Priors default to none."""
+        possibility, model = self.possibility, self.possibility.model
+        priors = half_prior or self.no_prior, previous_prior or self.no_prior
+        crew.each(lambda band: sweep.downwards(
+            possibility.features, model.box, *priors, self.windows, self._volume,
+            possibility.penalties, band[1], band[2], OVERLAP, self._scratch[band[0]]), self.bands)
+        crew.each(lambda band: sweep.upwards(
+            possibility.features, self.windows, self._volume, possibility.penalties,
+            band[1], band[2], OVERLAP, self._scratch[band[0]], self.chosen), self.bands)
+
+
+def _scratch(columns, blocks):
+    row = columns * LANES * blocks
+    sizes = {
+        'paths': row, 'other_paths': row, 'least': columns, 'chains': 4 * LANES * blocks,
+        'labels': LANES * blocks + 2 * _SLACK, 'outside': row, 'ring': 3 * row,
+        'best_sums': columns + LANES * blocks + _SLACK,
+        'best_labels': columns + LANES * blocks + _SLACK}
+    return sweep.Scratch(**{name: np.zeros(size + _SLACK, np.uint8)
+                            for name, size in sizes.items()})
