@@ -17,7 +17,8 @@ SPDX_LINES = ('# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
 NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base', 'manager'}
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
-ROS_FILES = ('fake_rig', 'ros_parameters', 'stereo_node')  # directly in the package
+# Nodes and what declares their parameters, directly in the package; nobody else imports them.
+ROS_FILES = ('demo', 'demo_listener', 'fake_rig', 'ros_parameters', 'stereo_node')
 
 
 @dataclass(frozen=True)
