@@ -125,13 +125,14 @@ def random_genes(key, disparities, rows, columns):
 # ---- the paper: mutation ----
 
 
-def least_possible(chosen, share):
-    """Return the level and the share of ties that make up `share` of the cells."""
-    ordered = sorted(chosen.ravel().tolist())
-    wanted = share * len(ordered)
-    level = ordered[max(math.ceil(wanted - 1e-9), 1) - 1]
-    below = sum(value < level for value in ordered)
-    return level, (wanted - below) / ordered.count(level)
+def least_possible_cells(chosen, share):
+    """Return how many of the `share` least possible cells have each possibility: 256 numbers."""
+    cells = [0.0] * 256
+    wanted = share * chosen.size
+    for value in sorted(chosen.ravel().tolist()):
+        cells[value] += min(wanted, 1.0)
+        wanted -= min(wanted, 1.0)
+    return cells
 
 
 def thrown_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,

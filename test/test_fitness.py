@@ -11,7 +11,8 @@ import pytest
 import reference
 
 SHAPES = [(7, 11), (1, 9), (9, 1)]
-RANGES = [(4, 0), (5, -3), (6, 2), (30, 0), (3, 40), (3, -40)]  # disparities, min_disparity
+# Pairs of disparities and min_disparity; in the last four no match lies inside the image.
+RANGES = [(4, 0), (5, -3), (6, 2), (30, 0), (3, 40), (3, -40), (3, 12), (14, -27)]
 
 
 def scene(shape, disparities, min_disparity, seed=0):

@@ -124,6 +124,13 @@ def test_images_of_16_bits_keep_their_8_highest_used_bits_the_same_in_both(bits,
     np.testing.assert_array_equal(greys[1], right >> (bits - 8))
 
 
+def test_the_brighter_image_says_how_many_bits_are_lost():
+    bright, dark = np.array([[4095]], np.uint16), np.array([[160]], np.uint16)
+    for pair_of_16_bits in ((bright, dark), (dark, bright)):
+        greys = [int(grey[0, 0]) for grey in grey_levels(*pair_of_16_bits)]
+        assert sorted(greys) == [10, 255]
+
+
 def test_dark_images_of_16_bits_are_not_made_brighter():
     dark = np.array([[3, 200]], np.uint16)
     np.testing.assert_array_equal(grey_levels(dark, dark)[0], dark)

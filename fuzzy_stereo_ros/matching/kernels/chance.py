@@ -53,7 +53,10 @@ def key_of(*words):
     """
     Return the key of any number of words: whole numbers of any size and sign.
 
-    key: uint64; words beyond 64 bits count by their lowest 64.
+    How many there are is part of it, so that no number drawn under a key is itself the key of
+    one word more.
+
+    key: uint64; words beyond 64 bits count by their lowest 64
     """
     key = np.uint64(len(words))
     for word in words:
