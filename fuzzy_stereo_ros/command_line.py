@@ -58,13 +58,19 @@ def run_cleanly(parser, argv):
         return INTERRUPTED
 
 
-def add_matcher_options(parser, required=()):
-    """Add --profile and an option for each parameter of the configuration; see matcher_config."""
+def add_matcher_options(parser, required=(), left_out=()):
+    """
+    Add --profile and an option for each parameter of the configuration, for matcher_config.
+
+    required, left_out: names of parameters that must be given, and that have no option.
+    """
     group = parser.add_argument_group(
         'the matcher', 'a profile sets all parameters, an option changes one of them')
     group.add_argument('--profile', choices=tuple(PROFILES), default='realtime',
                        help='default: realtime')
     for parameter in fields(MatcherConfig):
+        if parameter.name in left_out:
+            continue
         needed = parameter.name in required
         options = {'default': argparse.SUPPRESS, 'required': needed,
                    'help': _help(parameter, needed)}

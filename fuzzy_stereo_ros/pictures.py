@@ -29,6 +29,13 @@ def colour_disparity(disparity, low, high):
     return picture
 
 
+def check_panel_suffix(path):
+    """Raise ValueError unless `write_panel` knows the suffix of the path."""
+    if Path(path).suffix not in PANEL_SUFFIXES:
+        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; "
+                         f"allowed are {', '.join(PANEL_SUFFIXES)}")
+
+
 def write_panel(path, left, disparity, confidence, truth=None, *, low, high, title=''):
     """
     Write a panel: left image, disparity and confidence; with truth also it and the error.
@@ -41,10 +48,7 @@ def write_panel(path, left, disparity, confidence, truth=None, *, low, high, tit
     """
     from matplotlib.figure import Figure  # takes 0.3 s: not for those who draw no panel
 
-    suffix = Path(path).suffix
-    if suffix not in PANEL_SUFFIXES:
-        raise ValueError(f"{path} has the suffix '{suffix}'; "
-                         f"allowed are {', '.join(PANEL_SUFFIXES)}")
+    check_panel_suffix(path)
     down, across = (1, 3) if truth is None else (2, 3)
     rows, columns = disparity.shape
     figure = Figure(figsize=(4.6 * across, 4.0 * down * rows / columns + 0.6), dpi=100,
@@ -60,9 +64,10 @@ def write_panel(path, left, disparity, confidence, truth=None, *, low, high, tit
     if truth is not None:
         error = error_map(disparity, truth)
         _show(places.pop(0), error, 'error', cmap='magma', vmin=0, vmax=ERROR_LIMIT, unit='px')
-        _show_worth_of_confidence(places.pop(0), error, confidence)
+        _show_worth_of_confidence(places.pop(0), error, confidence,
+                                  np.count_nonzero(np.isfinite(truth)))
     content = io.BytesIO()
-    figure.savefig(content, format=suffix[1:])
+    figure.savefig(content, format=Path(path).suffix[1:])
     write_whole(path, content.getvalue())
 
 
@@ -83,16 +88,16 @@ def _show(place, values, title, unit='', **colours):
     bar.set_label(unit)
 
 
-def _show_worth_of_confidence(place, error, confidence):
+def _show_worth_of_confidence(place, error, confidence, known_pixels):
     """Draw how wrong what remains is when the least confident pixels are left out."""
     place.set_title('does confidence tell?')
-    place.set_xlabel('pixels kept, the most confident first [%]')
+    place.set_xlabel('pixels with ground truth, the most confident first [%]')
     place.set_ylabel('of them off by more than 1 px [%]')
-    known = np.isfinite(error)
-    wrong = error[known][np.argsort(-confidence[known], kind='stable')] > 1
+    found = np.isfinite(error)
+    wrong = error[found][np.argsort(-confidence[found], kind='stable')] > 1
     kept = np.arange(1, wrong.size + 1)
     start = max(1, wrong.size // 50)
-    place.plot((100 * kept / error.size)[start:], (100 * np.cumsum(wrong) / kept)[start:])
+    place.plot((100 * kept / known_pixels)[start:], (100 * np.cumsum(wrong) / kept)[start:])
     place.set_xlim(0, 100)
     place.set_ylim(bottom=0)
     place.grid(alpha=0.3)

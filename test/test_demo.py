@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The demo runs the real node, counts every pair, and ends with a code that is true."""
+import os
+import re
+import signal
+import subprocess
+import sys
+
+from fuzzy_stereo_ros.demo_sequence import COLUMNS, MotorcycleWindow, ROWS
+from fuzzy_stereo_ros.demo_table import Phase, table
+from fuzzy_stereo_ros.pairs.image_files import read_image
+import numpy as np
+import pytest
+
+QUICK = ('--frames', '4', '--rate', '5')
+
+
+@pytest.fixture(scope='module')
+def sequence():
+    return MotorcycleWindow()
+
+
+def start_demo(folder, *arguments, before=''):
+    """Start the demo as a process in a folder, after some lines of Python of our own."""
+    pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
+    script = f'import sys\nimport fuzzy_stereo_ros.demo as demo\n{before}\nsys.exit(demo.main())'
+    return subprocess.Popen(
+        [sys.executable, '-c', script, *arguments], cwd=folder, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def run_demo(*arguments, **options):
+    """Return exit code, what was printed, and what was printed as an error."""
+    process = start_demo(*arguments, **options)
+    out, err = process.communicate()
+    return process.returncode, out, err
+
+
+def rows_of(printed):
+    """Return {row: (figure, ...)} of the table that was printed."""
+    cells = [[cell.strip() for cell in line.strip('|').split('|')]
+             for line in printed.splitlines() if line.startswith('|')]
+    return {row[0]: tuple(row[1:]) for row in cells}
+
+
+def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(tmp_path):
+    code, out, err = run_demo(tmp_path, *QUICK, '--picture', 'seen.png')
+    assert code == 0, err
+    rows = rows_of(out)
+    assert rows[''] == ('warm', 'cold')
+    assert rows['pairs published'] == ('4', '4')
+    assert rows['pairs lost'] == ('0', '0')
+    for column in (0, 1):
+        received, dropped = (int(rows[name][column]) for name in (
+            'disparity images received', 'pairs dropped and counted by the node'))
+        assert received + dropped == 4 and received > 0
+        assert float(rows['density [%]'][column]) > 80
+        assert float(rows['bad-1, of the published disparities [%]'][column]) < 8
+        assert float(rows['latency, median [ms]'][column]) > 1
+    assert re.search(f'^picture: {tmp_path}/seen.png$', out, re.MULTILINE)
+    assert read_image(tmp_path / 'seen.png').shape[1] > 1000
+    assert os.listdir(tmp_path) == ['seen.png']
+
+
+def test_the_paper_profile_can_be_tried_and_has_no_warm_column(tmp_path):
+    code, out, err = run_demo(tmp_path, '--profile', 'paper', '--population', '4',
+                              '--generations', '2', '--frames', '2')
+    assert code == 0, err
+    rows = rows_of(out)
+    assert rows[''] == ('cold',) and rows['pairs lost'] == ('0',)
+    assert (tmp_path / 'demo.png').exists()
+
+
+def test_a_pair_that_is_lost_without_being_counted_makes_the_demo_fail(tmp_path):
+    """The right image of the fourth pair (two are probes) gets a stamp that no other has."""
+    before = """
+class TornRig(demo.FakeRig):
+    def publish(self, left, right):
+        def tear(messages):
+            messages['right/image_rect'].header.stamp.sec += 1
+        return super().publish(left, right, change=tear if len(self.sent) == 3 else None)
+
+demo.FakeRig, demo.PATIENCE = TornRig, 1.0"""
+    code, out, err = run_demo(tmp_path, *QUICK, before=before)
+    assert code == 1
+    assert rows_of(out)['pairs lost'] == ('1', '0')
+    assert err.endswith('demo: 1 pairs were lost without being counted\n')
+
+
+def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
+    code, _, err = run_demo(tmp_path, before="demo.NODE = 'no_such_node'")
+    assert code == 1
+    assert 'demo: the node ended with code 1; it said:' in err
+    assert 'No module named no_such_node' in err
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize('number, expected', [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_the_demo_and_its_node_without_a_traceback(tmp_path, number, expected):
+    process = start_demo(tmp_path, before="""
+play = demo._play
+def tell_and_play(stage, *rest):
+    print('node', stage._process.pid, flush=True)
+    return play(stage, *rest)
+demo._play = tell_and_play""")
+    (node,) = (int(line.split()[1]) for line in iter(process.stdout.readline, '')
+               if line.startswith('node') and not process.send_signal(number))
+    _, err = process.communicate()
+    assert (process.returncode, 'Traceback' in err) == (expected, False)
+    with pytest.raises(ProcessLookupError):
+        os.kill(node, 0)
+
+
+@pytest.mark.parametrize('arguments, words', [
+    (['--frames', '0'], '--frames is 0; allowed are numbers above 0'),
+    (['--rate', 'nan'], '--rate is nan; allowed are numbers above 0'),
+    (['--picture', 'demo.docx'], 'allowed are .png, .pdf, .svg'),
+    (['--profile', 'fast'], "invalid choice: 'fast'"),
+    (['--elite', '2'], 'elite is 2.0; allowed are numbers'),
+    (['--reference', 'right'], 'unrecognized arguments: --reference right'),
+])
+def test_bad_input_is_one_sentence_and_code_2(monkeypatch, capsys, arguments, words):
+    pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
+    from fuzzy_stereo_ros import demo
+    monkeypatch.setattr(signal, 'signal', lambda *_: None)
+    monkeypatch.setattr(demo, 'MotorcycleWindow', None)
+    try:
+        code = demo.main(arguments)
+    except SystemExit as ended:
+        code = ended.code
+    told = capsys.readouterr()
+    assert (code, told.out, told.err.count('\n')) == (2, '', 1)
+    assert told.err.startswith('demo: ') and words in told.err
+
+
+def test_the_window_shows_both_images_and_the_truth_of_one_place(sequence):
+    for number in (0, 7, 60):
+        shown = sequence.frame(number)
+        assert shown.left.shape == shown.right.shape == (ROWS, COLUMNS, 3)
+        rows, columns = np.nonzero(np.isfinite(shown.truth))
+        matching = np.rint(columns - shown.truth[rows, columns]).astype(int)
+        inside = matching >= 0
+        difference = abs(shown.left[rows, columns].astype(int)[inside]
+                         - shown.right[rows, matching][inside])
+        assert np.median(difference) < 8
+
+
+def test_the_window_moves_as_it_says_and_turns_round_at_the_borders(sequence):
+    places = [sequence.frame(number)[3:] for number in range(120)]
+    for (row, column), (next_row, next_column) in zip(places, places[1:]):
+        assert abs(next_row - row) <= 1 and abs(next_column - column) in (0, 1, 2)
+    whole = sequence.frame(0).truth
+    for row, column in set(places):
+        assert 0 <= row <= 500 - ROWS and 0 <= column <= 741 - COLUMNS
+    assert {column for _, column in places} >= {0, 50, 100}
+    shown = sequence.frame(9)
+    assert np.array_equal(shown.truth[:-4, :-18], whole[4:, 18:], equal_nan=True)
+
+
+class Flat:
+    """A sequence whose truth is 10 everywhere and whose window moves 2 columns a frame."""
+
+    def frame(self, number):
+        class Shown:
+            truth = np.full((4, 20), 10.0)
+            first_row, first_column = 0, 2 * number
+        return Shown
+
+
+def test_the_table_has_the_figures_that_a_person_would_count():
+    first, second = np.full((4, 20), 10.0), np.full((4, 20), 10.0)
+    first[:, 10:] = 13
+    second[:, 8:] = 13
+    second[0] = np.nan
+    phase = Phase('warm', published=5, dropped=2, seconds=0.5, latencies=[0.02, 0.04])
+    phase.judge([(0, first), (1, second)], Flat())
+    rows = rows_of(table([phase, Phase('cold')]))
+    assert rows['pairs lost'] == ('1', '0')
+    assert rows['latency, median [ms]'] == ('30.0', '-')
+    assert rows['rate [pairs/s]'] == ('4.0', '0.0')
+    assert rows['density [%]'] == ('87.50', '-')
+    assert rows['bad-2, of the published disparities [%]'] == ('55.00', '-')
+    assert rows['bad-2 or invalid, of all pixels [%]'] == ('60.00', '-')
+    assert rows['flicker: pixels that change by more than 1 px [%]'] == ('0.00', '-')
