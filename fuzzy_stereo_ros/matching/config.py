@@ -56,7 +56,7 @@ class MatcherConfig:
     population: int = _number(
         3, 2, 1000, '', 'number of chromosomes alive')
     generations: int = _number(
-        2, 0, 1000000, '', 'largest number of generations in one frame')
+        1, 0, 1000000, '', 'largest number of generations in one frame')
     patience: int = _number(
         0, 0, 1000000, '',
         'stop after so many generations without a fitter best; 0 runs them all')

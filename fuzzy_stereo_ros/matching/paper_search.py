@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The search of the paper, assembled: random maps, cut crossover, patch mutation, Eq. 3."""
-from concurrent.futures import ThreadPoolExecutor
-import os
+import time
 
 from fuzzy_stereo_ros.matching import operators
+from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.fitness import FuzzyFitness
 from fuzzy_stereo_ros.matching.kernels.chance import fill_uniform, key_of
 from fuzzy_stereo_ros.matching.paper_population import PaperPopulation
@@ -20,7 +20,10 @@ class PaperSearch:
 
     fitness: float64 (P,), Eq. 3, higher is fitter
     settled: whether `patience` generations went by without a fitter best: the stop condition
+    times: milliseconds by stage; warm: never, the paper knows no previous frame
     """
+
+    warm = False
 
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
@@ -30,11 +33,11 @@ class PaperSearch:
         self._living, self._coming = (
             PaperPopulation(config, rows, columns, self._measure) for _ in range(2))
         self._crossed_fitness = np.zeros(config.population)
-        threads = config.threads or os.cpu_count() or 1
-        self._scratches = [self._measure.scratch() for _ in range(threads)]
-        self._threads = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._crew = Crew(config.threads)
+        self._scratches = [self._measure.scratch() for _ in range(self._crew.threads)]
         self.fitness = np.zeros(config.population)
         self.settled = False
+        self.times = {}
 
     @property
     def population(self):
@@ -56,19 +59,23 @@ class PaperSearch:
         self._measure.choose(chromosome, chosen)
         return chosen / np.float32(FULL)
 
-    def start(self, left, right, seed_words):
+    def start(self, left, right, state, seed_words):
         """
         Take a pair and make the random initial population.
 
-        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; seed_words: whole numbers
+        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; state: not used
+        seed_words: whole numbers that chance is made of
         """
+        self.times, self._clock = {}, time.perf_counter_ns()
         self._seed_words = seed_words
         self._measure.take(left, right)
+        self._took('possibility')
         self._share(lambda slot, scratch: self._living.be_born(
             slot, key_of(*seed_words, 0, slot), scratch))
         self.fitness = self._living.fitness()
         self._without_gain = 0
         self.settled = False
+        self._took('seeds')
 
     def generation(self, number):
         """
@@ -94,6 +101,27 @@ class PaperSearch:
         best_before, self.fitness = self.fitness.max(), coming.fitness()
         return self._gains(best_before)
 
+    def finish(self, stamp, frame, disparity, confidence):
+        """
+        Write the fittest chromosome as it is, and return no state for the next frame.
+
+        disparity: float32 (R, C), px, NaN where less sure than the threshold, written
+        confidence: float32 (R, C), 0 to 1, Eq. 2 of the chosen matches, written
+        """
+        self._took('generations')
+        best = self.best_chromosome()
+        confidence[:] = self.possibility_of(best)
+        np.add(best, np.float32(self._config.min_disparity), out=disparity)
+        if not self._config.fill:
+            disparity[confidence < np.float32(self._config.confidence_threshold)] = np.nan
+        self._took('refinement')
+
+    def _took(self, stage):
+        """Note the milliseconds since the last stage ended."""
+        now = time.perf_counter_ns()
+        self.times[stage] = (now - self._clock) / 1e6
+        self._clock = now
+
     def _chances(self, number):
         """Return the parents, the crossover line and the number of patches of each child."""
         draws = np.zeros((5, self.fitness.size))
@@ -118,13 +146,10 @@ class PaperSearch:
 
     def _share(self, work):
         """Call work(slot, scratch) for every slot of the population, shared among threads."""
-        size, workers = self.fitness.size, len(self._scratches)
+        size, workers = self.fitness.size, self._crew.threads
 
         def of_worker(worker):
             for slot in range(worker, size, workers):
                 work(slot, self._scratches[worker])
 
-        if self._threads is None:
-            of_worker(0)
-        else:
-            list(self._threads.map(of_worker, range(workers)))
+        self._crew.each(of_worker, range(workers))

@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 ALIKE = 10           # grey levels within which neighbours belong to a pixel's class
+AROUND = 9           # side of the square whose mean certainty is a pixel's confidence
 
 
 class Refinement:
@@ -31,6 +32,7 @@ class Refinement:
         fine_type = np.int16 if disparities < 2000 else np.int32
         self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS), fine_type)
         self._fine = np.zeros((rows, columns), fine_type)
+        self._certain, self._blurred = (np.zeros((rows, columns), np.float32) for _ in range(2))
         self._rows = [np.zeros((2, columns), fine_type) for _ in self._bands]
 
     def refuse(self, crew, chosen, first_inside, speckle_size, speckle_range):
@@ -68,7 +70,11 @@ class Refinement:
         crew.each(lambda band: subpixel.smooth_offsets(
             self.labels, self._fitted, *self._rows[band[0]], self._fine, band[1], band[2]),
             self._bands)
+        crew.each(lambda band: output.certainty(
+            chosen.sums, chosen.margins, self.verdict, self._certain, band[1], band[2]),
+            self._bands)
+        cv2.blur(self._certain, (AROUND, AROUND), dst=self._blurred)
         crew.each(lambda band: output.write_out(
-            self._fine, self.verdict, chosen.sums, chosen.margins, config.min_disparity,
-            config.disparities, config.fill, np.float32(config.confidence_threshold), disparity,
-            confidence, band[1], band[2]), self._bands)
+            self._fine, self.verdict, self._blurred, config.min_disparity, config.disparities,
+            config.fill, np.float32(config.confidence_threshold), disparity, confidence,
+            band[1], band[2]), self._bands)

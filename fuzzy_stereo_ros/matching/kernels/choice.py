@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest,
-    minimum, saturating_add, splat, store)
+    minimum, saturating_add, splat, store, subtract)
 
 STEPS = 16       # sub-pixel steps in a pixel
 
@@ -46,12 +46,11 @@ def least_elsewhere(sums, blocks, best):
     smallest = splat(np.uint8(255))
     lanes = lane_numbers()
     for block in range(blocks):
-        distance = best - LANES * block
+        before = best - 1 - LANES * block
         total = load(sums, LANES * block)
-        if -1 <= distance <= LANES:
-            near = splat(np.uint8(max(distance - 1, 0)))
-            far = splat(np.uint8(min(distance + 1, LANES - 1)))
-            total = bit_or(total, minimum(at_most(near, lanes), at_most(lanes, far)))
+        if -3 < before < LANES:
+            beyond = subtract(lanes, splat(np.uint8(before & 255)))
+            total = bit_or(total, at_most(beyond, splat(np.uint8(2))))
         smallest = minimum(smallest, total)
     return lowest(smallest)
 

@@ -134,15 +134,22 @@ def box_row(above, here, below, features, blocks, places, costs, at):
 
 
 @njit(nogil=True, cache=True)
-def match_cost(census, target_census, slopes, target_slopes, features, row, column, label):
+def layout_of(features):
+    """Return the whole numbers that match_cost needs."""
+    return (features.columns, features.census_stride, features.target_stride,
+            features.census_cut, features.slope_cut)
+
+
+@njit(inline='always')
+def match_cost(census, target_census, slopes, target_slopes, layout, row, column, label):
     """
     Return the cost of one candidate without priors, as cost_row has it.
 
     The arrays are those of the features, unpacked by the caller outside of its loop: unpacking
     an array counts references, which is slow.
     """
-    stride, target_stride = features.census_stride, features.target_stride
-    mirrored = features.columns - 1 - column + label
+    columns, stride, target_stride, census_cut, slope_cut = layout
+    mirrored = columns - 1 - column + label
     base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored
     word = np.uint32(0)
     for plane in range(3):
@@ -150,5 +157,4 @@ def match_cost(census, target_census, slopes, target_slopes, features, row, colu
         word |= np.uint32(code) << np.uint32(8 * plane)
     difference = abs(np.int64(slopes[row, column])
                      - np.int64(target_slopes[row * target_stride + mirrored]))
-    return min(count_bits_of_word(word), features.census_cut) + min(
-        difference, features.slope_cut)
+    return min(count_bits_of_word(word), census_cut) + min(difference, slope_cut)

@@ -13,7 +13,7 @@ from numba import njit
 import numpy as np
 
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.costs import Features, match_cost
+from fuzzy_stereo_ros.matching.kernels.costs import Features, layout_of, match_cost
 from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
 
 
@@ -48,6 +48,7 @@ def gene_costs(scene, chromosome, mother, costs, first, last):
     features, target, verdict = scene.features, scene.target, scene.verdict
     census, target_census = features.census, features.target_census
     slopes, target_slopes = features.slopes, features.target_slopes
+    layout = layout_of(features)
     wide = features.disparities > 256
     for row in range(first, last):
         for column in range(chromosome.shape[1]):
@@ -69,7 +70,7 @@ def gene_costs(scene, chromosome, mother, costs, first, last):
                     costs[row, column] = scene.contradicted
                     continue
             costs[row, column] = match_cost(census, target_census, slopes, target_slopes,
-                                            features, row, column, label)
+                                            layout, row, column, label)
 
 
 @njit(nogil=True, cache=True)

@@ -72,13 +72,13 @@ def flat(labels, most, smooth):
     """Mark the pixels whose 3 x 3 labels span at most `most`: uint8 (r, c)."""
     rows, columns = labels.shape
     for row in range(rows):
-        above, below = max(row - 1, 0), min(row + 1, rows - 1)
+        above, here, below = labels[max(row - 1, 0)], labels[row], labels[min(row + 1, rows - 1)]
         for column in range(columns):
-            least = largest = labels[row, column]
-            for other in (above, row, below):
-                for near in range(max(column - 1, 0), min(column + 2, columns)):
-                    least = min(least, labels[other, near])
-                    largest = max(largest, labels[other, near])
+            left, right = max(column - 1, 0), min(column + 1, columns - 1)
+            least = min(above[left], above[column], above[right], here[left], here[column],
+                        here[right], below[left], below[column], below[right])
+            largest = max(above[left], above[column], above[right], here[left], here[column],
+                          here[right], below[left], below[column], below[right])
             smooth[row, column] = largest - least <= most
 
 

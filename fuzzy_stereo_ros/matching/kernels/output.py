@@ -11,25 +11,40 @@ CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: h
 
 
 @njit(nogil=True, cache=True)
-def write_out(fine, verdict, sums, margins, min_disparity, disparities, fill, threshold,
-              disparity, confidence, first, last):
+def certainty(sums, margins, verdict, certain, first, last):
+    """
+    Say how sure each label is by itself: how possible, and by how much the only one.
+
+    sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
+    elsewhere is; certain: float32 (R, C), 0 to 1, 0 where not consistent.
+    """
+    for row in range(first, last):
+        for column in range(sums.shape[1]):
+            margin = np.float32(margins[row, column])
+            possible = np.float32(1) - np.float32(sums[row, column]) / np.float32(256)
+            alone = margin / (margin + np.float32(CLEAR_MARGIN))
+            consistent = np.float32(verdict[row, column] == CONSISTENT)
+            certain[row, column] = possible * alone * consistent
+
+
+@njit(nogil=True, cache=True)
+def write_out(fine, verdict, certain, min_disparity, disparities, fill, threshold, disparity,
+              confidence, first, last):
     """
     Write disparities in pixels and how sure each is.
 
-    fine: int16 or int32 (R, C), 1 / STEPS px; sums, margins: uint8 (R, C), the summed cost of the
-    label and how much worse the best label elsewhere is; threshold: float32, less sure is NaN;
-    disparity, confidence: float32 (R, C). What is not consistent has confidence 0.
+    fine: int16 or int32 (R, C), 1 / STEPS px; certain: float32 (R, C), of the neighbourhood;
+    threshold: float32, consistent pixels less sure are NaN unless filled; disparity, confidence:
+    float32 (R, C). What is not consistent has confidence 0.
     """
+    lowest = np.float32(min_disparity)
     highest = np.float32(min_disparity + disparities - 1)
     for row in range(first, last):
         for column in range(fine.shape[1]):
-            margin = np.float32(margins[row, column])
-            sure = margin / (margin + np.float32(CLEAR_MARGIN)) * (
-                np.float32(1) - np.float32(sums[row, column]) / np.float32(256))
-            if verdict[row, column] != CONSISTENT:
-                sure = np.float32(0)
+            consistent = verdict[row, column] == CONSISTENT
+            sure = certain[row, column] if consistent else np.float32(0)
             confidence[row, column] = sure
-            known = fill or (verdict[row, column] == CONSISTENT and sure >= threshold)
-            value = np.float32(fine[row, column]) / np.float32(STEPS) + np.float32(min_disparity)
-            disparity[row, column] = min(max(value, np.float32(min_disparity)), highest) \
-                if known else np.float32(np.nan)
+            value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
+            known = fill or (consistent and sure >= threshold)
+            disparity[row, column] = min(max(value, lowest), highest) if known else np.float32(
+                np.nan)

@@ -82,6 +82,77 @@ def realign(path, at, blocks, low, out, out_at, new_blocks, new_low, scratch):
         store(out, out_at + LANES * block, load(scratch, LANES + start))
 
 
+@njit(inline='always')
+def _advance(path, floor, jump, penalty, costs):
+    """Return the paths of one block of labels at the next pixel, and their least cost, splat."""
+    full = splat(np.uint8(255))
+    neighbours = minimum(label_below(full, path), label_above(path, full))
+    cheapest = minimum(minimum(path, saturating_add(floor, splat(jump))),
+                       saturating_add(neighbours, penalty))
+    path = saturating_add(subtract(cheapest, floor), costs)
+    return path, splat(lowest(path))
+
+
+@njit(inline='always')
+def _pass_single(begin, end, rightwards, penalties, row, small, costs, sums, first, row_size,
+                 paths, stride, least):
+    """Run four rows of a tile of one block in registers: the same as _pass_tile, faster."""
+    penalty, columns = splat(small), penalties.shape[1]
+    one, two, three = row_size, 2 * row_size, 3 * row_size
+    path_0, path_1 = load(paths, 0), load(paths, stride)
+    path_2, path_3 = load(paths, 2 * stride), load(paths, 3 * stride)
+    floor_0, floor_1, floor_2, floor_3 = (
+        splat(least[0]), splat(least[1]), splat(least[2]), splat(least[3]))
+    jumps_0, jumps_1 = penalties[row], penalties[row + 1]
+    jumps_2, jumps_3 = penalties[row + 2], penalties[row + 3]
+    for visit in range(end - begin):
+        column = begin + visit if rightwards else end - 1 - visit
+        border = column if rightwards else min(column + 1, columns - 1)
+        at = first + (column - begin) * LANES
+        path_0, floor_0 = _advance(path_0, floor_0, jumps_0[border], penalty, load(costs, at))
+        path_1, floor_1 = _advance(path_1, floor_1, jumps_1[border], penalty,
+                                   load(costs, at + one))
+        path_2, floor_2 = _advance(path_2, floor_2, jumps_2[border], penalty,
+                                   load(costs, at + two))
+        path_3, floor_3 = _advance(path_3, floor_3, jumps_3[border], penalty,
+                                   load(costs, at + three))
+        if rightwards:
+            store(sums, at, path_0)
+            store(sums, at + one, path_1)
+            store(sums, at + two, path_2)
+            store(sums, at + three, path_3)
+        else:
+            store(sums, at, saturating_add(load(sums, at), path_0))
+            store(sums, at + one, saturating_add(load(sums, at + one), path_1))
+            store(sums, at + two, saturating_add(load(sums, at + two), path_2))
+            store(sums, at + three, saturating_add(load(sums, at + three), path_3))
+    store(paths, 0, path_0)
+    store(paths, stride, path_1)
+    store(paths, 2 * stride, path_2)
+    store(paths, 3 * stride, path_3)
+    least[0], least[1] = lowest(floor_0), lowest(floor_1)
+    least[2], least[3] = lowest(floor_2), lowest(floor_3)
+
+
+@njit(inline='always')
+def _pass_tile(blocks, begin, end, rightwards, penalties, row, count, small, costs, sums, first,
+               row_size, paths, stride, least):
+    """Run the rows at once through one tile."""
+    columns = penalties.shape[1]
+    for visit in range(end - begin):
+        column = begin + visit if rightwards else end - 1 - visit
+        border = column if rightwards else min(column + 1, columns - 1)
+        place = first + (column - begin) * LANES * blocks
+        for chain in range(count):
+            path_at, pixel_at = chain * stride, place + chain * row_size
+            least[chain] = step(paths, path_at, blocks, least[chain],
+                                penalties[row + chain, border], small, costs, pixel_at)
+            if rightwards:
+                keep(paths, path_at, blocks, sums, pixel_at)
+            else:
+                gather(paths, path_at, blocks, sums, pixel_at)
+
+
 @njit(nogil=True, cache=True)
 def across(costs, sums, row_at, row_size, windows, tile_row, rightwards, penalties, row, count,
            small, paths, scratch):
@@ -108,18 +179,12 @@ def across(costs, sums, row_at, row_size, windows, tile_row, rightwards, penalti
         begin = tile * windows.width
         end = min(begin + windows.width, columns)
         first = row_at + windows.offset[tile_row, tile]
-        for visit_column in range(end - begin):
-            column = begin + visit_column if rightwards else end - 1 - visit_column
-            border = column if rightwards else min(column + 1, columns - 1)
-            place = first + (column - begin) * LANES * blocks
-            for chain in range(count):
-                path_at, pixel_at = chain * stride, place + chain * row_size
-                least[chain] = step(paths, path_at, blocks, least[chain],
-                                    penalties[row + chain, border], small, costs, pixel_at)
-                if rightwards:
-                    keep(paths, path_at, blocks, sums, pixel_at)
-                else:
-                    gather(paths, path_at, blocks, sums, pixel_at)
+        if blocks == 1 and count == ROWS_AT_ONCE:
+            _pass_single(begin, end, rightwards, penalties, row, small, costs, sums, first,
+                         row_size, paths, stride, least)
+        else:
+            _pass_tile(blocks, begin, end, rightwards, penalties, row, count, small, costs, sums,
+                       first, row_size, paths, stride, least)
         previous = tile
 
 

@@ -92,21 +92,33 @@ def _fill_costs(features, half_prior, previous_prior, windows, row, costs, at):
                  windows.blocks[tile_row, tile], costs, at + windows.offset[tile_row, tile])
 
 
+@njit(inline='always')
+def _step_tile(blocks, begin, end, place, penalties, small, costs, at, paths, least, sums,
+               gathered):
+    """Move the vertical paths of one tile's columns on by a row."""
+    for column in range(begin, end):
+        least[column] = step(paths, place, blocks, least[column], penalties[column], small,
+                             costs, at + place)
+        if gathered:
+            gather(paths, place, blocks, sums, at + place)
+        place += LANES * blocks
+
+
 @njit(nogil=True, cache=True)
 def _step_column_paths(windows, tile_row, columns, penalties, row, small, costs, at, scratch,
                        sums, gathered):
     """Move the vertical paths on by a row; add them to the sums where `gathered`."""
+    paths, least, jumps = scratch.paths, scratch.least, penalties[row]
     for tile in range(windows.low.shape[1]):
         begin = tile * windows.width
+        end = min(begin + windows.width, columns)
         blocks = windows.blocks[tile_row, tile]
         place = windows.offset[tile_row, tile]
-        for column in range(begin, min(begin + windows.width, columns)):
-            scratch.least[column] = step(
-                scratch.paths, place, blocks, scratch.least[column], penalties[row, column],
-                small, costs, at + place)
-            if gathered:
-                gather(scratch.paths, place, blocks, sums, at + place)
-            place += LANES * blocks
+        if blocks == 1:     # most tiles: the loop over blocks vanishes
+            _step_tile(1, begin, end, place, jumps, small, costs, at, paths, least, sums, gathered)
+        else:
+            _step_tile(blocks, begin, end, place, jumps, small, costs, at, paths, least, sums,
+                       gathered)
 
 
 @njit(nogil=True, cache=True)
@@ -153,32 +165,49 @@ def downwards(features, box, half_prior, previous_prior, windows, volume, penalt
         row += count
 
 
+@njit(inline='always')
+def _choose_tile(blocks, low, begin, end, place, disparities, columns, row, sums, at, paths,
+                 totals, best_sums, best_labels, labels, offsets, least_sums, margins):
+    """Choose the labels of one tile's columns."""
+    highest = min(low + LANES * blocks, disparities) - low - 1
+    for column in range(begin, end):
+        total_of(sums, at + place, paths, place, blocks, totals)
+        best, least = best_label(totals, blocks)
+        offset = 0
+        if 0 < best < highest:
+            offset = equiangular(np.int64(totals[best - 1]), np.int64(least),
+                                 np.int64(totals[best + 1]))
+        labels[row, column] = low + best
+        offsets[row, column] = offset
+        least_sums[row, column] = least
+        margins[row, column] = least_elsewhere(totals, blocks, best) - least
+        offer_to_target(totals, blocks, low, columns - 1 - column + low, best_sums, best_labels)
+        place += LANES * blocks
+
+
 @njit(nogil=True, cache=True)
 def _choose_row(windows, tile_row, row, features, sums, at, scratch, chosen):
     """Add the upward paths to the sums of a row and choose its labels for both views."""
-    columns, totals = features.columns, scratch.labels
-    scratch.best_sums[:] = 255
+    columns, disparities = features.columns, features.disparities
+    paths, totals = scratch.paths, scratch.labels
+    best_sums, best_labels = scratch.best_sums, scratch.best_labels
+    labels, offsets, least_sums = chosen.labels, chosen.offsets, chosen.sums
+    margins, target = chosen.margins, chosen.target
+    best_sums[:] = 255
     for tile in range(windows.low.shape[1]):
         begin = tile * windows.width
+        end = min(begin + windows.width, columns)
         low, blocks = windows.low[tile_row, tile], windows.blocks[tile_row, tile]
         place = windows.offset[tile_row, tile]
-        highest = min(low + LANES * blocks, features.disparities) - low - 1
-        for column in range(begin, min(begin + windows.width, columns)):
-            total_of(sums, at + place, scratch.paths, place, blocks, totals)
-            best, least = best_label(totals, blocks)
-            offset = 0
-            if 0 < best < highest:
-                offset = equiangular(np.int64(totals[best - 1]), np.int64(least),
-                                     np.int64(totals[best + 1]))
-            chosen.labels[row, column] = low + best
-            chosen.offsets[row, column] = offset
-            chosen.sums[row, column] = least
-            chosen.margins[row, column] = least_elsewhere(totals, blocks, best) - least
-            offer_to_target(totals, blocks, low, columns - 1 - column + low,
-                            scratch.best_sums, scratch.best_labels)
-            place += LANES * blocks
+        if blocks == 1:     # most tiles: the loops over blocks vanish
+            _choose_tile(1, low, begin, end, place, disparities, columns, row, sums, at, paths,
+                         totals, best_sums, best_labels, labels, offsets, least_sums, margins)
+        else:
+            _choose_tile(blocks, low, begin, end, place, disparities, columns, row, sums, at,
+                         paths, totals, best_sums, best_labels, labels, offsets, least_sums,
+                         margins)
     for column in range(columns):
-        chosen.target[row, column] = scratch.best_labels[columns - 1 - column]
+        target[row, column] = best_labels[columns - 1 - column]
 
 
 @njit(nogil=True, cache=True)

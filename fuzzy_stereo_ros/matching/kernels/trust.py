@@ -5,7 +5,7 @@ from numba import njit
 import numpy as np
 
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT
-from fuzzy_stereo_ros.matching.kernels.costs import match_cost
+from fuzzy_stereo_ros.matching.kernels.costs import layout_of, match_cost
 
 TILE = 16        # pixels of a side of the tiles that are trusted or not
 
@@ -20,6 +20,7 @@ def tile_costs(features, labels, first_inside, costs, first, last):
     rows, columns = labels.shape
     census, target_census = features.census, features.target_census
     slopes, target_slopes = features.slopes, features.target_slopes
+    layout = layout_of(features)
     for tile_row in range(first, last):
         for tile_column in range(costs.shape[1]):
             total, number = 0, 0
@@ -29,7 +30,7 @@ def tile_costs(features, labels, first_inside, costs, first, last):
                     label = np.int64(labels[row, column])
                     if column - label >= first_inside:
                         total += match_cost(census, target_census, slopes, target_slopes,
-                                            features, row, column, label)
+                                            layout, row, column, label)
                         number += 1
             costs[tile_row, tile_column] = np.float32(total) / np.float32(max(number, 1))
 
