@@ -3,6 +3,7 @@
 """The paper's search as a whole."""
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve
+from fuzzy_stereo_ros.matching.matcher import StereoMatcher
 from fuzzy_stereo_ros.matching.operators import elite_size, fittest_first
 from fuzzy_stereo_ros.matching.paper_search import PaperSearch
 import numpy as np
@@ -24,7 +25,7 @@ def search_for(images=None, seed_words=(0, 0), **changes):
     config = MatcherConfig.from_profile('paper', **{**settings, **changes})
     left, right = images or pair()
     search = PaperSearch(config, *left.shape[:2])
-    search.start(left, right, seed_words)
+    search.start(left, right, None, seed_words)
     return search, config
 
 
@@ -57,7 +58,7 @@ def test_another_seed_or_frame_gives_another_evolution():
 def test_a_second_pair_is_searched_as_by_a_new_search():
     search, _ = evolved(patience=1)
     other = pair(seed=5)
-    search.start(*other, (0, 7))
+    search.start(*other, None, (0, 7))
     assert not search.settled
     again = outcome(search, evolve(search, Budget(8, 0, 0)))
     assert again == outcome(*evolved(other, (0, 7), patience=1))
@@ -172,6 +173,45 @@ def test_the_possibility_of_a_chromosome_is_eq_2_to_half_a_255th():
         reference.possibility_volume(left, right, DISPARITIES, 0, 54.0), chromosome)
     assert found.dtype == np.float32
     assert np.abs(found - exact).max() <= 0.5001 / 255
+
+
+def finished(search, stamp=None):
+    disparity, confidence = np.full((2, ROWS, COLUMNS), -7, np.float32)
+    assert search.finish(stamp, 0, disparity, confidence) is None
+    return disparity, confidence
+
+
+def test_the_search_ends_with_its_best_in_pixels_and_its_possibility():
+    search, _ = evolved(min_disparity=-2)
+    disparity, confidence = finished(search)
+    np.testing.assert_array_equal(disparity, search.best_chromosome().astype(float) - 2)
+    np.testing.assert_array_equal(confidence, search.possibility_of(search.best_chromosome()))
+    assert list(search.times) == ['possibility', 'seeds', 'generations', 'refinement']
+
+
+def test_pixels_less_sure_than_the_threshold_are_invalid_unless_filled():
+    search, _ = evolved(confidence_threshold=0.6)
+    disparity, confidence = finished(search)
+    assert 0 < np.isnan(disparity).sum() < disparity.size
+    np.testing.assert_array_equal(np.isnan(disparity), confidence < np.float32(0.6))
+    search, _ = evolved(confidence_threshold=0.6, fill=True)
+    assert not np.isnan(finished(search)[0]).any()
+
+
+@pytest.mark.parametrize('reference_image', ['left', 'right'])
+def test_the_matcher_runs_it_on_either_reference(reference_image):
+    """The right reference is the mirrored and exchanged pair."""
+    left, right = pair()
+    config = MatcherConfig.from_profile(
+        'paper', disparities=DISPARITIES, population=10, generations=8, threads=1,
+        reference=reference_image)
+    match = StereoMatcher(config).match(left, right, stamp=5)
+    mirror = slice(None, None, -1 if reference_image == 'right' else 1)
+    images = (left, right) if reference_image == 'left' else (right[:, ::-1], left[:, ::-1])
+    search, history = evolved([np.ascontiguousarray(image) for image in images], (0, 5))
+    np.testing.assert_array_equal(match.disparity[:, mirror], search.best_chromosome())
+    assert not match.warm
+    assert [row.best_fitness for row in match.history] == [row.best_fitness for row in history]
 
 
 def test_colour_and_16_bits_are_matched_as_their_grey_levels():
