@@ -90,6 +90,7 @@ def test_time_spent_before_the_loop_counts(clock):
     clock.now_ms += 5
     assert not budget.allows(1)
     assert not budget.in_time()
+    assert not Budget(3, 5, int(1000e6)).allows(1)
 
 
 def test_a_row_of_history_says_what_the_generation_reached():

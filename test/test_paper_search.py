@@ -55,6 +55,12 @@ def test_another_seed_or_frame_gives_another_evolution():
     assert len({population for population, _, _ in outcomes}) == 3
 
 
+def test_another_seed_or_frame_starts_from_another_population():
+    populations = {search_for(seed_words=words)[0].population.tobytes()
+                   for words in ((0, 0), (1, 0), (0, 1))}
+    assert len(populations) == 3
+
+
 def test_a_second_pair_is_searched_as_by_a_new_search():
     search, _ = evolved(patience=1)
     other = pair(seed=5)
@@ -104,19 +110,46 @@ def test_the_elite_lives_on_unchanged_and_the_others_are_replaced():
         assert not any(np.array_equal(child, old) for old in former)
 
 
-def test_children_are_cut_from_two_parents_where_nothing_mutates():
-    search, _ = search_for(mutation_rate=0.0)
+def origins_of(child, former):
+    """Return, row by row, which former chromosome a child has it from."""
+    origins = [[index for index, parent in enumerate(former) if np.array_equal(row, parent[line])]
+               for line, row in enumerate(child)]
+    assert all(len(origin) == 1 for origin in origins)
+    return [origin[0] for origin in origins]
+
+
+def children_without_mutation(number=1, seed_words=(0, 0)):
+    """Return the origins of each child of one generation."""
+    search, _ = search_for(seed_words=seed_words, mutation_rate=0.0)
     former = search.population.copy()
-    search.generation(1)
-    cut = 0
-    for child in search.population[4:]:
-        origins = [[index for index, parent in enumerate(former)
-                    if np.array_equal(row, parent[line])] for line, row in enumerate(child)]
-        assert all(len(origin) == 1 for origin in origins)
-        changes = sum(above != below for above, below in zip(origins, origins[1:]))
-        assert changes <= 1
-        cut += changes
-    assert cut > 0
+    search.generation(number)
+    return [origins_of(child, former) for child in search.population[4:]]
+
+
+def test_children_are_cut_from_two_parents_where_nothing_mutates():
+    cuts = [sum(above != below for above, below in zip(origins, origins[1:]))
+            for origins in children_without_mutation()]
+    assert set(cuts) <= {0, 1}
+    assert sum(cuts) > 0
+
+
+def test_couples_and_lines_change_with_seed_frame_and_generation():
+    lines = [[origins.count(origins[0]) for origins in children]
+             for children in (children_without_mutation(1), children_without_mutation(2),
+                              children_without_mutation(1, (1, 0)),
+                              children_without_mutation(1, (0, 1)))]
+    assert len({tuple(of_generation) for of_generation in lines}) == 4
+
+
+def test_mutants_differ_from_each_other_and_from_those_of_another_generation():
+    """On one row, with N so wide, each child is its parent with one patch."""
+    genes = []
+    for number in range(1, 7):
+        search, _ = search_for(pair(shape=(1, COLUMNS)), neighbourhood=31, mutation_rate=1.0)
+        search.generation(number)
+        genes.append([np.bincount(child[0]).argmax() for child in search.population[4:]])
+    assert all(len(set(of_generation)) > 1 for of_generation in genes)
+    assert len({tuple(of_generation) for of_generation in genes}) == 6
 
 
 def test_gains_without_mutation_are_all_of_the_crossover():
@@ -153,6 +186,19 @@ def test_without_gain_for_patience_generations_the_search_settles():
     history = evolved(elite=1.0, patience=3, generations=50)[1]
     assert len(history) == 3
     assert len(evolved(elite=1.0, patience=0, generations=50)[1]) == 50
+
+
+def test_patience_starts_anew_with_each_fitter_best():
+    history = evolved(generations=200)[1]
+    waited, expected = 0, None
+    for row in history:
+        waited = 0 if any(row.gains.values()) else waited + 1
+        if waited == 3:
+            expected = row.number
+            break
+    useless = sum(not any(row.gains.values()) for row in history[:expected])
+    assert useless > 3, 'the case is too easy: choose another seed'
+    assert len(evolved(generations=200, patience=3)[1]) == expected
 
 
 def test_the_best_chromosome_is_a_copy_of_the_fittest():
