@@ -41,6 +41,11 @@ class CensusFitness:
             np.zeros(rows * columns // 2 + 2, np.int32) for _ in range(2))
         self._histogram = np.zeros(256, np.int64)
 
+    @property
+    def penalties(self):
+        """What changes of disparity cost."""
+        return self._scene.penalties
+
     def look(self, crew, first_inside):
         """Take in a new frame. first_inside: first column of the target that exists."""
         self._scene = self._scene._replace(first_inside=first_inside)

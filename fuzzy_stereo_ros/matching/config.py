@@ -63,6 +63,9 @@ class MatcherConfig:
     search: str = _choice(
         'guided', ('guided', 'paper'),
         'guesses from the data and the previous frame, or the random search of the paper')
+    sweeps: int = _number(
+        0, 0, 100, '',
+        'memetic sweeps of the fittest in each generation after the first (guided search)')
     mutation_rate: float = _number(
         0.4, 0.0, 1.0, '', 'share of the cells, the least possible ones, that mutation may strike')
     elite: float = _number(

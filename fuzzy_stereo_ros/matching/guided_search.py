@@ -5,8 +5,8 @@ The search of the profile `realtime`: guesses from the data and the previous fra
 
 One frame: the half-size chromosome says where to look; the scanline chromosome is the best guess;
 its refused cells, the least possible ones, take background genes in two ways, which makes two
-members; the previous best, where trusted, is a third. Generations cross the fittest with the
-others, then with mutants of itself, and keep what is fitter.
+members; the previous best, where trusted, is a third. The first generation crosses the fittest
+with the others, later ones with mutants and memetic sweeps of itself; the fitter regions stay.
 """
 import time
 
@@ -128,19 +128,32 @@ class GuidedSearch:
         self.fitness = np.full(members, self._fitness.adopt(self._crew, by_rows))
 
     def generation(self, number):
-        """Cross the fittest with the other members, or with its mutants; return the gains."""
+        """Cross the fittest with the others, or with what came of itself; return the gains."""
         if number == 1:
             gains = {}
             for father, name in zip(range(1, len(self.fitness)), ('crossover', 'previous_best')):
                 gains[name] = self._cross(father)
             return gains
+        gains = {'mutation': 0.0}
+        if len(self.fitness) < self._config.population:
+            self.fitness = np.resize(self.fitness, self._config.population)
+        for slot in range(1, self._config.population):
+            gains['mutation'] += self._mutate(slot, number)
+        for _ in range(self._config.sweeps):
+            self._members[1][:] = self._members[0]
+            self._guess.polish(self._crew, self._fitness.penalties, self._members[1])
+            gains['sweep'] = gains.get('sweep', 0.0) + self._cross(1)
+        return gains
+
+    def _mutate(self, slot, number):
+        """Let a mutant of the fittest take a place and cross them; return the fitness gained."""
         rows, columns = self._shape
-        mutant = self._members[1]
+        mutant = self._members[slot]
         mutant[:] = self._members[0]
         self._fitness.mutate(
             self._members[0], mutant, self._config.mutation_rate, self._config.neighbourhood // 2,
-            REACH, rows * columns // CELLS_A_PATCH, key_of(*self._seed_words, number))
-        return {'mutation': self._cross(1)}
+            REACH, rows * columns // CELLS_A_PATCH, key_of(*self._seed_words, number, slot))
+        return self._cross(slot)
 
     def _cross(self, father):
         """Cross the fittest with another member; return the fitness gained."""

@@ -11,6 +11,7 @@ import numpy as np
 from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
 from fuzzy_stereo_ros.matching.kernels import sweep
 from fuzzy_stereo_ros.matching.kernels.costs import Prior, PRIOR_REACH
+from fuzzy_stereo_ros.matching.kernels.polish import polish_rows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 
 _SLACK = 64
@@ -45,6 +46,7 @@ class ScanlineGuess:
         self._volume = sweep.Volume(np.zeros(rows * row_size + _SLACK, np.uint8),
                                     np.zeros(rows * row_size + _SLACK, np.uint8))
         self._scratch = [_scratch(columns, self.most_blocks) for _ in self.bands]
+        self._winners = [np.zeros(columns, np.int64) for _ in self.bands]
         self.chosen = sweep.Chosen(
             np.zeros((rows, columns), gene_type(possibility.disparities)),
             np.zeros((rows, columns), np.int8), *(
@@ -85,6 +87,14 @@ class ScanlineGuess:
         crew.each(lambda band: sweep.upwards(
             possibility.features, self.windows, self._volume, possibility.penalties,
             band[1], band[2], OVERLAP, self._scratch[band[0]], self.chosen), self.bands)
+
+    def polish(self, crew, penalties, chromosome):
+        """Sweep a chromosome, in place: even rows, then odd ones, each to its exact optimum."""
+        for parity in (0, 1):
+            crew.each(lambda band, parity=parity: polish_rows(
+                self._volume.costs, self.windows, penalties, chromosome, parity, band[1], band[2],
+                self._scratch[band[0]].paths, self._winners[band[0]],
+                self._scratch[band[0]].labels, self._scratch[band[0]].chains), self.bands)
 
 
 def _scratch(columns, blocks):
