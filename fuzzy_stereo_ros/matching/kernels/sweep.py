@@ -194,6 +194,7 @@ def _choose_row(windows, tile_row, row, features, sums, at, scratch, chosen):
     labels, offsets, least_sums = chosen.labels, chosen.offsets, chosen.sums
     margins, target = chosen.margins, chosen.target
     best_sums[:] = 255
+    best_labels[:] = 0      # of target pixels that no window points at
     for tile in range(windows.low.shape[1]):
         begin = tile * windows.width
         end = min(begin + windows.width, columns)
