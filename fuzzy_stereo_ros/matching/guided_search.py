@@ -51,6 +51,7 @@ class GuidedSearch:
         self._fitness = CensusFitness(
             self._possibility, self._refinement.verdict, self._guess.chosen.target)
         self._members = np.zeros((config.population, rows, columns), labels_type)
+        self._below = np.zeros(columns, labels_type)
         self.fitness = np.zeros(config.population)
         self.warm, self.times = False, {}
 
@@ -118,7 +119,7 @@ class GuidedSearch:
         by_rows, by_columns = self._members[0], self._members[1]
         self._crew.each(lambda band: filling.fill_rows(
             labels, verdict, by_rows, band[1], band[2]), self._guess.bands)
-        filling.fill_columns(labels, verdict, by_rows, by_columns)
+        filling.fill_columns(labels, verdict, by_rows, by_columns, self._below)
         members = 2
         self.warm = self._state is not None
         if self.warm and self._config.population > members:

@@ -35,15 +35,15 @@ def fill_rows(labels, verdict, filled, first, last):
 
 
 @njit(nogil=True, cache=True)
-def fill_columns(labels, verdict, by_rows, filled):
+def fill_columns(labels, verdict, by_rows, filled, below):
     """
     Give each refused pixel the smaller label of the nearest two in its column.
 
-    by_rows: (R, C), what stands in for an end that the column does not have.
+    by_rows: (R, C), what stands in for an end that the column does not have; below: (C,), working
+    memory.
     """
     rows, columns = labels.shape
-    for column in range(columns):
-        filled[0, column] = by_rows[0, column]
+    filled[0] = by_rows[0]
     for row in range(1, rows):
         for column in range(columns):
             if verdict[row, column] != REFUSED:
@@ -52,13 +52,13 @@ def fill_columns(labels, verdict, by_rows, filled):
                 filled[row, column] = labels[row - 1, column]
             else:
                 filled[row, column] = filled[row - 1, column]
-    for column in range(columns):
-        below = by_rows[rows - 1, column]
-        for row in range(rows - 1, -1, -1):
+    below[:] = by_rows[rows - 1]
+    for row in range(rows - 1, -1, -1):
+        for column in range(columns):
             if verdict[row, column] != REFUSED:
-                below = labels[row, column]
+                below[column] = labels[row, column]
             else:
-                filled[row, column] = min(filled[row, column], below)
+                filled[row, column] = min(filled[row, column], below[column])
 
 
 @njit(nogil=True, cache=True)

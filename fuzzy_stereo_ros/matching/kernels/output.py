@@ -18,13 +18,14 @@ def certainty(sums, margins, verdict, certain, first, last):
     sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
     elsewhere is; certain: float32 (R, C), 0 to 1, 0 where not consistent.
     """
+    alone = np.empty(256, np.float32)
+    for margin in range(256):
+        alone[margin] = np.float32(margin) / np.float32(256 * (margin + CLEAR_MARGIN))
     for row in range(first, last):
         for column in range(sums.shape[1]):
-            margin = np.float32(margins[row, column])
-            possible = np.float32(1) - np.float32(sums[row, column]) / np.float32(256)
-            alone = margin / (margin + np.float32(CLEAR_MARGIN))
+            possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(verdict[row, column] == CONSISTENT)
-            certain[row, column] = possible * alone * consistent
+            certain[row, column] = possible * alone[margins[row, column]] * consistent
 
 
 @njit(nogil=True, cache=True)

@@ -83,14 +83,14 @@ def realign(path, at, blocks, low, out, out_at, new_blocks, new_low, scratch):
 
 
 @njit(inline='always')
-def _advance(path, floor, jump, penalty, costs):
-    """Return the paths of one block of labels at the next pixel, and their least cost, splat."""
+def advance(path, floor, jump, penalty, costs):
+    """Return the paths of one block of labels at the next pixel, and their least cost."""
     full = splat(np.uint8(255))
     neighbours = minimum(label_below(full, path), label_above(path, full))
     cheapest = minimum(minimum(path, saturating_add(floor, splat(jump))),
                        saturating_add(neighbours, penalty))
     path = saturating_add(subtract(cheapest, floor), costs)
-    return path, splat(lowest(path))
+    return path, lowest(path)
 
 
 @njit(inline='always')
@@ -101,20 +101,20 @@ def _pass_single(begin, end, rightwards, penalties, row, small, costs, sums, fir
     one, two, three = row_size, 2 * row_size, 3 * row_size
     path_0, path_1 = load(paths, 0), load(paths, stride)
     path_2, path_3 = load(paths, 2 * stride), load(paths, 3 * stride)
-    floor_0, floor_1, floor_2, floor_3 = (
-        splat(least[0]), splat(least[1]), splat(least[2]), splat(least[3]))
+    floor_0, floor_1, floor_2, floor_3 = least[0], least[1], least[2], least[3]
     jumps_0, jumps_1 = penalties[row], penalties[row + 1]
     jumps_2, jumps_3 = penalties[row + 2], penalties[row + 3]
     for visit in range(end - begin):
         column = begin + visit if rightwards else end - 1 - visit
         border = column if rightwards else min(column + 1, columns - 1)
         at = first + (column - begin) * LANES
-        path_0, floor_0 = _advance(path_0, floor_0, jumps_0[border], penalty, load(costs, at))
-        path_1, floor_1 = _advance(path_1, floor_1, jumps_1[border], penalty,
+        path_0, floor_0 = advance(path_0, splat(floor_0), jumps_0[border], penalty,
+                                  load(costs, at))
+        path_1, floor_1 = advance(path_1, splat(floor_1), jumps_1[border], penalty,
                                    load(costs, at + one))
-        path_2, floor_2 = _advance(path_2, floor_2, jumps_2[border], penalty,
+        path_2, floor_2 = advance(path_2, splat(floor_2), jumps_2[border], penalty,
                                    load(costs, at + two))
-        path_3, floor_3 = _advance(path_3, floor_3, jumps_3[border], penalty,
+        path_3, floor_3 = advance(path_3, splat(floor_3), jumps_3[border], penalty,
                                    load(costs, at + three))
         if rightwards:
             store(sums, at, path_0)
@@ -130,8 +130,7 @@ def _pass_single(begin, end, rightwards, penalties, row, small, costs, sums, fir
     store(paths, stride, path_1)
     store(paths, 2 * stride, path_2)
     store(paths, 3 * stride, path_3)
-    least[0], least[1] = lowest(floor_0), lowest(floor_1)
-    least[2], least[3] = lowest(floor_2), lowest(floor_3)
+    least[0], least[1], least[2], least[3] = floor_0, floor_1, floor_2, floor_3
 
 
 @njit(inline='always')

@@ -15,8 +15,10 @@ from fuzzy_stereo_ros.matching.kernels.choice import (
     best_label, equiangular, least_elsewhere, offer_to_target, total_of)
 from fuzzy_stereo_ros.matching.kernels.costs import box_row, cost_row, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines import (
-    across, gather, realign_rows, ROWS_AT_ONCE, step)
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
+    across, advance, gather, realign_rows, ROWS_AT_ONCE, step)
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, at_most, bit_or, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest,
+    minimum, saturating_add, splat, store, subtract)
 
 
 class Windows(NamedTuple):
@@ -166,33 +168,66 @@ def downwards(features, box, half_prior, previous_prior, windows, volume, penalt
 
 
 @njit(inline='always')
-def _choose_tile(blocks, low, begin, end, place, disparities, columns, row, sums, at, paths,
-                 totals, best_sums, best_labels, labels, offsets, least_sums, margins):
-    """Choose the labels of one tile's columns."""
-    highest = min(low + LANES * blocks, disparities) - low - 1
+def _note(chosen, row, column, low, best, highest, below, least, above, elsewhere):
+    """Write what was chosen for a pixel."""
+    labels, offsets, least_sums, margins = chosen
+    labels[row, column] = low + best
+    offsets[row, column] = equiangular(np.int64(below), np.int64(least), np.int64(above)) \
+        if 0 < best < highest else 0
+    least_sums[row, column] = least
+    margins[row, column] = elsewhere - least
+
+
+@njit(inline='always')
+def _choose_single(low, begin, end, place, highest, columns, row, costs, sums, at, jumps, small,
+                   paths, least, totals, best_sums, best_labels, chosen):
+    """Do for a tile of one block, in registers, what _choose_tile does for any."""
+    numbers = lane_numbers()
+    labels = add(numbers, splat(np.uint8(low & 255)))
+    penalty, two = splat(small), splat(np.uint8(2))
     for column in range(begin, end):
+        path, floor = advance(load(paths, place), splat(least[column]), jumps[column], penalty,
+                              load(costs, at + place))
+        store(paths, place, path)
+        least[column] = floor
+        total = saturating_add(load(sums, at + place), path)
+        store(totals, LANES, total)
+        cheapest = lowest(total)
+        best = first_set(equal_bits(total, splat(cheapest)))
+        near = at_most(subtract(numbers, splat(np.uint8((best - 1) & 255))), two)
+        _note(chosen, row, column, low, best, highest, totals[LANES + best - 1], cheapest,
+              totals[LANES + best + 1], lowest(bit_or(total, near)))
+        pointed = columns - 1 - column + low
+        rival = load(best_sums, pointed)
+        store(best_labels, pointed, choose(
+            at_most(total, rival), labels, load(best_labels, pointed)))
+        store(best_sums, pointed, minimum(total, rival))
+        place += LANES
+
+
+@njit(inline='always')
+def _choose_tile(blocks, low, begin, end, place, highest, columns, row, costs, sums, at, jumps,
+                 small, paths, least, totals, best_sums, best_labels, chosen):
+    """Move the upward paths of one tile's columns on by a row and choose their labels."""
+    for column in range(begin, end):
+        least[column] = step(paths, place, blocks, least[column], jumps[column], small, costs,
+                             at + place)
         total_of(sums, at + place, paths, place, blocks, totals)
-        best, least = best_label(totals, blocks)
-        offset = 0
-        if 0 < best < highest:
-            offset = equiangular(np.int64(totals[best - 1]), np.int64(least),
-                                 np.int64(totals[best + 1]))
-        labels[row, column] = low + best
-        offsets[row, column] = offset
-        least_sums[row, column] = least
-        margins[row, column] = least_elsewhere(totals, blocks, best) - least
+        best, cheapest = best_label(totals, blocks)
+        _note(chosen, row, column, low, best, highest, totals[max(best - 1, 0)], cheapest,
+              totals[best + 1], least_elsewhere(totals, blocks, best))
         offer_to_target(totals, blocks, low, columns - 1 - column + low, best_sums, best_labels)
         place += LANES * blocks
 
 
 @njit(nogil=True, cache=True)
-def _choose_row(windows, tile_row, row, features, sums, at, scratch, chosen):
+def _choose_row(windows, tile_row, row, disparities, volume, jumps, small, at, scratch, chosen):
     """Add the upward paths to the sums of a row and choose its labels for both views."""
-    columns, disparities = features.columns, features.disparities
-    paths, totals = scratch.paths, scratch.labels
-    best_sums, best_labels = scratch.best_sums, scratch.best_labels
-    labels, offsets, least_sums = chosen.labels, chosen.offsets, chosen.sums
-    margins, target = chosen.margins, chosen.target
+    target = chosen.target
+    columns = target.shape[1]
+    costs, sums, paths, least = volume.costs, volume.sums, scratch.paths, scratch.least
+    totals, best_sums, best_labels = scratch.labels, scratch.best_sums, scratch.best_labels
+    choices = chosen.labels, chosen.offsets, chosen.sums, chosen.margins
     best_sums[:] = 255
     best_labels[:] = 0      # of target pixels that no window points at
     for tile in range(windows.low.shape[1]):
@@ -200,13 +235,13 @@ def _choose_row(windows, tile_row, row, features, sums, at, scratch, chosen):
         end = min(begin + windows.width, columns)
         low, blocks = windows.low[tile_row, tile], windows.blocks[tile_row, tile]
         place = windows.offset[tile_row, tile]
-        if blocks == 1:     # most tiles: the loops over blocks vanish
-            _choose_tile(1, low, begin, end, place, disparities, columns, row, sums, at, paths,
-                         totals, best_sums, best_labels, labels, offsets, least_sums, margins)
+        highest = min(low + LANES * blocks, disparities) - low - 1
+        if blocks == 1:
+            _choose_single(low, begin, end, place, highest, columns, row, costs, sums, at, jumps,
+                           small, paths, least, totals, best_sums, best_labels, choices)
         else:
-            _choose_tile(blocks, low, begin, end, place, disparities, columns, row, sums, at,
-                         paths, totals, best_sums, best_labels, labels, offsets, least_sums,
-                         margins)
+            _choose_tile(blocks, low, begin, end, place, highest, columns, row, costs, sums, at,
+                         jumps, small, paths, least, totals, best_sums, best_labels, choices)
     for column in range(columns):
         target[row, column] = best_labels[columns - 1 - column]
 
@@ -231,7 +266,10 @@ def upwards(features, windows, volume, penalties, first, last, overlap, scratch,
             scratch.paths[:] = scratch.other_paths
         size = windows.row_size[tile_row]
         at = windows.base[tile_row] + (row - tile_row * windows.height) * size
-        _step_column_paths(windows, tile_row, columns, penalties.down, min(row + 1, rows - 1),
-                           small, volume.costs, at, scratch, volume.sums, False)
+        below = min(row + 1, rows - 1)
         if row < last:
-            _choose_row(windows, tile_row, row, features, volume.sums, at, scratch, chosen)
+            _choose_row(windows, tile_row, row, features.disparities, volume,
+                        penalties.down[below], small, at, scratch, chosen)
+        else:
+            _step_column_paths(windows, tile_row, columns, penalties.down, below, small,
+                               volume.costs, at, scratch, volume.sums, False)
