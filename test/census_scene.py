@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Small pairs, and what the kernels and the twins see of them."""
+from fuzzy_stereo_ros.matching.census_possibility import (
+    CensusPossibility, fine_places, FULL_SIZE)
+import numpy as np
+import reference_census as twins
+
+
+def small_pair(rows, columns, disparity=3, seed=0, channels=0, dtype=np.uint8):
+    """
+    Return a left and a right image of coarse blocks and a little noise, shifted by a disparity.
+
+    channels: 0 for (R, C), else (R, C, channels); blocks make ties, noise makes texture.
+    """
+    chance = np.random.default_rng([seed, rows, columns])
+    top = np.iinfo(dtype).max
+    size = (rows, columns) + (channels,) * (channels > 0)
+    blocks = chance.integers(0, top - top // 16, (rows // 3 + 1, columns // 4 + 1, *size[2:]))
+    scene = blocks.repeat(3, axis=0).repeat(4, axis=1)[:rows, :columns]
+    left = scene + chance.integers(0, top // 16, size)
+    right = np.roll(scene, -disparity, axis=1) + chance.integers(0, top // 16, size)
+    return left.astype(dtype), right.astype(dtype)
+
+
+def seen(left, right, disparities, min_disparity=0, model=FULL_SIZE):
+    """Return the possibility of a pair, as the search makes it."""
+    possibility = CensusPossibility(*left.shape[:2], disparities, model)
+    places = fine_places(left, right)
+    possibility.left.read(left, 0, places, 0, possibility.rows)
+    possibility.right.read(right, min_disparity, places, 0, possibility.rows)
+    possibility.describe(0, possibility.rows)
+    return possibility
+
+
+def twin_features(left, right, min_disparity=0):
+    """Return ((census, slopes) of the left image, those of the moved right one)."""
+    places = fine_places(left, right)
+    fine = [twins.fine_grey(left, 0, places), twins.fine_grey(right, min_disparity, places)]
+    return [(twins.census(view), twins.gradient(twins.eight_bits(view))) for view in fine]
+
+
+def twin_costs(left, right, labels, min_disparity=0, model=FULL_SIZE):
+    """Return the cost of each label of each pixel, without priors: int64 (R, C, labels)."""
+    return twins.match_costs(*twin_features(left, right, min_disparity), labels,
+                             (model.census_cut, model.slope_cut))
+
+
+def random_map(shape, limit, seed=0, dtype=np.uint8):
+    """Return random whole numbers below a limit."""
+    return np.random.default_rng([seed, *shape]).integers(0, limit, shape).astype(dtype)

@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Plain twins of what the guided search sees of a pair: features, costs, scanline passes, choice.
+
+Nothing is mirrored, padded or packed here: column c of an array is column c of the image, and
+label d of a pixel points at column c - d of the target, at its first column where that is outside.
+"""
+from fractions import Fraction
+import math
+
+import numpy as np
+
+# ---- features ----
+
+
+def fine_grey(image, shift, places):
+    """Return (B + 2 G + R, or the one channel) * 2**places of the shifted image: int64 (R, C)."""
+    weights = (1,) if image.ndim == 2 else (1, 2, 1)
+    channels = image.reshape(*image.shape[:2], len(weights))
+    fine = np.zeros(image.shape[:2], np.int64)
+    for row, column in np.ndindex(fine.shape):
+        source = min(max(column - shift, 0), fine.shape[1] - 1)
+        value = sum(weight * int(channels[row, source, channel])
+                    for channel, weight in enumerate(weights))
+        fine[row, column] = math.floor(value * 2.0**places)
+    return fine
+
+
+def eight_bits(fine):
+    """Return fine / 256, rounded, at most 255."""
+    return np.minimum(np.floor(fine / 256 + 0.5), 255).astype(np.int64)
+
+
+def halved(values, rounded):
+    """Return the mean of 2 x 2 pixels, rounded or cut; an odd last row or column is left out."""
+    rows, columns = values.shape[0] // 2, values.shape[1] // 2
+    mean = values[:2 * rows, :2 * columns].reshape(rows, 2, columns, 2).mean(axis=(1, 3))
+    return np.floor(mean + 0.5 * rounded).astype(np.int64)
+
+
+def census(fine):
+    """Return a code of 24 bits a pixel: bit i is set where neighbour i of 5 x 5 is darker."""
+    around = np.pad(fine, 2, 'edge')
+    rows, columns = fine.shape
+    codes = np.zeros(fine.shape, np.int64)
+    places = [place for place in np.ndindex(5, 5) if place != (2, 2)]
+    for bit, (down, right) in enumerate(places):
+        codes += (around[down:down + rows, right:right + columns] < fine) * 2**bit
+    return codes
+
+
+def gradient(grey):
+    """Return half of the central difference along the row, 128 where it is 0 or unknown."""
+    slopes = np.full(grey.shape, 128)
+    for row, column in np.ndindex(grey.shape):
+        if 0 < column < grey.shape[1] - 1:
+            step = int(grey[row, column + 1]) - int(grey[row, column - 1])
+            slopes[row, column] += math.floor(step / 2)
+    return slopes
+
+
+def jump_penalties(grey, table):
+    """Return what a jump to the left and to the upper neighbour costs, by the grey step."""
+    across, down = (np.full(grey.shape, int(table[0])) for _ in range(2))
+    for row, column in np.ndindex(grey.shape):
+        if column:
+            across[row, column] = table[abs(int(grey[row, column]) - int(grey[row, column - 1]))]
+        if row:
+            down[row, column] = table[abs(int(grey[row, column]) - int(grey[row - 1, column]))]
+    return across, down
+
+
+# ---- costs ----
+
+
+def match_costs(features, target, labels, cuts):
+    """
+    Return the costs of the labels 0 .. labels - 1 of every pixel: int64 (R, C, labels).
+
+    features, target: (census codes, slopes) of an image; cuts: beyond these a Hamming distance,
+    a difference of slopes say no more.
+    """
+    columns = np.arange(features[0].shape[1])
+    volume = []
+    for label in range(labels):
+        seen = np.maximum(columns - label, 0)
+        differing = features[0] ^ target[0][:, seen]
+        distance = sum(differing >> bit & 1 for bit in range(24))
+        step = abs(features[1] - target[1][:, seen])
+        volume.append(np.minimum(distance, cuts[0]) + np.minimum(step, cuts[1]))
+    return np.stack(volume, axis=2)
+
+
+def prior_costs(prior_labels, weights, rules, labels):
+    """
+    Return what leaning on a map adds to the costs: int64 (R, C, labels).
+
+    rules: (dead zone, cut) of the weights 1, 2, ...
+    """
+    volume = np.zeros((*weights.shape, labels), np.int64)
+    for row, column, label in np.ndindex(volume.shape):
+        if weights[row, column]:
+            dead_zone, cut = rules[weights[row, column] - 1]
+            away = abs(label - int(prior_labels[row, column]))
+            volume[row, column, label] = min(max(away - dead_zone, 0), cut)
+    return volume
+
+
+def box_costs(volume, places):
+    """Return the sums over 3 x 3 pixels, borders repeated, / 2**places, cut."""
+    around = np.pad(volume, ((1, 1), (1, 1), (0, 0)), 'edge')
+    rows, columns = volume.shape[:2]
+    return sum(around[down:down + rows, right:right + columns]
+               for down, right in np.ndindex(3, 3)) // 2**places
+
+
+# ---- scanline passes ----
+
+
+def pass_along(costs, jumps, small, closed=None):
+    """
+    Return L(p, d) of paths along the second axis: int64 (lines, pixels, D), at most 255.
+
+    jumps: (lines, pixels), P2 between a pixel and the one before it; closed: bool (lines, pixels,
+    D), labels that a pixel does not look at in the pixel before it, except for the least.
+    """
+    paths = np.minimum(costs, 255)
+    for place in range(1, costs.shape[1]):
+        before = paths[:, place - 1]
+        least = before.min(axis=1, keepdims=True)
+        if closed is not None:
+            before = np.where(closed[:, place], 255, before)
+        beside = np.pad(before, ((0, 0), (1, 1)), constant_values=255)
+        cheapest = np.minimum.reduce([
+            before, np.broadcast_to(least + jumps[:, place, None], before.shape),
+            beside[:, :-2] + small, beside[:, 2:] + small])
+        paths[:, place] = np.minimum(costs[:, place] + cheapest - least, 255)
+    return paths
+
+
+def summed_passes(costs, closed, across, down, small, bands, overlap):
+    """
+    Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255.
+
+    closed: bool (R, C, D), labels outside of a pixel's window; bands: (first, last) rows; the
+    vertical passes of a band start `overlap` rows outside of it.
+    """
+    rows = len(across)
+    costs = np.where(closed, 255, costs)
+    sums = pass_along(costs, across, small, closed)
+    after = np.pad(across, ((0, 0), (0, 1)))[:, 1:]
+    sums = sums + pass_along(
+        costs[:, ::-1], after[:, ::-1], small, closed[:, ::-1])[:, ::-1]
+    below = np.pad(down, ((0, 1), (0, 0)))[1:]
+    for first, last in bands:
+        above, under = np.s_[max(first - overlap, 0):last], np.s_[first:min(last + overlap, rows)]
+        downwards = pass_along(*(values[above].swapaxes(0, 1) for values in (costs, down)),
+                               small, closed[above].swapaxes(0, 1)).swapaxes(0, 1)
+        upwards = pass_along(*(values[under][::-1].swapaxes(0, 1) for values in (costs, below)),
+                             small, closed[under][::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1]
+        sums[first:last] += downwards[first - last:] + upwards[:last - first]
+    return np.minimum(sums, 255)
+
+
+def outside_windows(shape, low, high, tile):
+    """Return the labels outside of low .. high - 1 of each pixel's tile: bool (R, C, D)."""
+    closed = np.ones(shape, bool)
+    for row, column in np.ndindex(shape[:2]):
+        at = row // tile, column // tile
+        closed[row, column, low[at]:high[at]] = False
+    return closed
+
+
+# ---- choice ----
+
+
+def equiangular(below, here, above):
+    """Return where two lines of equal slope through three costs meet, in 1/16 px, rounded."""
+    rise = max(below, above) - here
+    if rise <= 0:
+        return 0
+    offset = Fraction(8 * (below - above), rise)
+    return int(math.copysign(math.floor(abs(offset) + Fraction(1, 2)), offset))
+
+
+def winner(sums):
+    """Return the first of the least sums of one pixel, that sum, and the least sum elsewhere."""
+    best = int(np.argmin(sums))
+    elsewhere = [int(total) for label, total in enumerate(sums) if abs(label - best) > 1]
+    return best, int(sums[best]), min(elsewhere, default=255)
+
+
+def chosen(sums, low, high, tile):
+    """
+    Return what is chosen of the sums: labels, offsets, sums and margins, (R, C) each.
+
+    low, high, tile: the labels low .. high - 1 are looked at in a tile.
+    """
+    maps = [np.zeros(sums.shape[:2], np.int64) for _ in range(4)]
+    for row, column in np.ndindex(sums.shape[:2]):
+        first = low[row // tile, column // tile]
+        inside = sums[row, column, first:high[row // tile, column // tile]]
+        best, least, elsewhere = winner(inside)
+        offset = equiangular(int(inside[best - 1]), least, int(inside[best + 1])) \
+            if 0 < best < len(inside) - 1 else 0
+        for values, value in zip(maps, (first + best, offset, least, elsewhere - least)):
+            values[row, column] = value
+    return maps
+
+
+def chosen_by_target(sums, low, high, tile):
+    """
+    Return the label of least sum that points at each target pixel, the largest of equals.
+
+    -1 where none does whose sum is below 255.
+    """
+    rows, columns = sums.shape[:2]
+    target = np.full((rows, columns), -1)
+    for row, pointed in np.ndindex(target.shape):
+        least = 254
+        for column in range(pointed, columns):
+            label = column - pointed
+            tile_at = row // tile, column // tile
+            if low[tile_at] <= label < high[tile_at] and sums[row, column, label] <= least:
+                least = sums[row, column, label]
+                target[row, pointed] = label
+    return target

@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Plain twins of the way from chosen labels to disparities: verdicts, fills, medians, output."""
+import math
+
+import numpy as np
+
+CONSISTENT, OUTSIDE, REFUSED = 0, 1, 2
+
+# ---- verdicts ----
+
+
+def verdicts(labels, target, first_inside):
+    """Return whether the target, known modulo 256, chose what points back, within one pixel."""
+    verdict = np.zeros(labels.shape, np.uint8)
+    for row, column in np.ndindex(labels.shape):
+        pointed = column - int(labels[row, column])
+        if pointed < first_inside:
+            verdict[row, column] = OUTSIDE
+        else:
+            away = (int(labels[row, column]) - int(target[row, pointed])) % 256
+            verdict[row, column] = CONSISTENT if away in (255, 0, 1) else REFUSED
+    return verdict
+
+
+def components(inside, joined):
+    """
+    Return the 4-connected components of a mask as lists of places: flood fill.
+
+    joined(place, near): whether two neighbours inside belong together.
+    """
+    rows, columns = inside.shape
+    unseen, found = inside.copy(), []
+    for start in np.ndindex(inside.shape):
+        if not unseen[start]:
+            continue
+        component = [start]
+        unseen[start] = False
+        for row, column in component:           # grows while it is walked
+            for near in ((row - 1, column), (row + 1, column), (row, column - 1),
+                         (row, column + 1)):
+                if (0 <= near[0] < rows and 0 <= near[1] < columns and unseen[near]
+                        and joined((row, column), near)):
+                    unseen[near] = False
+                    component.append(near)
+        found.append(component)
+    return found
+
+
+def without_speckles(labels, verdict, step, smallest):
+    """Return the verdict with the components of fewer pixels refused too."""
+    verdict = verdict.copy()
+    for component in components(verdict != REFUSED, lambda place, near: abs(
+            int(labels[place]) - int(labels[near])) <= step):
+        if len(component) < smallest:
+            verdict[tuple(np.transpose(component))] = REFUSED
+    return verdict
+
+
+# ---- fills ----
+
+
+def filled_by_rows(labels, verdict):
+    """Return the labels, refused ones from the farther of the nearest two on the row."""
+    filled = labels.copy()
+    for row in range(labels.shape[0]):
+        known = np.flatnonzero(verdict[row] != REFUSED)
+        if not known.size:
+            filled[row] = filled[row - 1] if row else 0
+            continue
+        for column in np.flatnonzero(verdict[row] == REFUSED):
+            ends = [*known[known < column][-1:], *known[known > column][:1]]
+            filled[row, column] = min(labels[row, end] for end in ends)
+    return filled
+
+
+def filled_by_columns(labels, verdict, by_rows):
+    """Return the same by columns; `by_rows` stands in at the border for an end that misses."""
+    filled = labels.copy()
+    last = labels.shape[0] - 1
+    for row, column in zip(*np.nonzero(verdict == REFUSED)):
+        known = np.flatnonzero(verdict[:, column] != REFUSED)
+        above, below = known[known < row][-1:], known[known > row][:1]
+        filled[row, column] = min(
+            labels[above[0], column] if above.size else by_rows[0, column],
+            labels[below[0], column] if below.size else by_rows[last, column])
+    return filled
+
+
+# ---- medians ----
+
+
+def membership_median(labels, grey, reach):
+    """Return the (upper) median of the neighbours in 7 x 7 of like grey, only at jumps."""
+    around, grey_around = np.pad(labels, 3, 'edge'), np.pad(grey.astype(np.int64), 3, 'edge')
+    median = labels.copy()
+    for row, column in np.ndindex(labels.shape):
+        window = np.s_[row:row + 7, column:column + 7]
+        if int(around[window].max()) - int(around[window].min()) > 1:
+            alike = abs(grey_around[window] - int(grey[row, column])) <= reach
+            members = sorted(around[window][alike].tolist())
+            median[row, column] = members[len(members) // 2]
+    return median
+
+
+def median_of_25(labels):
+    """Return the median of 5 x 5 pixels, borders repeated."""
+    around = np.pad(labels, 2, 'edge')
+    median = labels.copy()
+    for row, column in np.ndindex(labels.shape):
+        median[row, column] = sorted(around[row:row + 5, column:column + 5].ravel())[12]
+    return median
+
+
+# ---- what the user gets ----
+
+
+def fine_disparities(final, labels, offsets, verdict):
+    """
+    Return 16ths of a pixel: int64 (R, C).
+
+    The final label, moved by the mean of what the pixels of 5 x 5 found, of those not refused and
+    within one pixel of it.
+    """
+    fine = np.zeros(final.shape, np.int64)
+    rows, columns = final.shape
+    for row, column in np.ndindex(final.shape):
+        here, moves = 16 * int(final[row, column]), []
+        for near_row in range(max(row - 2, 0), min(row + 3, rows)):
+            for near in range(max(column - 2, 0), min(column + 3, columns)):
+                found = 16 * int(labels[near_row, near]) + int(offsets[near_row, near])
+                if verdict[near_row, near] != REFUSED and abs(found - here) <= 16:
+                    moves.append(found - here)
+        fine[row, column] = here + (
+            math.floor(sum(moves) / len(moves) + 0.5) if moves else 0)
+    return fine
+
+
+def certainty(sums, margins, verdict):
+    """Return how sure labels are, 0 to 1: half at a margin of 24, less the more they cost."""
+    certain = np.zeros(sums.shape)
+    for place in np.ndindex(sums.shape):
+        if verdict[place] == CONSISTENT:
+            margin = int(margins[place])
+            certain[place] = margin / (margin + 24) * (1 - int(sums[place]) / 256)
+    return certain
+
+
+def confidence(certain, verdict, side=9):
+    """Return the mean certainty of a square, mirrored at the border; 0 where not consistent."""
+    half = side // 2
+    rows, columns = ([_mirrored(place, size) for place in range(-half, size + half)]
+                     for size in certain.shape)
+    around = certain[rows][:, columns]
+    sure = np.zeros(certain.shape)
+    for row, column in zip(*np.nonzero(verdict == CONSISTENT)):
+        sure[row, column] = around[row:row + side, column:column + side].mean()
+    return sure
+
+
+def _mirrored(place, size):
+    """Return the place inside that lies as far from the border's pixel, the other way."""
+    while size > 1 and not 0 <= place < size:
+        place = -place if place < 0 else 2 * (size - 1) - place
+    return place if size > 1 else 0
+
+
+def disparities_of(fine, verdict, sure, min_disparity, disparities, fill, threshold):
+    """Return pixels inside the range searched, NaN where refused, outside or not sure enough."""
+    found = np.full(fine.shape, np.nan)
+    for place in np.ndindex(fine.shape):
+        if fill or (verdict[place] == CONSISTENT and sure[place] >= threshold):
+            found[place] = min(max(fine[place] / 16 + min_disparity, min_disparity),
+                               min_disparity + disparities - 1)
+    return found

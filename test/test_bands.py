@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Bands of rows, and the crew that works on them."""
+import threading
+
+from fuzzy_stereo_ros.matching.bands import Crew, cut_bands
+from hypothesis import given, strategies as st
+import pytest
+
+
+@given(st.integers(1, 5000))
+def test_bands_cover_each_row_once_and_in_order(rows):
+    bands = cut_bands(rows)
+    assert [index for index, _, _ in bands] == list(range(len(bands)))
+    assert [row for _, first, last in bands for row in range(first, last)] == list(range(rows))
+
+
+@pytest.mark.parametrize('rows, count', [
+    (1, 1), (127, 1), (128, 2), (639, 2), (640, 4), (1279, 4), (1280, 8), (4000, 8)])
+def test_larger_images_are_cut_into_more_bands(rows, count):
+    assert len(cut_bands(rows)) == count
+
+
+@pytest.mark.parametrize('threads', [1, 2, 3])
+def test_a_crew_does_all_the_work_before_it_returns(threads):
+    crew, done = Crew(threads), []
+    crew.each(done.append, range(20))
+    crew.close()
+    assert sorted(done) == list(range(20))
+
+
+def test_two_threads_work_at_the_same_time():
+    crew, both = Crew(2), threading.Barrier(2, timeout=20)
+    crew.each(lambda _: both.wait(), range(2))
+    crew.close()
+
+
+@pytest.mark.parametrize('threads', [1, 2])
+def test_an_error_of_the_work_is_raised(threads):
+    crew = Crew(threads)
+    with pytest.raises(ZeroDivisionError):
+        crew.each(lambda item: 1 // item, [2, 1, 0])
+    crew.close()
+
+
+def test_no_number_of_threads_means_one_a_core():
+    crew = Crew(0)
+    assert crew.threads >= 1
+    crew.close()

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Left-right consistency and speckles."""
+from census_scene import random_map
+from fuzzy_stereo_ros.matching.kernels.consistency import (
+    check_consistency, CONSISTENT, OUTSIDE, refuse_speckles, REFUSED)
+from hypothesis import given, settings, strategies as st
+from hypothesis.extra import numpy as arrays
+import numpy as np
+import pytest
+import reference_refinement as twins
+
+KINDS = [(np.uint8, 256), (np.uint16, 600)]
+verdict_of_pixels = st.sampled_from([CONSISTENT, OUTSIDE, REFUSED])
+
+
+def checked(labels, target, disparities, first_inside):
+    verdict = np.full(labels.shape, 9, np.uint8)
+    check_consistency(labels, target, disparities, first_inside, verdict, 0, len(labels))
+    return verdict
+
+
+def despeckled(labels, verdict, step, smallest):
+    verdict = verdict.copy()
+    refuse_speckles(labels.reshape(-1), verdict.reshape(-1), labels.shape[1], step, smallest,
+                    *(np.full(labels.size, -7, np.int32) for _ in range(4)))
+    return verdict
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.sampled_from(KINDS), st.integers(1, 5), st.integers(1, 40), st.integers(0, 5),
+       st.integers(1, 30))
+def test_verdicts_are_those_of_the_twin(kind, rows, columns, first_inside, spread):
+    dtype, limit = kind
+    labels = random_map((rows, columns), min(spread, limit), 1, dtype)
+    target = random_map((rows, columns), min(spread, 256), 2)
+    np.testing.assert_array_equal(checked(labels, target, limit, first_inside),
+                                  twins.verdicts(labels, target, first_inside))
+
+
+@pytest.mark.parametrize('label', [0, 1, 255, 256, 257, 400, 511])
+@pytest.mark.parametrize('away, verdict', [
+    (-2, REFUSED), (-1, CONSISTENT), (0, CONSISTENT), (1, CONSISTENT), (2, REFUSED)])
+def test_labels_agree_within_one_pixel_modulo_256(label, away, verdict):
+    labels = np.full((1, 600), label, np.uint16)
+    target = np.full((1, 600), (label + away) % 256, np.uint8)
+    assert checked(labels, target, 600, 0)[0, 599] == verdict
+
+
+def test_what_points_beyond_the_target_cannot_be_checked():
+    labels = np.full((1, 9), 3, np.uint8)
+    target = np.full((1, 9), 3, np.uint8)
+    assert checked(labels, target, 8, 0)[0].tolist() == [OUTSIDE] * 3 + [CONSISTENT] * 6
+    assert checked(labels, target, 8, 2)[0].tolist() == [OUTSIDE] * 5 + [CONSISTENT] * 4
+
+
+def test_only_the_rows_asked_for_are_checked():
+    labels = np.zeros((5, 3), np.uint8)
+    verdict = np.full((5, 3), 9, np.uint8)
+    check_consistency(labels, labels, 4, 0, verdict, 1, 3)
+    assert verdict[:, 0].tolist() == [9, CONSISTENT, CONSISTENT, 9, 9]
+
+
+@st.composite
+def labels_and_verdict(draw, dtype=np.uint8):
+    shape = draw(st.integers(1, 12)), draw(st.integers(1, 12))
+    values = draw(st.sampled_from([2, 4, 256]))
+    labels = draw(arrays.arrays(dtype, shape, elements=st.integers(0, values - 1)))
+    return labels, draw(arrays.arrays(np.uint8, shape, elements=verdict_of_pixels))
+
+
+@settings(max_examples=300, deadline=None)
+@given(labels_and_verdict(), st.integers(0, 2), st.integers(2, 30))
+def test_speckles_are_those_of_flood_fill(maps, step, smallest):
+    np.testing.assert_array_equal(despeckled(*maps, step, smallest),
+                                  twins.without_speckles(*maps, step, smallest))
+
+
+@settings(max_examples=100, deadline=None)
+@given(labels_and_verdict(), st.integers(0, 2), st.integers(2, 30))
+def test_what_is_left_after_the_speckles_has_none(maps, step, smallest):
+    labels, verdict = maps
+    once = despeckled(labels, verdict, step, smallest)
+    np.testing.assert_array_equal(once, despeckled(labels, once, step, smallest))
+
+
+@pytest.mark.parametrize('shape', [(40, 50), (1, 300), (300, 1)])
+def test_speckles_of_16_bit_labels_are_those_of_flood_fill(shape):
+    labels = random_map(shape, 3, 4, np.uint16) + np.uint16(300)
+    verdict = random_map(shape, 3, 5)
+    np.testing.assert_array_equal(despeckled(labels, verdict, 1, 15),
+                                  twins.without_speckles(labels, verdict, 1, 15))
+
+
+def test_a_spiral_is_one_component():
+    """Its arms are joined only at its end, so that labels given on the way must be merged."""
+    spiral = np.array([[1, 1, 1, 1, 1, 1, 1],
+                       [0, 0, 0, 0, 0, 0, 1],
+                       [1, 1, 1, 1, 1, 0, 1],
+                       [1, 0, 0, 0, 1, 0, 1],
+                       [1, 0, 1, 1, 1, 0, 1],
+                       [1, 0, 0, 0, 0, 0, 1],
+                       [1, 1, 1, 1, 1, 1, 1]], np.uint8)
+    labels = (50 * spiral).astype(np.uint8)
+    verdict = np.zeros(labels.shape, np.uint8)
+    size = int(spiral.sum())
+    kept, gone = despeckled(labels, verdict, 1, size), despeckled(labels, verdict, 1, size + 1)
+    assert np.all(kept[spiral == 1] == CONSISTENT)
+    assert np.all(gone == REFUSED)

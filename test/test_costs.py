@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What candidates cost: census and gradient, priors, labels that do not exist, box sums."""
+from census_scene import random_map, seen, small_pair, twin_costs
+from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
+from fuzzy_stereo_ros.matching.kernels.costs import (
+    box_row, cost_row, layout_of, match_cost, Prior, PRIOR_REACH, raw_row)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_table
+from hypothesis import given, settings, strategies as st
+from numba import njit
+import numpy as np
+import pytest
+import reference_census as twins
+
+DISPARITIES = [1, 2, 31, 32, 33, 64, 255, 256, 257, 512]
+RULES = (2, 4), (0, 4)      # dead zone and cut of the weights 1 and 2
+
+
+def no_prior(shape, disparities):
+    return Prior(np.zeros(shape, gene_type(disparities)), np.zeros(shape, np.uint8),
+                 prior_table())
+
+
+def some_prior(shape, disparities, seed):
+    return Prior(random_map(shape, disparities, seed, gene_type(disparities)),
+                 random_map(shape, len(RULES) + 1, seed + 1), prior_table(*RULES))
+
+
+def costs_of_row(possibility, priors, row, begin, end, low, blocks):
+    """Return what `cost_row` writes: (end - begin, 32 * blocks); nothing else may change."""
+    pixel, slack = LANES * blocks, 5
+    costs = np.full(slack + (end - begin) * pixel + slack, 99, np.uint8)
+    cost_row(possibility.features, *priors, row, begin, end, low, blocks, costs, slack)
+    assert np.all(costs[:slack] == 99)
+    assert np.all(costs[-slack:] == 99)
+    return costs[slack:-slack].reshape(end - begin, pixel)
+
+
+@pytest.mark.parametrize('disparities', DISPARITIES)
+def test_the_costs_of_every_label_are_those_of_the_twin(disparities):
+    left, right = small_pair(3, min(disparities, 70) + 5, channels=3)
+    shape, blocks = left.shape[:2], -(-disparities // LANES)
+    possibility = seen(left, right, disparities)
+    priors = [no_prior(shape, disparities)] * 2
+    expected = twin_costs(left, right, disparities)
+    for row in range(shape[0]):
+        found = costs_of_row(possibility, priors, row, 0, shape[1], 0, blocks)
+        np.testing.assert_array_equal(found[:, :disparities], expected[row])
+        assert np.all(found[:, disparities:] == 255)
+
+
+@pytest.mark.parametrize('min_disparity', [-40, -3, 0, 5, 40])
+def test_costs_from_another_smallest_disparity_are_those_of_the_moved_right_image(min_disparity):
+    left, right = small_pair(3, 30)
+    moved = np.stack([right[:, min(max(column - min_disparity, 0), 29)] for column in range(30)],
+                     axis=1)
+    possibility = seen(left, right, 9, min_disparity)
+    found = costs_of_row(possibility, [no_prior((3, 30), 9)] * 2, 1, 0, 30, 0, 1)
+    np.testing.assert_array_equal(found[:, :9], twin_costs(left, moved, 9)[1])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(33, 300), st.data())
+def test_any_window_of_any_columns_costs_what_the_whole_does(disparities, data):
+    blocks = data.draw(st.integers(1, -(-disparities // LANES)))
+    low = data.draw(st.integers(0, max(disparities - LANES * blocks, 0)))
+    begin = data.draw(st.integers(0, 19))
+    end = data.draw(st.integers(begin, 20))
+    left, right = small_pair(2, 20)
+    possibility = seen(left, right, disparities)
+    priors = [some_prior((2, 20), disparities, seed) for seed in (1, 7)]
+    found = costs_of_row(possibility, priors, 1, begin, end, low, blocks)
+    labels = LANES * -(-disparities // LANES)
+    expected = twin_costs(left, right, labels)[1]
+    for prior in priors:
+        expected = expected + twins.prior_costs(
+            prior.labels[1:], prior.weights[1:], RULES, labels)[0]
+    expected[:, disparities:] = 255
+    np.testing.assert_array_equal(found, expected[begin:end, low:low + LANES * blocks])
+
+
+@pytest.mark.parametrize('disparities', [1, 33, 300])
+def test_both_priors_are_added_by_weight_and_distance(disparities):
+    left, right = small_pair(4, 21)
+    possibility = seen(left, right, disparities)
+    half, previous = (some_prior((4, 21), disparities, seed) for seed in (3, 5))
+    expected = twin_costs(left, right, disparities) + sum(
+        twins.prior_costs(prior.labels, prior.weights, RULES, disparities)
+        for prior in (half, previous))
+    blocks = -(-disparities // LANES)
+    for row in range(4):
+        found = costs_of_row(possibility, (half, previous), row, 0, 21, 0, blocks)
+        np.testing.assert_array_equal(found[:, :disparities], expected[row])
+
+
+def test_a_prior_says_nothing_in_its_dead_zone_and_no_more_beyond_its_cut():
+    table = prior_table((1, 4), (0, 2)).reshape(3, 4 * PRIOR_REACH)[:, 2 * PRIOR_REACH - 8:]
+    assert not table[0].any()
+    assert table[1, :17].tolist() == [4, 4, 4, 4, 3, 2, 1, 0, 0, 0, 1, 2, 3, 4, 4, 4, 4]
+    assert table[2, 5:12].tolist() == [2, 2, 1, 0, 1, 2, 2]
+
+
+@njit
+def candidate_costs(features, costs):
+    """Write what `match_cost` says of all candidates: (R, C, D)."""
+    census, target_census = features.census, features.target_census
+    slopes, target_slopes = features.slopes, features.target_slopes
+    layout = layout_of(features)
+    for row, column, label in np.ndindex(costs.shape):
+        costs[row, column, label] = match_cost(
+            census, target_census, slopes, target_slopes, layout, row, column, label)
+
+
+def test_the_cost_of_one_candidate_is_that_of_its_row():
+    left, right = small_pair(5, 40, disparity=6)
+    costs = np.zeros((5, 40, 40), np.int64)
+    candidate_costs(seen(left, right, 40, min_disparity=2).features, costs)
+    np.testing.assert_array_equal(costs, twin_costs(left, right, 40, min_disparity=2))
+
+
+def test_equal_pixels_cost_nothing_and_no_candidate_more_than_the_largest():
+    left, right = small_pair(6, 50, disparity=0)
+    possibility = seen(left, left, 50)
+    costs = np.stack([costs_of_row(possibility, [no_prior((6, 50), 50)] * 2, row, 0, 50, 0, 2)
+                      for row in range(6)])[..., :50]
+    assert not costs[..., 0].any()
+    assert costs.max() == FULL_SIZE.largest
+    possibility = seen(left, right, 50)
+    assert costs_of_row(possibility, [no_prior((6, 50), 50)] * 2, 2, 0, 50, 0, 2)[:, 0].any()
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 9), (2, 2), (3, 8), (5, 33)])
+@pytest.mark.parametrize('disparities', [1, 31, 32, 33, 65])
+def test_box_costs_are_sums_of_3_by_3_pixels_with_the_border_repeated(shape, disparities):
+    left, right = small_pair(*shape)
+    possibility = seen(left, right, disparities, model=HALF_SIZE)
+    (rows, columns), blocks = shape, -(-disparities // LANES)
+    size = columns * LANES * blocks
+    raw = np.full((rows, size), 99, np.uint8)
+    for row in range(rows):
+        raw_row(possibility.features, row, blocks, raw[row], 0)
+    raw_expected = twin_costs(left, right, LANES * blocks, model=HALF_SIZE)
+    np.testing.assert_array_equal(raw.reshape(raw_expected.shape), raw_expected)
+    expected = twins.box_costs(raw_expected, HALF_SIZE.box)
+    for row in range(rows):
+        costs = np.full(size + 7, 99, np.uint8)
+        box_row(raw[max(row - 1, 0)], raw[row], raw[min(row + 1, rows - 1)],
+                possibility.features, blocks, HALF_SIZE.box, costs, 7)
+        found = costs[7:].reshape(columns, -1)
+        np.testing.assert_array_equal(found[:, :disparities], expected[row, :, :disparities])
+        assert np.all(found[:, disparities:] == 255)
+        assert np.all(costs[:7] == 99)

@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Fine grey, halving, census, gradient and jump penalties."""
+from census_scene import seen, small_pair
+from fuzzy_stereo_ros.matching.census_possibility import (
+    fine_places, FULL_SIZE, HALF_SIZE, jump_table, View)
+from fuzzy_stereo_ros.matching.kernels.features import MARGIN, SLACK
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference_census as twins
+
+SHAPES = [(5, 7), (1, 1), (1, 9), (9, 1), (2, 2), (6, 33), (3, 64), (4, 65)]
+REACH = 32
+BOTH_WAYS = pytest.mark.parametrize('mirrored', [False, True])
+
+
+def view_of(image, mirrored=False, shift=0, places=None):
+    """Return a view that has read and described an image."""
+    rows, columns = image.shape[:2]
+    view = View(rows, columns, mirrored, REACH)
+    view.read(image, shift, fine_places(image, image) if places is None else places, 0, rows)
+    view.describe(0, rows)
+    return view
+
+
+def unmirrored(values, view):
+    """Return the columns of an array (.., C or more) of a view as the image has them."""
+    inside = values[..., :view.columns]
+    return inside[..., ::-1] if view.mirrored else inside
+
+
+def fine_of(view):
+    return unmirrored(view.fine[MARGIN:-MARGIN, MARGIN:], view)
+
+
+def codes_of(view):
+    """Return the three byte planes of the census as numbers of 24 bits."""
+    planes = unmirrored(view.census, view).astype(np.int64)
+    return planes[:, 0] + (planes[:, 1] << 8) + (planes[:, 2] << 16)
+
+
+def image_of(shape, channels=0, dtype=np.uint8, seed=0):
+    return small_pair(*shape, seed=seed, channels=channels, dtype=dtype)[0]
+
+
+# ---- grey ----
+
+
+@BOTH_WAYS
+@pytest.mark.parametrize('shift', [0, 3, -2, 100, -100])
+@pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
+@pytest.mark.parametrize('channels', [0, 3])
+def test_grey_is_that_of_the_moved_image(channels, dtype, shift, mirrored):
+    image = image_of((5, 7), channels, dtype)
+    view = view_of(image, mirrored, shift)
+    fine = twins.fine_grey(image, shift, fine_places(image, image))
+    np.testing.assert_array_equal(fine_of(view), fine)
+    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(fine))
+
+
+@BOTH_WAYS
+@pytest.mark.parametrize('shape', SHAPES)
+def test_grey_of_every_size_has_its_border_repeated_around_it(shape, mirrored):
+    image = image_of(shape)
+    view = view_of(image, mirrored)
+    fine = twins.fine_grey(image, 0, 8)
+    if mirrored:
+        fine = fine[:, ::-1]
+    around = np.pad(fine, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
+    np.testing.assert_array_equal(view.fine, around)
+
+
+@pytest.mark.parametrize('channels', [0, 3])
+def test_the_brightest_16_bit_image_does_not_overflow(channels):
+    image = np.full((2, 3, 3)[:2 + (channels > 0)], 65535, np.uint16)
+    view = view_of(image)
+    assert np.all(fine_of(view) == 65535)
+    assert np.all(unmirrored(view.grey, view) == 255)
+
+
+@pytest.mark.parametrize('dtype, channels, brightest, places', [
+    (np.uint8, 0, 1, 8), (np.uint8, 0, 255, 8), (np.uint8, 3, 255, 6), (np.uint8, 3, 3, 6),
+    (np.uint16, 0, 0, 15), (np.uint16, 0, 1023, 6), (np.uint16, 0, 1024, 5),
+    (np.uint16, 0, 65535, 0), (np.uint16, 3, 4095, 2), (np.uint16, 3, 65535, -2)])
+def test_a_pair_is_brought_to_16_bits_by_its_brightest_pixel(dtype, channels, brightest, places):
+    shape = (2, 2, 3)[:2 + (channels > 0)]
+    dark, bright = np.zeros(shape, dtype), np.zeros(shape, dtype)
+    bright[1, 1] = brightest
+    assert fine_places(dark, bright) == fine_places(bright, dark) == places
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 8))
+def test_a_full_range_image_of_more_bits_gives_the_same_grey(extra):
+    image = image_of((6, 9))
+    image[0, 0] = 255
+    few, many = view_of(image), view_of(image.astype(np.uint16) << extra)
+    np.testing.assert_array_equal(few.fine, many.fine)
+    np.testing.assert_array_equal(few.grey, many.grey)
+
+
+# ---- half size ----
+
+
+@pytest.mark.parametrize('shape', [(2, 2), (3, 3), (2, 9), (9, 2), (7, 66), (8, 131)])
+@BOTH_WAYS
+def test_the_half_size_image_is_the_mean_of_2_by_2_pixels(shape, mirrored):
+    image = image_of(shape, 3)
+    view = view_of(image, mirrored)
+    half = View(shape[0] // 2, shape[1] // 2, mirrored, REACH)
+    view.halve(half, 0, half.rows)
+    fine = twins.fine_grey(image, 0, 6)
+    np.testing.assert_array_equal(fine_of(half), twins.halved(fine, rounded=False))
+    np.testing.assert_array_equal(
+        unmirrored(half.grey, half), twins.halved(twins.eight_bits(fine), rounded=True))
+    half.describe(0, half.rows)
+    np.testing.assert_array_equal(codes_of(half), twins.census(fine_of(half).astype(np.int64)))
+
+
+# ---- census and gradient ----
+
+
+@BOTH_WAYS
+@pytest.mark.parametrize('shape', SHAPES)
+def test_the_census_and_gradient_of_every_size_are_those_of_the_twin(shape, mirrored):
+    image = image_of(shape)
+    view = view_of(image, mirrored)
+    fine = twins.fine_grey(image, 0, 8)
+    np.testing.assert_array_equal(codes_of(view), twins.census(fine))
+    np.testing.assert_array_equal(
+        unmirrored(view.slopes, view), twins.gradient(twins.eight_bits(fine)))
+
+
+def test_labels_beyond_the_image_look_at_the_target_s_first_column():
+    view = view_of(image_of((4, 11)), mirrored=True)
+    beyond = view.census[:, :, view.columns:]
+    assert beyond.shape[2] == REACH + SLACK
+    assert np.all(beyond == view.census[:, :, view.columns - 1:view.columns])
+    assert np.all(view.slopes[:, view.columns:] == 128)
+
+
+def test_the_steepest_gradients_fit():
+    image = np.array([[0, 0, 255, 0, 0]], np.uint8)
+    image[0, 3:] = 0
+    assert view_of(image).slopes[0, :5].tolist() == [128, 255, 128, 0, 128]
+
+
+def test_uniform_images_have_no_census_and_no_gradient():
+    view = view_of(np.full((4, 6), 77, np.uint8))
+    assert not codes_of(view).any()
+    assert np.all(view.slopes == 128)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 12), st.data())
+def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
+    edges = sorted({0, rows, *data.draw(st.lists(st.integers(0, rows), max_size=3))})
+    image = image_of((rows, 13), seed=rows)
+    whole, banded = view_of(image), View(rows, 13, False, REACH)
+    bands = list(zip(edges, edges[1:]))
+    for band in data.draw(st.permutations(bands)):
+        banded.read(image, 0, 8, *band)
+    for band in bands:
+        banded.describe(*band)
+    for name in ('fine', 'grey', 'census', 'slopes'):
+        np.testing.assert_array_equal(getattr(banded, name), getattr(whole, name))
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(1, 6), st.integers(2, 40))
+def test_brightness_and_contrast_do_not_change_the_census(gain, offset):
+    image = image_of((7, 9)) // 8
+    brighter = (gain * image + offset).astype(np.uint8)
+    np.testing.assert_array_equal(codes_of(view_of(image)), codes_of(view_of(brighter)))
+
+
+# ---- jump penalties ----
+
+
+@pytest.mark.parametrize('model', [FULL_SIZE, HALF_SIZE])
+def test_a_jump_costs_less_the_steeper_the_grey_edge(model):
+    table = jump_table(model)
+    assert table[0] == model.jump
+    assert np.all(table[20:] == model.jump_at_edge)
+    assert np.all(np.diff(table.astype(int)) <= 0)
+    exact = model.jump + (model.jump_at_edge - model.jump) * np.arange(21) / 20
+    assert np.all(abs(table[:21] - exact) <= 0.5)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_jump_penalties_are_those_of_the_twin(shape):
+    left, right = small_pair(*shape)
+    possibility = seen(left, right, 3)
+    grey = twins.eight_bits(twins.fine_grey(left, 0, 8))
+    across, down = twins.jump_penalties(grey, jump_table(FULL_SIZE))
+    np.testing.assert_array_equal(possibility.penalties.across, across)
+    np.testing.assert_array_equal(possibility.penalties.down, down)
+    assert possibility.penalties.small == FULL_SIZE.small

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Filling of refused pixels from the background, and the previous best's genes."""
+from census_scene import random_map
+from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.filling import fill_columns, fill_rows, take_trusted
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference_refinement as twins
+
+kinds = st.sampled_from([(np.uint8, 256), (np.uint16, 600)])
+sizes = st.integers(1, 12)
+
+
+@st.composite
+def maps(draw):
+    """Return labels and a verdict, from nothing refused to everything."""
+    (dtype, limit), shape = draw(kinds), (draw(sizes), draw(sizes))
+    seed, share = draw(st.integers(0, 10000)), draw(st.sampled_from([0, 0.1, 0.5, 0.9, 1]))
+    labels = random_map(shape, limit, seed, dtype)
+    chance = np.random.default_rng(seed)
+    verdict = random_map(shape, REFUSED, seed)
+    verdict[chance.random(shape) < share] = REFUSED
+    return labels, verdict
+
+
+def by_rows(labels, verdict):
+    filled = np.full_like(labels, 77)
+    fill_rows(labels, verdict, filled, 0, len(labels))
+    return filled
+
+
+def by_columns(labels, verdict, rows):
+    filled = np.full_like(labels, 77)
+    fill_columns(labels, verdict, rows, filled)
+    return filled
+
+
+@settings(max_examples=150, deadline=None)
+@given(maps())
+def test_rows_are_filled_as_by_the_twin(given_maps):
+    np.testing.assert_array_equal(by_rows(*given_maps), twins.filled_by_rows(*given_maps))
+
+
+@settings(max_examples=150, deadline=None)
+@given(maps())
+def test_columns_are_filled_as_by_the_twin(given_maps):
+    rows = by_rows(*given_maps)
+    np.testing.assert_array_equal(
+        by_columns(*given_maps, rows), twins.filled_by_columns(*given_maps, rows))
+
+
+@settings(max_examples=50, deadline=None)
+@given(maps())
+def test_what_is_not_refused_keeps_its_label(given_maps):
+    labels, verdict = given_maps
+    rows = by_rows(labels, verdict)
+    for filled in (rows, by_columns(labels, verdict, rows)):
+        np.testing.assert_array_equal(filled[verdict != REFUSED], labels[verdict != REFUSED])
+
+
+def test_the_farther_end_fills_a_gap():
+    labels = np.array([[9, 50, 50, 30, 50, 20]], np.uint8)
+    verdict = np.array([[REFUSED, 0, REFUSED, REFUSED, 1, REFUSED]], np.uint8)
+    assert by_rows(labels, verdict).tolist() == [[50, 50, 50, 50, 50, 50]]
+    labels[0, 4] = 40
+    assert by_rows(labels, verdict).tolist() == [[50, 50, 40, 40, 40, 40]]
+
+
+@pytest.mark.parametrize('first', [0, 2])
+def test_a_row_without_labels_takes_the_one_above_in_its_band(first):
+    labels = np.arange(12, dtype=np.uint8).reshape(4, 3)
+    verdict = np.full((4, 3), REFUSED, np.uint8)
+    verdict[first] = 0
+    filled = np.full_like(labels, 77)
+    fill_rows(labels, verdict, filled, first, 4)
+    for row in range(first, 4):
+        assert filled[row].tolist() == labels[first].tolist()
+    assert np.all(filled[:first] == 77)
+    verdict[:] = REFUSED
+    fill_rows(labels, verdict, filled, first, 4)
+    assert not filled[first:].any()
+
+
+@settings(max_examples=30, deadline=None)
+@given(maps(), st.integers(0, 1000))
+def test_the_previous_best_s_genes_are_taken_where_it_is_leant_on(given_maps, seed):
+    labels, _ = given_maps
+    previous = random_map(labels.shape, 200, seed, labels.dtype)
+    weights = random_map(labels.shape, 3, seed + 1)
+    taken = np.full_like(labels, 77)
+    take_trusted(labels, previous, weights, taken)
+    np.testing.assert_array_equal(taken, np.where(weights > 0, previous, labels))

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Sub-pixel disparities, confidence, and what the user gets."""
+from types import SimpleNamespace
+
+from census_scene import random_map
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.refinement import Refinement
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference_refinement as twins
+
+CREW = Crew(1)
+
+
+def chosen_at_random(shape, disparities, seed):
+    """Return what the scanline guess chooses, a verdict and final labels near the chosen."""
+    dtype = np.uint8 if disparities <= 256 else np.uint16
+    labels = random_map(shape, disparities, seed, dtype)
+    near = labels.astype(np.int64) + random_map(shape, 4, seed + 1) - 1
+    final = np.clip(near, 0, disparities - 1).astype(dtype)
+    final[::2, 1:] = final[::2, :-1]
+    return SimpleNamespace(
+        labels=labels, offsets=random_map(shape, 17, seed + 2).astype(np.int8) - np.int8(8),
+        sums=random_map(shape, 256, seed + 3), margins=random_map(shape, 256, seed + 4),
+    ), random_map(shape, 3, seed + 5), final
+
+
+def expressed(shape, disparities, seed=0, verdict=None, **changes):
+    """Return what the user gets, and what the twin makes of the same."""
+    chosen, random_verdict, final = chosen_at_random(shape, disparities, seed)
+    verdict = random_verdict if verdict is None else np.full(shape, verdict, np.uint8)
+    config = MatcherConfig(disparities=disparities, **changes)
+    refinement = Refinement(*shape, disparities, final.dtype)
+    refinement.verdict[:], refinement.labels[:] = verdict, final
+    disparity, confidence = (np.full(shape, 99, np.float32) for _ in range(2))
+    refinement.express(CREW, chosen, config, disparity, confidence)
+    fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, verdict)
+    sure = twins.confidence(twins.certainty(chosen.sums, chosen.margins, verdict), verdict)
+    return disparity, confidence, fine, sure, verdict
+
+
+def check(shape, disparities, seed=0, **changes):
+    disparity, confidence, fine, sure, verdict = expressed(shape, disparities, seed, **changes)
+    np.testing.assert_allclose(confidence, sure, atol=1e-6)
+    # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
+    config = MatcherConfig(disparities=disparities, **changes)
+    np.testing.assert_array_equal(disparity, twins.disparities_of(
+        fine, verdict, confidence, config.min_disparity, disparities, config.fill,
+        np.float32(config.confidence_threshold)))
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 9), (9, 1), (2, 2), (7, 33)])
+@pytest.mark.parametrize('disparities', [1, 2, 64, 256, 257, 1999, 2000, 4096])
+def test_disparities_and_confidence_are_those_of_the_twin(shape, disparities):
+    check(shape, disparities)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 8), st.integers(1, 20), st.integers(-300, 300), st.booleans(),
+       st.floats(0, 1), st.integers(0, 99))
+def test_any_range_fill_and_threshold(rows, columns, min_disparity, fill, threshold, seed):
+    check((rows, columns), 6, seed, min_disparity=min_disparity, fill=fill,
+          confidence_threshold=threshold)
+
+
+def test_labels_in_the_middle_of_their_like_move_by_the_mean_of_their_offsets():
+    final = np.full((5, 5), 20, np.uint8)
+    offsets = np.zeros((5, 5), np.int8)
+    offsets[1, 1], offsets[4, 4] = 8, 5
+    chosen = SimpleNamespace(labels=final, offsets=offsets, sums=final, margins=final)
+    refinement = Refinement(5, 5, 64, np.uint8)
+    refinement.labels[:] = final
+    disparity, confidence = (np.zeros((5, 5), np.float32) for _ in range(2))
+    refinement.express(CREW, chosen, MatcherConfig(), disparity, confidence)
+    assert disparity[2, 2] == 20 + 1 / 16       # 13 / 25 of a sixteenth, rounded
+    assert disparity[0, 0] == 20 + 1 / 16       # 8 / 9
+    assert disparity[0, 4] == 20
+
+
+def test_confidence_is_0_where_not_consistent_and_never_below_or_above_1():
+    for seed in range(5):
+        for verdict in (None, CONSISTENT):
+            _, confidence, _, _, verdict = expressed((30, 40), 64, seed, verdict=verdict)
+            assert not confidence[verdict != CONSISTENT].any()
+            assert confidence.min() >= 0
+            assert confidence.max() <= 1
+
+
+def test_a_fill_leaves_nothing_invalid():
+    disparity, confidence, *_ = expressed((8, 9), 64, fill=True, verdict=REFUSED,
+                                          confidence_threshold=1.0)
+    assert np.all(np.isfinite(disparity))
+    assert not confidence.any()
