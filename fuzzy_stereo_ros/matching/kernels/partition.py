@@ -50,12 +50,12 @@ def partition_crossover(penalties, mother, mother_costs, father, father_costs, r
                 change[region] += (np.int64(father_costs[row, column])
                                    - np.int64(mother_costs[row, column]))
             regions[row, column] = region
-            if region + left > 0:
+            if column > 0 and region + left > 0:
                 jump = penalties_across[row, column]
                 change[region if region > 0 else left] += (
                     jump_cost(new, np.int64(father[row, column - 1]), small, jump)
                     - jump_cost(old, np.int64(mother[row, column - 1]), small, jump))
-            if region + above > 0:
+            if row > 0 and region + above > 0:
                 jump = penalties_down[row, column]
                 change[region if region > 0 else above] += (
                     jump_cost(new, np.int64(father[row - 1, column]), small, jump)
