@@ -18,7 +18,7 @@ NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base'
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
 # Nodes and what declares their parameters, directly in the package; nobody else imports them.
-ROS_FILES = ('demo', 'demo_listener', 'fake_rig', 'ros_parameters', 'stereo_node')
+ROS_FILES = ('demo', 'demo_listener', 'demo_stage', 'fake_rig', 'ros_parameters', 'stereo_node')
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ def test_ros_finds_the_files_of_a_folder_as_they_are_here(folder):
     here = [file for file in (ROOT / folder).iterdir() if file.is_file()]
     assert here
     for file in here:
-        assert (share / file.name).read_bytes() == file.read_bytes()
+        assert (share / file.name).read_bytes() == file.read_bytes(), 'stale: install it again'
 
 
 def test_ros_finds_the_manifest():
