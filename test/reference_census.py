@@ -60,6 +60,13 @@ def gradient(grey):
     return slopes
 
 
+def jump_table(model):
+    """Return what a jump costs by the grey step: it falls in a line up to 20 grey levels."""
+    fall = math.ceil(256 * (model.jump - model.jump_at_edge) / 20)
+    return np.array([max(model.jump - (min(step, 63) * fall // 256), model.jump_at_edge)
+                     for step in range(256)])
+
+
 def jump_penalties(grey, table):
     """Return what a jump to the left and to the upper neighbour costs, by the grey step."""
     across, down = (np.full(grey.shape, int(table[0])) for _ in range(2))

@@ -33,7 +33,7 @@ def by_rows(labels, verdict):
 
 def by_columns(labels, verdict, rows):
     filled = np.full_like(labels, 77)
-    fill_columns(labels, verdict, rows, filled)
+    fill_columns(labels, verdict, rows, filled, np.zeros_like(labels[0]))
     return filled
 
 

@@ -3,7 +3,7 @@
 """Scanline passes: one step, the carrying between windows, and the sum of the four directions."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
-from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE, jump_table
+from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
 from fuzzy_stereo_ros.matching.kernels.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import realign, step
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -96,7 +96,7 @@ class Scanned:
         high = np.minimum(windows.low + LANES * windows.blocks, labels)
         search = windows.low, high, windows.width
         grey = self.possibility.left.grey[:, :left.shape[1]]
-        across, down = twins.jump_penalties(grey, jump_table(model))
+        across, down = twins.jump_penalties(grey, twins.jump_table(model))
         sums = twins.summed_passes(
             costs, twins.outside_windows(costs.shape, *search), across, down, model.small,
             [band[1:] for band in self.guess.bands], OVERLAP)

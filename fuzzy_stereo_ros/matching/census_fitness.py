@@ -16,7 +16,7 @@ import numpy as np
 SMOOTHNESS = 4       # the passes' penalties are divided by this: they count four paths
 HIDDEN = 6           # cost of a gene that something nearer hides
 CONTRADICTED = 15    # cost of a gene that would hide what can be seen
-SAMPLE_STEP = 4      # one cell in 16 is looked at to find the least possible ones
+SAMPLE_STEP = 4      # every so many rows, and columns, are looked at where a sample will do
 
 
 class CensusFitness:
@@ -26,7 +26,7 @@ class CensusFitness:
         """Bind to the possibility, and to the pixels' verdict and the target's labels."""
         rows, columns = verdict.shape
         self._bands = cut_bands(rows)
-        self._largest = possibility.model.largest * rows * columns
+        self._dearest = possibility.model.largest
         penalties = possibility.penalties
         self._scene = gene_cost.Scene(
             possibility.features, penalties._replace(
@@ -61,17 +61,18 @@ class CensusFitness:
         """
         Take a chromosome as the mother of what follows.
 
-        Returns its fitness: 1 where everything is fully possible and smooth, lower elsewhere.
+        Returns its fitness, measured on a sample of the rows: 1 where everything is fully
+        possible and smooth, lower elsewhere. What is gained later is measured everywhere.
         """
-        totals = np.zeros(len(self._bands), np.int64)
+        totals = np.zeros((len(self._bands), 2), np.int64)
 
         def measure(band):
-            gene_cost.gene_costs(self._scene, chromosome, self._everything, self._costs,
-                                 band[1], band[2])
-            totals[band[0]] = gene_cost.jump_costs(
-                self._scene.penalties, chromosome, band[1], band[2])
+            self._price(chromosome, self._everything, self._costs, SAMPLE_STEP, band)
+            totals[band[0]] = gene_cost.row_costs(
+                self._scene.penalties, chromosome, self._costs, SAMPLE_STEP, band[1], band[2])
         crew.each(measure, self._bands)
-        return 1 - (int(totals.sum()) + int(self._costs.sum(dtype=np.int64))) / self._largest
+        total, number = totals.sum(axis=0)
+        return 1 - int(total) / (self._dearest * int(number))
 
     def join(self, crew, mother, father):
         """
@@ -79,15 +80,24 @@ class CensusFitness:
 
         Returns the fitness that she gained, and the father's fitness above hers before.
         """
-        crew.each(lambda band: gene_cost.gene_costs(
-            self._scene, father, mother, self._other_costs, band[1], band[2]), self._bands)
+        def price(band):
+            self._price(mother, father, self._costs, 1, band)
+            self._price(father, mother, self._other_costs, 1, band)
+        crew.each(price, self._bands)
         saved, dearer = partition_crossover(
             self._scene.penalties, mother, self._costs, father, self._other_costs,
             self._regions, self._parent, self._change)
-        return saved / self._largest, -dearer / self._largest
+        largest = self._dearest * mother.size
+        return saved / largest, -dearer / largest
 
-    def mutate(self, mother, child, rate, radius, reach, patches, key):
-        """Paint patches on the `rate` least possible cells of a copy of the adopted mother."""
+    def _price(self, chromosome, other, costs, every, band):
+        """Fill the costs of the genes of a band that differ from another chromosome's."""
+        gene_cost.gene_costs(self._scene, chromosome, other, costs, every, band[1], band[2])
+
+    def mutate(self, crew, mother, child, rate, radius, reach, patches, key):
+        """Paint patches on the `rate` least possible cells of a copy of the mother."""
+        crew.each(lambda band: self._price(mother, self._everything, self._costs, 1, band),
+                  self._bands)
         aimed_mutation.count_costs(self._costs, self._histogram, SAMPLE_STEP)
         share = np.cumsum(self._histogram[::-1])[::-1] / self._histogram.sum()
         dear = max(int(np.argmax(share <= rate)), 1)

@@ -13,6 +13,7 @@ import numpy as np
 
 from fuzzy_stereo_ros.matching.kernels import features
 from fuzzy_stereo_ros.matching.kernels.costs import Features
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
 
 
@@ -37,12 +38,6 @@ HALF_SIZE = Model(census_cut=12, slope_cut=4, box=2, small=22, jump=105, jump_at
 EDGE = 20           # grey levels of 8 bits
 
 
-def jump_table(model):
-    """Return uint8 (256,): the cost of a jump by grey step, falling linearly up to EDGE."""
-    share = np.clip(1 - np.arange(256) / EDGE, 0, 1)
-    return np.rint(model.jump_at_edge + (model.jump - model.jump_at_edge) * share).astype(np.uint8)
-
-
 class View:
     """One image at one size: fine grey, 8-bit grey, census and gradient, allocated once."""
 
@@ -58,6 +53,11 @@ class View:
 
     def read(self, image, shift, places, first, last):
         """Read the rows of an image, uint8 or uint16, moved to the right by `shift` columns."""
+        fast = shift == 0 and image.dtype == np.uint8 and self.columns >= LANES
+        if image.ndim == 3 and fast:
+            features.fine_grey_of_bytes(image, places, self.mirrored, self.fine, self.grey,
+                                        first, last)
+            return
         read = features.fine_grey_of_mono if image.ndim == 2 else features.fine_grey_of_colour
         read(image, shift, places, self.mirrored, self.fine, self.grey, first, last)
 
@@ -82,7 +82,6 @@ class CensusPossibility:
         reach = -(-disparities // 32) * 32
         self.left = View(rows, columns, False, 0)
         self.right = View(rows, columns, True, reach)
-        self._table = jump_table(model)
         self.features = Features(
             columns, disparities, model.census_cut, model.slope_cut, self.left.census.reshape(-1),
             self.left.slopes, self.right.census.reshape(-1), self.right.slopes.reshape(-1),
@@ -94,8 +93,11 @@ class CensusPossibility:
         """Fill what the rows first .. last are compared by, once both views are read."""
         self.left.describe(first, last)
         self.right.describe(first, last)
-        features.jump_penalties(self.left.grey, self._table, self.columns,
-                                self.penalties.across, self.penalties.down, first, last)
+        model = self.model
+        features.jump_penalties(
+            self.left.grey, model.jump, model.jump_at_edge,
+            -(-256 * (model.jump - model.jump_at_edge) // EDGE), self.columns,
+            self.penalties.across, self.penalties.down, first, last)
 
 
 def fine_places(left, right):

@@ -152,8 +152,9 @@ class GuidedSearch:
         mutant = self._members[slot]
         mutant[:] = self._members[0]
         self._fitness.mutate(
-            self._members[0], mutant, self._config.mutation_rate, self._config.neighbourhood // 2,
-            REACH, rows * columns // CELLS_A_PATCH, key_of(*self._seed_words, number, slot))
+            self._crew, self._members[0], mutant, self._config.mutation_rate,
+            self._config.neighbourhood // 2, REACH, rows * columns // CELLS_A_PATCH,
+            key_of(*self._seed_words, number, slot))
         return self._cross(slot)
 
     def _cross(self, father):

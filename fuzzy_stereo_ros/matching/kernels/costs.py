@@ -90,11 +90,15 @@ def cost_row(features, half_prior, previous_prior, row, begin, end, low, blocks,
         census_1 = splat(features.census[base + stride])
         census_2 = splat(features.census[base + 2 * stride])
         slope = splat(features.slopes[row, column])
+        leans_half = half_prior.weights[row, column] > 0
+        leans_previous = previous_prior.weights[row, column] > 0
         for block in range(blocks):
             label = low + LANES * block
             cost = _raw(features, row, column, label, census_0, census_1, census_2, slope, cuts)
-            cost = add(cost, add(_prior_at(half_prior, row, column, label),
-                                 _prior_at(previous_prior, row, column, label)))
+            if leans_half:
+                cost = add(cost, _prior_at(half_prior, row, column, label))
+            if leans_previous:
+                cost = add(cost, _prior_at(previous_prior, row, column, label))
             store(costs, at, bit_or(cost, _beyond(label, features.disparities)))
             at += LANES
 

@@ -39,21 +39,22 @@ def jump_cost(one, other, small, jump):
 
 
 @njit(nogil=True, cache=True)
-def gene_costs(scene, chromosome, mother, costs, first, last):
+def gene_costs(scene, chromosome, other, costs, every, first, last):
     """
-    Write the data cost of the genes of some rows that differ from the mother's.
+    Write the data cost of the genes of some rows that differ from another chromosome's.
 
-    chromosome: (R, C) labels; mother: the same, or (0, 0) for all genes; costs: uint8 (R, C).
+    chromosome: (R, C) labels; other: the same, or (0, 0) for all genes; costs: uint8 (R, C);
+    every: 1, or only each row whose number it divides.
     """
     features, target, verdict = scene.features, scene.target, scene.verdict
     census, target_census = features.census, features.target_census
     slopes, target_slopes = features.slopes, features.target_slopes
     layout = layout_of(features)
     wide = features.disparities > 256
-    for row in range(first, last):
+    for row in range(first + -first % every, last, every):
         for column in range(chromosome.shape[1]):
             label = np.int64(chromosome[row, column])
-            if mother.size > 0 and label == np.int64(mother[row, column]):
+            if other.size > 0 and label == np.int64(other[row, column]):
                 continue
             pointed = column - label
             if pointed < scene.first_inside:
@@ -74,17 +75,23 @@ def gene_costs(scene, chromosome, mother, costs, first, last):
 
 
 @njit(nogil=True, cache=True)
-def jump_costs(penalties, chromosome, first, last):
-    """Return what the jumps to the left and up cost, over the genes of some rows."""
+def row_costs(penalties, chromosome, costs, every, first, last):
+    """
+    Return what the genes of each row whose number `every` divides cost, and how many there are.
+
+    costs: uint8 (R, C), their data costs; the jumps to the left and up are added.
+    """
     small, across, down = penalties.small, penalties.across, penalties.down
-    total = 0
-    for row in range(first, last):
+    total = number = 0
+    for row in range(first + -first % every, last, every):
         for column in range(chromosome.shape[1]):
             label = np.int64(chromosome[row, column])
+            total += np.int64(costs[row, column])
             if column > 0:
                 total += jump_cost(label, np.int64(chromosome[row, column - 1]), small,
                                    across[row, column])
             if row > 0:
                 total += jump_cost(label, np.int64(chromosome[row - 1, column]), small,
                                    down[row, column])
-    return total
+        number += chromosome.shape[1]
+    return total, number

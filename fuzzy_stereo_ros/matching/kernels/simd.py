@@ -240,3 +240,35 @@ def shift_right(typing, vector, places):
         scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
         return builder.lshr(arguments[0], _broadcast(builder, scalar, vector.bits))
     return signature, generate
+
+
+@intrinsic
+def load_colours(typing, array, index):
+    """Return the blue, green and red of LANES pixels of 8 bits from `index` on, in 16 bits."""
+    signature = types.UniTuple(VECTOR[16], 3)(array, types.intp)
+
+    def generate(context, builder, signature, arguments):
+        wide = ir.VectorType(ir.IntType(8), 3 * LANES)
+        data = cgutils.create_struct_proxy(signature.args[0])(context, builder, arguments[0]).data
+        place = builder.bitcast(builder.gep(data, [arguments[1]]), wide.as_pointer())
+        pixels = builder.load(place)
+        pixels.align = 1
+        channels = [builder.zext(builder.shuffle_vector(pixels, pixels, ir.Constant(
+            ir.VectorType(ir.IntType(32), LANES), [3 * lane + channel for lane in range(LANES)])),
+            _llvm(16)) for channel in range(3)]
+        return context.make_tuple(builder, signature.return_type, channels)
+    return signature, generate
+
+
+@intrinsic
+def shift_left(typing, vector, places):
+    """Each lane times 2**places, cut to its bits."""
+    signature = vector(vector, types.int64)
+
+    def generate(context, builder, signature, arguments):
+        scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
+        return builder.shl(arguments[0], _broadcast(builder, scalar, vector.bits))
+    return signature, generate
+
+
+reversed_lanes = _shuffled(list(range(LANES - 1, -1, -1)))

@@ -13,7 +13,7 @@ TILE = 16        # pixels of a side of the tiles that are trusted or not
 @njit(nogil=True, cache=True)
 def tile_costs(features, labels, first_inside, costs, first, last):
     """
-    Average the cost of a map over tiles of TILE x TILE pixels, on every other pixel.
+    Average the cost of a map over tiles of TILE x TILE pixels, on one pixel in eight.
 
     labels: (R, C); costs: float32 (tile rows, tile columns), the tile rows first .. last.
     """
@@ -24,8 +24,8 @@ def tile_costs(features, labels, first_inside, costs, first, last):
     for tile_row in range(first, last):
         for tile_column in range(costs.shape[1]):
             total, number = 0, 0
-            for row in range(tile_row * TILE, min((tile_row + 1) * TILE, rows), 2):
-                for column in range(tile_column * TILE + (row // 2) % 2,
+            for row in range(tile_row * TILE, min((tile_row + 1) * TILE, rows), 4):
+                for column in range(tile_column * TILE + (row // 4) % 2,
                                     min((tile_column + 1) * TILE, columns), 2):
                     label = np.int64(labels[row, column])
                     if column - label >= first_inside:
