@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Plain twins of what guides the search and of how its chromosomes are measured and joined."""
+import numpy as np
+from reference import mixed
+from reference_refinement import components, CONSISTENT, REFUSED
+
+# ---- what the half map says ----
+
+
+def labels_around_tile(half, tile, at, grow):
+    """Return the doubled labels of the half map whose pixels a grown tile covers."""
+    top, left = at[0] * tile, at[1] * tile
+    found = []
+    for row, column in np.ndindex(half.shape):
+        if (top - grow <= 2 * row and 2 * row + 1 < top + tile + grow
+                and left - grow <= 2 * column and 2 * column + 1 < left + tile + grow):
+            found += [2 * int(half[row, column]), 2 * int(half[row, column]) + 1]
+    return found
+
+
+def trusted_in_tile(previous, trusted, tile, at):
+    """Return the previous labels leant on in a tile, at every other row and column."""
+    window = np.s_[at[0] * tile:(at[0] + 1) * tile:2, at[1] * tile:(at[1] + 1) * tile:2]
+    return previous[window][trusted[window] > 0].tolist()
+
+
+def weak_texture(grey, limit):
+    """Return where the steps between 3 x 2 pairs of pixels along the row sum to < limit."""
+    rows, columns = grey.shape[0] // 2, grey.shape[1] // 2
+    steps = np.zeros((rows, columns), np.int64)
+    for row, column in np.ndindex(steps.shape):
+        source = min(column, columns - 2)
+        if source >= 0:
+            first, second, third = (int(grey[2 * row, 2 * source + k]) for k in range(3))
+            steps[row, column] = abs(second - first) + abs(third - second)
+    around = np.pad(steps, 1, 'edge')
+    return sum(around[down:down + rows, right:right + columns]
+               for down, right in np.ndindex(3, 3)) < limit
+
+
+def flat(labels, most):
+    """Return where 3 x 3 labels span at most `most`."""
+    around = np.pad(labels.astype(np.int64), 1, 'edge')
+    rows, columns = labels.shape
+    near = [around[down:down + rows, right:right + columns] for down, right in np.ndindex(3, 3)]
+    return np.max(near, axis=0) - np.min(near, axis=0) <= most
+
+
+def doubled(half, shape):
+    """Spread a half-size map over the full image; an odd last row or column repeats."""
+    rows = np.minimum(np.arange(shape[0]) // 2, half.shape[0] - 1)
+    columns = np.minimum(np.arange(shape[1]) // 2, half.shape[1] - 1)
+    return half[rows][:, columns]
+
+
+# ---- where the previous best is trusted ----
+
+
+def tile_costs(volume, labels, first_inside, tile=16):
+    """Return the mean cost of a map by tile, on half of every other row's pixels: float32."""
+    rows, columns = labels.shape
+    totals = np.zeros((2, -(-rows // tile), -(-columns // tile)))
+    for row in range(0, rows, 2):
+        for column in range(columns):
+            label = int(labels[row, column])
+            if column % tile % 2 == row // 2 % 2 and column - label >= first_inside:
+                totals[:, row // tile, column // tile] += volume[row, column, label], 1
+    return (totals[0] / np.maximum(totals[1], 1)).astype(np.float32)
+
+
+def trusted(labels, verdict, half, half_verdict, costs_now, costs_then, tolerance, distance,
+            tile=16):
+    """Return the half pixels where the previous best was consistent, is not dearer nor denied."""
+    found = np.zeros(half.shape, bool)
+    for row, column in np.ndindex(half.shape):
+        label = int(labels[2 * row, 2 * column])
+        at = 2 * row // tile, 2 * column // tile
+        denied = half_verdict[row, column] == CONSISTENT and abs(
+            2 * int(half[row, column]) - label) > distance
+        found[row, column] = (verdict[2 * row, 2 * column] == CONSISTENT and not denied
+                              and costs_now[at] <= costs_then[at] + np.float32(tolerance))
+    return found
+
+
+# ---- the fitness ----
+
+
+def gene_costs(volume, chromosome, verdict, target, first_inside, hidden, contradicted):
+    """Return what genes cost: their match, or what the target says where there is none."""
+    costs = np.zeros(chromosome.shape, np.int64)
+    for row, column in np.ndindex(chromosome.shape):
+        label = int(chromosome[row, column])
+        pointed = column - label
+        if pointed < first_inside:
+            costs[row, column] = hidden
+            continue
+        costs[row, column] = volume[row, column, label]
+        if verdict[row, column] == REFUSED:
+            nearer = int(target[row, pointed]) - label
+            if volume.shape[2] > 256:        # the target's labels are known modulo 256
+                nearer = (nearer + 128) % 256 - 128
+            if abs(nearer) > 1:
+                costs[row, column] = hidden if nearer > 1 else contradicted
+    return costs
+
+
+def jump_costs(chromosome, small, across, down):
+    """Return what the jumps of a chromosome cost together."""
+    genes = chromosome.astype(np.int64)
+    total = 0
+    for row, column in np.ndindex(genes.shape):
+        for jump, there, other in ((across, column > 0, (row, column - 1)),
+                                   (down, row > 0, (row - 1, column))):
+            away = abs(genes[row, column] - genes[other]) if there else 0
+            total += 0 if away == 0 else small if away == 1 else int(jump[row, column])
+    return int(total)
+
+
+# ---- partition crossover ----
+
+
+def partition_crossover(cost_of, mother, father):
+    """
+    Try each region of differing genes in the whole mother; keep it where that costs less.
+
+    cost_of: the cost of a whole chromosome. Returns the child.
+    """
+    child = mother.copy()
+    for region in components(mother != father, lambda place, near: True):
+        tried = mother.copy()
+        places = tuple(np.transpose(region))
+        tried[places] = father[places]
+        if cost_of(tried) < cost_of(mother):
+            child[places] = father[places]
+    return child
+
+
+# ---- mutation ----
+
+
+def mutated(parent, costs, dear, radius, reach, patches, key):
+    """Return the parent with patches: dear cells around a random dear cell take a gene nearby."""
+    rows, columns = parent.shape
+    child = parent.copy()
+    for patch in range(patches):
+        row, column, down, right = (
+            (mixed(key, 4 * patch + word) >> 32) * limit >> 32
+            for word, limit in enumerate((rows, columns, 2 * reach + 1, 2 * reach + 1)))
+        if costs[row, column] < dear:
+            continue
+        gene = parent[min(max(row + down - reach, 0), rows - 1),
+                      min(max(column + right - reach, 0), columns - 1)]
+        for near in np.ndindex(rows, columns):
+            if (abs(near[0] - row) <= radius and abs(near[1] - column) <= radius
+                    and costs[near] >= dear):
+                child[near] = gene
+    return child
