@@ -58,13 +58,13 @@ def doubled(half, shape):
 
 
 def tile_costs(volume, labels, first_inside, tile=16):
-    """Return the mean cost of a map by tile, on half of every other row's pixels: float32."""
+    """Return the mean cost of a map by tile, on every other pixel of each fourth row: float32."""
     rows, columns = labels.shape
     totals = np.zeros((2, -(-rows // tile), -(-columns // tile)))
-    for row in range(0, rows, 2):
+    for row in range(0, rows, 4):
         for column in range(columns):
             label = int(labels[row, column])
-            if column % tile % 2 == row // 2 % 2 and column - label >= first_inside:
+            if column % 2 == row // 4 % 2 and column - label >= first_inside:
                 totals[:, row // tile, column // tile] += volume[row, column, label], 1
     return (totals[0] / np.maximum(totals[1], 1)).astype(np.float32)
 
@@ -106,15 +106,15 @@ def gene_costs(volume, chromosome, verdict, target, first_inside, hidden, contra
 
 
 def jump_costs(chromosome, small, across, down):
-    """Return what the jumps of a chromosome cost together."""
+    """Return what the jumps to the left and up cost each gene: int64 (R, C)."""
     genes = chromosome.astype(np.int64)
-    total = 0
+    costs = np.zeros(genes.shape, np.int64)
     for row, column in np.ndindex(genes.shape):
         for jump, there, other in ((across, column > 0, (row, column - 1)),
                                    (down, row > 0, (row - 1, column))):
             away = abs(genes[row, column] - genes[other]) if there else 0
-            total += 0 if away == 0 else small if away == 1 else int(jump[row, column])
-    return int(total)
+            costs[row, column] += 0 if away == 0 else small if away == 1 else jump[row, column]
+    return costs
 
 
 # ---- partition crossover ----

@@ -60,11 +60,14 @@ def test_grey_is_that_of_the_moved_image(channels, dtype, shift, mirrored):
 
 
 @BOTH_WAYS
-@pytest.mark.parametrize('shape', SHAPES)
-def test_grey_of_every_size_has_its_border_repeated_around_it(shape, mirrored):
-    image = image_of(shape)
+@pytest.mark.parametrize('shape', [*SHAPES, (2, 32), (2, 31), (3, 70)])
+@pytest.mark.parametrize('channels', [0, 3])
+def test_grey_of_every_size_has_its_border_repeated_around_it(channels, shape, mirrored):
+    image = image_of(shape, channels)
+    image[0, 0], image[-1, -1] = 255, 0
     view = view_of(image, mirrored)
-    fine = twins.fine_grey(image, 0, 8)
+    fine = twins.fine_grey(image, 0, 6 if channels else 8)
+    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(fine))
     if mirrored:
         fine = fine[:, ::-1]
     around = np.pad(fine, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')

@@ -3,7 +3,7 @@
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
 from census_scene import random_map, small_pair
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.census_possibility import fine_places, HALF_SIZE, jump_table
+from fuzzy_stereo_ros.matching.census_possibility import fine_places, HALF_SIZE
 from fuzzy_stereo_ros.matching.coarse_guess import CoarseGuess, SPECKLE
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.narrowing import (
@@ -112,7 +112,8 @@ def half_map_of_twins(left, right, disparities, places, first_inside):
     half_disparities = -(-disparities // 2)
     costs = reference_census.box_costs(reference_census.match_costs(
         *features, half_disparities, (HALF_SIZE.census_cut, HALF_SIZE.slope_cut)), HALF_SIZE.box)
-    across, down = reference_census.jump_penalties(halves[0][1], jump_table(HALF_SIZE))
+    across, down = reference_census.jump_penalties(
+        halves[0][1], reference_census.jump_table(HALF_SIZE))
     rows = len(costs)
     sums = reference_census.summed_passes(costs, np.zeros(costs.shape, bool), across, down,
                                           HALF_SIZE.small, [(0, rows)], 0)

@@ -4,7 +4,7 @@
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.census_fitness import (
-    CensusFitness, CONTRADICTED, HIDDEN, SMOOTHNESS)
+    CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
 from fuzzy_stereo_ros.matching.kernels.aimed_mutation import count_costs, mutate_patches
 from fuzzy_stereo_ros.matching.kernels.chance import key_of
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, REFUSED
@@ -46,17 +46,28 @@ def test_genes_cost_what_the_twin_says(shape, disparities, first_inside):
     for seed, spread in enumerate((disparities, min(disparities, 20))):
         chromosome = random_map(shape, spread, seed, dtype)
         costs = np.full(shape, 99, np.uint8)
-        gene_costs(scene, chromosome, np.zeros((0, 0), dtype), costs, 0, shape[0])
+        gene_costs(scene, chromosome, np.zeros((0, 0), dtype), costs, 1, 0, shape[0])
         np.testing.assert_array_equal(costs, twin(chromosome))
 
 
-def test_only_genes_that_differ_from_the_mother_s_are_looked_at():
+def test_only_genes_that_differ_from_another_chromosome_s_are_looked_at():
     scene, dtype, twin = scene_of((6, 30), 25, 0)
     mother, father = (random_map((6, 30), 3, seed, dtype) for seed in (1, 2))
     costs = np.full((6, 30), 99, np.uint8)
-    gene_costs(scene, father, mother, costs, 1, 5)
+    gene_costs(scene, father, mother, costs, 1, 1, 5)
     expected = np.where(mother == father, 99, twin(father))
     expected[[0, 5]] = 99
+    np.testing.assert_array_equal(costs, expected)
+
+
+@pytest.mark.parametrize('first, last, looked_at', [(0, 9, [0, 4, 8]), (1, 8, [4]), (5, 8, [])])
+def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, looked_at):
+    scene, dtype, twin = scene_of((9, 30), 25, 0)
+    chromosome = random_map((9, 30), 9, 1, dtype)
+    costs = np.full((9, 30), 99, np.uint8)
+    gene_costs(scene, chromosome, np.zeros((0, 0), dtype), costs, 4, first, last)
+    expected = np.full((9, 30), 99)
+    expected[looked_at] = twin(chromosome)[looked_at]
     np.testing.assert_array_equal(costs, expected)
 
 
@@ -68,7 +79,7 @@ def test_a_refused_gene_is_hidden_behind_what_is_nearer_and_contradicts_what_is_
     scene, dtype, _ = scene_of((1, 320), disparities, 0)
     scene.verdict[:], scene.target[:] = REFUSED, (label + nearer) % 256
     costs = np.zeros((1, 320), np.uint8)
-    gene_costs(scene, np.full((1, 320), label, dtype), np.zeros((0, 0), dtype), costs, 0, 1)
+    gene_costs(scene, np.full((1, 320), label, dtype), np.zeros((0, 0), dtype), costs, 1, 0, 1)
     assert np.all(costs[0, label:] == cost)
     assert np.all(costs[0, :label] == HIDDEN)       # outside of the target
 
@@ -96,7 +107,7 @@ def cost_of(crossing):
 
     def cost(chromosome):
         genes = np.where(chromosome == mother, mother_costs, father_costs)
-        return int(genes.sum(dtype=np.int64)) + twins.jump_costs(chromosome, *penalties)
+        return int(genes.sum(dtype=np.int64)) + int(twins.jump_costs(chromosome, *penalties).sum())
     return cost
 
 
@@ -160,27 +171,28 @@ def fitness_of(shape, disparities, min_disparity=0, seed=0):
         return twins.gene_costs(volume, chromosome, verdict, target, first_inside, HIDDEN,
                                 CONTRADICTED)
 
-    def fitness(chromosome):
-        cost = gene_costs_of(chromosome).sum() + twins.jump_costs(
+    def fitness(chromosome, every=1):
+        costs = gene_costs_of(chromosome) + twins.jump_costs(
             chromosome, penalties.small // SMOOTHNESS, penalties.across // SMOOTHNESS,
             penalties.down // SMOOTHNESS)
-        return 1 - cost / (possibility.model.largest * chromosome.size)
+        return 1 - costs[::every].mean() / possibility.model.largest
     return measured, fitness, gene_costs_of
 
 
 @pytest.mark.parametrize('min_disparity', [-3, 0, 4])
 @pytest.mark.parametrize('shape', [(1, 1), (1, 20), (2, 2), (9, 21), (130, 5)])
-def test_the_fitness_is_1_less_what_genes_and_jumps_cost(shape, min_disparity):
+def test_fitness_is_1_less_what_a_sample_costs_and_gains_are_those_of_all_genes(
+        shape, min_disparity):
     measured, twin, _ = fitness_of(shape, 17, min_disparity)
     mother, father = (random_map(shape, 17, seed) for seed in (3, 4))
-    found = measured.adopt(CREW, mother)
-    assert found == pytest.approx(twin(mother), abs=1e-12)
-    before, father_fitness = mother.copy(), twin(father)
+    assert measured.adopt(CREW, mother) == pytest.approx(
+        twin(mother, SAMPLE_STEP), abs=1e-12)
+    before, father_fitness = twin(mother), twin(father)
     gained, ahead = measured.join(CREW, mother, father)
     assert gained >= 0
-    assert found + gained == pytest.approx(twin(mother), abs=1e-12)
-    assert found + ahead == pytest.approx(father_fitness, abs=1e-12)
-    assert twin(mother) >= max(twin(before), father_fitness) - 1e-12
+    assert before + gained == pytest.approx(twin(mother), abs=1e-12)
+    assert before + ahead == pytest.approx(father_fitness, abs=1e-12)
+    assert twin(mother) >= max(before, father_fitness) - 1e-12
 
 
 @settings(max_examples=30, deadline=None)
@@ -188,7 +200,8 @@ def test_the_fitness_is_1_less_what_genes_and_jumps_cost(shape, min_disparity):
 def test_crossing_again_and_again_never_loses_fitness(rows, columns, disparities, seed):
     measured, twin, _ = fitness_of((rows, columns), disparities, seed=seed)
     mother = random_map((rows, columns), disparities, seed)
-    fitness = measured.adopt(CREW, mother)
+    measured.adopt(CREW, mother)
+    fitness = twin(mother)
     for father_seed in range(3):
         father = random_map((rows, columns), disparities, seed + 10 + father_seed)
         gained, ahead = measured.join(CREW, mother, father)
@@ -235,11 +248,11 @@ def test_mutation_strikes_only_its_share_of_the_cells_the_least_possible_ones(ra
     mother = random_map(shape, 17, 3)
     costs = gene_costs_of(mother)
     measured.adopt(CREW, mother)
-    looked_at = costs[::4, ::4]
+    looked_at = costs[::SAMPLE_STEP, ::SAMPLE_STEP]
     level = next(level for level in range(1, 257) if np.mean(looked_at >= level) <= rate)
     mutants = [mother.copy() for _ in range(2)]
     for word, mutant in enumerate(mutants):
-        measured.mutate(mother, mutant, rate, 2, 16, 4000, key_of(word))
+        measured.mutate(CREW, mother, mutant, rate, 2, 16, 4000, key_of(word))
     struck = mutants[0] != mother
     assert not struck[costs < level].any()
     if np.any(costs >= level):

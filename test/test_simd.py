@@ -39,6 +39,7 @@ EXPECTED = {
     'label_below': lambda a, b: np.concatenate([a[-1:], b[:-1]]),
     'label_above': lambda a, b: np.concatenate([a[1:], b[:1]]),
     'choose': lambda a, b: np.where(a != 0, b, a ^ b),
+    'reversed_lanes': lambda a, b: a[::-1],
 }
 
 
@@ -60,6 +61,7 @@ def pairwise(a, b, out):
     store(out, 12 * LANES, simd.label_below(one, two))
     store(out, 13 * LANES, simd.label_above(one, two))
     store(out, 14 * LANES, simd.choose(one, two, simd.bit_xor(one, two)))
+    store(out, 15 * LANES, simd.reversed_lanes(one, two))
     return simd.equal_bits(one, two)
 
 
@@ -69,6 +71,7 @@ def of_one_and_a_number(a, scalar, number, out):
     store(out, 0, simd.splat(scalar))
     store(out, LANES, simd.splat_like(one, number))
     store(out, 2 * LANES, simd.shift_right(one, number & 7))
+    store(out, 3 * LANES, simd.shift_left(one, number & 7))
 
 
 @njit
@@ -87,6 +90,14 @@ def narrowed(a, out):
 @njit
 def of_word(word):
     return simd.first_set(word), simd.count_bits_of_word(word)
+
+
+@njit
+def split_colours(pixels, at, out):
+    blue, green, red = simd.load_colours(pixels, at)
+    store(out, 0, blue)
+    store(out, LANES, green)
+    store(out, 2 * LANES, red)
 
 
 @njit
@@ -127,13 +138,14 @@ def test_the_bits_of_equal_lanes_are_set(kind):
 
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_number_goes_to_every_lane_and_is_cut_to_the_lanes_bits(kind):
-    out = np.zeros(3 * LANES, kind)
+    out = np.zeros(4 * LANES, kind)
     top = np.iinfo(kind).max
     for (one, two), number in zip(vectors(kind, 2), [0, 1, top, top + 1, -1, 7, *range(190)]):
         of_one_and_a_number(one, two[0], number, out)
         assert np.all(out[:LANES] == two[0])
         assert np.all(out[LANES:2 * LANES] == number % (top + 1))
-        np.testing.assert_array_equal(out[2 * LANES:], one >> kind(number & 7))
+        np.testing.assert_array_equal(out[2 * LANES:3 * LANES], one >> kind(number & 7))
+        np.testing.assert_array_equal(out[3 * LANES:], one << kind(number & 7))
 
 
 def test_bits_are_counted_lanes_numbered_and_the_lowest_found():
@@ -149,6 +161,14 @@ def test_narrow_keeps_the_low_eight_bits():
     for one, _ in vectors(np.uint16, 4):
         narrowed(one, out)
         np.testing.assert_array_equal(out, one % 256)
+
+
+@pytest.mark.parametrize('at', [0, 1, 7])
+def test_pixels_of_three_bytes_are_split_into_their_colours(at):
+    pixels = np.random.default_rng(5).integers(0, 256, at + 3 * LANES).astype(np.uint8)
+    out = np.zeros(3 * LANES, np.uint16)
+    split_colours(pixels, at, out)
+    np.testing.assert_array_equal(out.reshape(3, LANES), pixels[at:].reshape(LANES, 3).T)
 
 
 @pytest.mark.parametrize('word', [
