@@ -4,9 +4,9 @@
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
 from fuzzy_stereo_ros.matching.kernels.costs import (
-    box_row, cost_row, layout_of, match_cost, Prior, PRIOR_REACH, raw_row)
+    box_row, cost_row, layout_of, match_cost, raw_row)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_table
+from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of
 from hypothesis import given, settings, strategies as st
 from numba import njit
 import numpy as np
@@ -18,13 +18,13 @@ RULES = (2, 4), (0, 4)      # dead zone and cut of the weights 1 and 2
 
 
 def no_prior(shape, disparities):
-    return Prior(np.zeros(shape, gene_type(disparities)), np.zeros(shape, np.uint8),
-                 prior_table())
+    return prior_of(np.zeros(shape, gene_type(disparities)), np.zeros(shape, np.uint8),
+                    disparities)
 
 
 def some_prior(shape, disparities, seed):
-    return Prior(random_map(shape, disparities, seed, gene_type(disparities)),
-                 random_map(shape, len(RULES) + 1, seed + 1), prior_table(*RULES))
+    return prior_of(random_map(shape, disparities, seed, gene_type(disparities)),
+                    random_map(shape, len(RULES) + 1, seed + 1), disparities, *RULES)
 
 
 def costs_of_row(possibility, priors, row, begin, end, low, blocks):
@@ -95,7 +95,8 @@ def test_both_priors_are_added_by_weight_and_distance(disparities):
 
 
 def test_a_prior_says_nothing_in_its_dead_zone_and_no_more_beyond_its_cut():
-    table = prior_table((1, 4), (0, 2)).reshape(3, 4 * PRIOR_REACH)[:, 2 * PRIOR_REACH - 8:]
+    prior = prior_of(np.zeros((1, 1)), np.zeros((1, 1)), 64, (1, 4), (0, 2))
+    table = prior.table.reshape(3, 2 * prior.reach)[:, prior.reach - 8:]
     assert not table[0].any()
     assert table[1, :17].tolist() == [4, 4, 4, 4, 3, 2, 1, 0, 0, 0, 1, 2, 3, 4, 4, 4, 4]
     assert table[2, 5:12].tolist() == [2, 2, 1, 0, 1, 2, 2]

@@ -4,10 +4,9 @@
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
 from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
-from fuzzy_stereo_ros.matching.kernels.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import realign, step
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_table, ScanlineGuess
+from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of, ScanlineGuess
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -74,8 +73,8 @@ class Scanned:
         self.guess.search(self.crew, *self.priors)
 
     def _prior(self, shape, seed):
-        return Prior(random_map(shape, self.disparities, seed, gene_type(self.disparities)),
-                     random_map(shape, 3, seed), prior_table(*RULES))
+        return prior_of(random_map(shape, self.disparities, seed, gene_type(self.disparities)),
+                        random_map(shape, 3, seed), self.disparities, *RULES)
 
     def _choose_windows(self, chance):
         windows, most = self.guess.windows, self.guess.most_blocks

@@ -10,8 +10,7 @@ import cv2
 from fuzzy_stereo_ros.matching.census_possibility import CensusPossibility, HALF_SIZE
 from fuzzy_stereo_ros.matching.kernels import filling, narrowing
 from fuzzy_stereo_ros.matching.kernels.consistency import check_consistency, refuse_speckles
-from fuzzy_stereo_ros.matching.kernels.costs import Prior
-from fuzzy_stereo_ros.matching.scanline_guess import prior_table, ScanlineGuess
+from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of, ScanlineGuess
 import numpy as np
 
 SPECKLE = 50            # half-size pixels; smaller components of the half map are refused
@@ -35,9 +34,8 @@ class CoarseGuess:
         self._runs = [np.zeros(self.verdict.size, np.int32) for _ in range(4)]
         self._steps = np.zeros((half_rows, half_columns), np.uint16)
         self._weak, self._smooth = (np.zeros_like(self.verdict) for _ in range(2))
-        label_type = np.uint8 if disparities <= 256 else np.uint16
-        self.prior = Prior(np.zeros((rows, columns), label_type),
-                           np.zeros((rows, columns), np.uint8), prior_table((DEAD_ZONE, CUT)))
+        self.prior = prior_of(np.zeros((rows, columns), gene_type(disparities)),
+                              np.zeros((rows, columns), np.uint8), disparities, (DEAD_ZONE, CUT))
 
     @property
     def bands(self):

@@ -10,7 +10,7 @@ import numpy as np
 
 from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
 from fuzzy_stereo_ros.matching.kernels import sweep
-from fuzzy_stereo_ros.matching.kernels.costs import Prior, PRIOR_REACH
+from fuzzy_stereo_ros.matching.kernels.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.polish import polish_rows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 
@@ -22,16 +22,18 @@ def gene_type(disparities):
     return np.uint8 if disparities <= 256 else np.uint16
 
 
-def prior_table(*rows):
+def prior_of(labels, weights, disparities, *rows):
     """
-    Return what a prior adds by its weight and the distance from its label: uint8, flat.
+    Return a map as a prior of a search among a number of disparities.
 
-    rows: (dead_zone, cut) for the weights 1, 2, ...; weight 0 adds nothing.
+    labels: (R, C); weights: uint8 (R, C), 0 where it says nothing; rows: (dead_zone, cut) for the
+    weights 1, 2, ...: what is added grows by 1 a label beyond the dead zone, up to the cut.
     """
-    distance = np.abs(np.arange(-2 * PRIOR_REACH, 2 * PRIOR_REACH))
+    reach = -(-disparities // LANES) * LANES + LANES
+    distance = np.abs(np.arange(-reach, reach))
     table = [np.zeros_like(distance)]
     table += [np.clip(distance - dead_zone, 0, cut) for dead_zone, cut in rows]
-    return np.concatenate(table).astype(np.uint8)
+    return Prior(labels, weights, np.concatenate(table).astype(np.uint8), reach)
 
 
 class ScanlineGuess:
@@ -55,8 +57,9 @@ class ScanlineGuess:
         self.windows = sweep.Windows(tile, tile, *(
             np.zeros((-(-rows // tile), -(-columns // tile)), np.int64) for _ in range(3)), *(
                 np.zeros(-(-rows // tile), np.int64) for _ in range(2)))
-        self.no_prior = Prior(np.zeros((rows, columns), self.chosen.labels.dtype),
-                              np.zeros((rows, columns), np.uint8), prior_table())
+        self.no_prior = prior_of(
+            np.zeros((rows, columns), self.chosen.labels.dtype),
+            np.zeros((rows, columns), np.uint8), possibility.disparities)
         self.search_everything()
 
     def search_everything(self):

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels import narrowing, trust
-from fuzzy_stereo_ros.matching.kernels.costs import Prior
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_table
+from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of
 import numpy as np
 
 TOLERANCE = 0.5      # cost units that a trusted tile may have become dearer
 DISTANCE = 2         # px that a trusted gene may differ from the half map
 FLAT = 1             # largest range of trusted labels in 3 x 3 half-size pixels
 OF_AGE = 2           # frames after which a gene's prior has no dead zone
+RULES = (1, 4), (0, 4)   # dead zone and cut of the prior of a young gene, and of one of age
 LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
 
@@ -64,17 +64,16 @@ class WarmStart:
         self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
         self._nothing = np.zeros((rows, columns), self._labels.dtype)
         self._weights = np.zeros((rows, columns), np.uint8)
-        self._table = prior_table((1, 4), (0, 4))
         self._no_age = np.zeros((rows, columns), np.uint8)
         self._age = self._no_age
-        self.prior = Prior(self._nothing, self._weights, self._table)
+        self.prior = prior_of(self._nothing, self._weights, disparities, *RULES)
 
     def judge(self, crew, state, possibility, first_inside, coarse):
         """Make the prior from the previous frame's state, or an empty one from None."""
         if state is None:
             self._weights[:] = 0
             self._age = self._no_age
-            self.prior = Prior(self._nothing, self._weights, self._table)
+            self.prior = self.prior._replace(labels=self._nothing)
             return
         self._age = state.age
         crew.each(lambda band: trust.tile_costs(
@@ -87,7 +86,7 @@ class WarmStart:
         crew.each(lambda band: trust.lean_on_previous(
             self._trusted, self._smooth, state.age, OF_AGE, self._weights, band[1], band[2]),
             self._bands)
-        self.prior = Prior(state.labels, self._weights, self._table)
+        self.prior = self.prior._replace(labels=state.labels)
 
     @property
     def trusted(self):

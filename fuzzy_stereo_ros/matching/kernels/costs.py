@@ -14,7 +14,6 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, load, minimum,
     saturating_subtract, shift_right, splat, store, subtract)
 
-PRIOR_REACH = 64     # a prior's table is constant beyond this distance in labels
 
 
 class Features(NamedTuple):
@@ -33,34 +32,28 @@ class Features(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """A map that costs may lean on: weight 0 at a pixel means that it does not."""
+    """
+    A map that costs may lean on: weight 0 at a pixel means that it does not.
+
+    The table has a row a weight: what is added by label - prior's label, 0 at index `reach`.
+    """
 
     labels: np.ndarray            # uint16 (R, C)
     weights: np.ndarray           # uint8 (R, C), row of the table
-    table: np.ndarray             # uint8 (W * 4 * PRIOR_REACH,), cost by label - prior's label
+    table: np.ndarray             # uint8 (weights * 2 * reach,)
+    reach: int                    # more labels than there are
 
 
-@njit(nogil=True, cache=True)
-def _raw(features, row, column, label, census_0, census_1, census_2, slope, cuts):
-    stride, columns = features.target_stride, features.columns
-    candidate = row * 3 * stride + columns - 1 - column + label
-    target = features.target_census
+@njit(inline='always')
+def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
+    """Return the costs of LANES candidates of a pixel: census distance and gradient."""
     distance = add(add(
-        count_bits(bit_xor(census_0, load(target, candidate))),
-        count_bits(bit_xor(census_1, load(target, candidate + stride)))),
-        count_bits(bit_xor(census_2, load(target, candidate + 2 * stride))))
-    other = load(features.target_slopes, row * stride + columns - 1 - column + label)
+        count_bits(bit_xor(code[0], load(target, candidate))),
+        count_bits(bit_xor(code[1], load(target, candidate + stride)))),
+        count_bits(bit_xor(code[2], load(target, candidate + 2 * stride))))
+    other = load(target_slopes, slope_at)
     difference = bit_or(saturating_subtract(slope, other), saturating_subtract(other, slope))
     return add(minimum(distance, cuts[0]), minimum(difference, cuts[1]))
-
-
-@njit(nogil=True, cache=True)
-def _prior_at(prior, row, column, label):
-    """Return what a prior adds to the labels from `label` on at a pixel."""
-    distance = label - np.int64(prior.labels[row, column])
-    distance = min(max(distance, -PRIOR_REACH), PRIOR_REACH - LANES)
-    start = np.int64(prior.weights[row, column]) * 4 * PRIOR_REACH + 2 * PRIOR_REACH + distance
-    return load(prior.table, start)
 
 
 @njit(nogil=True, cache=True)
@@ -82,41 +75,57 @@ def cost_row(features, half_prior, previous_prior, row, begin, end, low, blocks,
 
     costs: uint8, written from index `at`, 32 * blocks a pixel; 255 where a label does not exist.
     """
-    cuts = (splat(np.uint8(features.census_cut)), splat(np.uint8(features.slope_cut)))
-    stride = features.census_stride
-    for column in range(begin, end):
-        base = row * 3 * stride + column
-        census_0 = splat(features.census[base])
-        census_1 = splat(features.census[base + stride])
-        census_2 = splat(features.census[base + 2 * stride])
-        slope = splat(features.slopes[row, column])
-        leans_half = half_prior.weights[row, column] > 0
-        leans_previous = previous_prior.weights[row, column] > 0
+    cuts = splat(np.uint8(features.census_cut)), splat(np.uint8(features.slope_cut))
+    target, target_slopes = features.target_census, features.target_slopes
+    target_stride = features.target_stride
+    base = row * 3 * features.census_stride
+    first, last = base + begin, base + end
+    codes_0 = features.census[first:last]
+    codes_1 = features.census[first + features.census_stride:last + features.census_stride]
+    codes_2 = features.census[first + 2 * features.census_stride:]
+    slopes = features.slopes[row, begin:end]
+    half_labels, half_weights = (half_prior.labels[row, begin:end],
+                                 half_prior.weights[row, begin:end])
+    labels, weights = previous_prior.labels[row, begin:end], previous_prior.weights[row, begin:end]
+    half_table, half_reach = half_prior.table, half_prior.reach
+    table, reach = previous_prior.table, previous_prior.reach
+    exist = low + LANES * blocks <= features.disparities
+    pointed = features.columns - 1 - begin + low
+    candidate, slope_at = row * 3 * target_stride + pointed, row * target_stride + pointed
+    for index in range(end - begin):
+        code = splat(codes_0[index]), splat(codes_1[index]), splat(codes_2[index])
+        slope = splat(slopes[index])
+        half_at = (2 * np.int64(half_weights[index]) + 1) * half_reach - half_labels[index] + low
+        prior_at = (2 * np.int64(weights[index]) + 1) * reach - labels[index] + low
         for block in range(blocks):
-            label = low + LANES * block
-            cost = _raw(features, row, column, label, census_0, census_1, census_2, slope, cuts)
-            if leans_half:
-                cost = add(cost, _prior_at(half_prior, row, column, label))
-            if leans_previous:
-                cost = add(cost, _prior_at(previous_prior, row, column, label))
-            store(costs, at, bit_or(cost, _beyond(label, features.disparities)))
+            offset = LANES * block
+            cost = _raw(target, candidate - index + offset, target_stride,
+                        target_slopes, slope_at - index + offset, code, slope, cuts)
+            cost = add(cost, add(load(half_table, half_at + offset),
+                                 load(table, prior_at + offset)))
+            if not exist:
+                cost = bit_or(cost, _beyond(low + offset, features.disparities))
+            store(costs, at, cost)
             at += LANES
 
 
 @njit(nogil=True, cache=True)
 def raw_row(features, row, blocks, costs, at):
     """Write the costs of a whole row, every label, without priors and without a mask."""
-    cuts = (splat(np.uint8(features.census_cut)), splat(np.uint8(features.slope_cut)))
-    stride = features.census_stride
+    cuts = splat(np.uint8(features.census_cut)), splat(np.uint8(features.slope_cut))
+    stride, target_stride = features.census_stride, features.target_stride
+    census, slopes = features.census, features.slopes[row]
+    target, target_slopes = features.target_census, features.target_slopes
     for column in range(features.columns):
         base = row * 3 * stride + column
-        census_0 = splat(features.census[base])
-        census_1 = splat(features.census[base + stride])
-        census_2 = splat(features.census[base + 2 * stride])
-        slope = splat(features.slopes[row, column])
+        code = (splat(census[base]), splat(census[base + stride]),
+                splat(census[base + 2 * stride]))
+        pointed = features.columns - 1 - column
         for block in range(blocks):
-            store(costs, at, _raw(features, row, column, LANES * block,
-                                  census_0, census_1, census_2, slope, cuts))
+            label = LANES * block
+            store(costs, at, _raw(
+                target, row * 3 * target_stride + pointed + label, target_stride, target_slopes,
+                row * target_stride + pointed + label, code, splat(slopes[column]), cuts))
             at += LANES
 
 

@@ -11,7 +11,7 @@ from numba import njit
 import numpy as np
 
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    label_above, label_below, LANES, load, lowest, minimum, saturating_add, splat, store,
+    label_above, label_below, LANES, load, lowest, minimum, peek, saturating_add, splat, store,
     subtract)
 
 ROWS_AT_ONCE = 4     # independent chains, to hide the latency of each
@@ -108,13 +108,13 @@ def _pass_single(begin, end, rightwards, penalties, row, small, costs, sums, fir
         column = begin + visit if rightwards else end - 1 - visit
         border = column if rightwards else min(column + 1, columns - 1)
         at = first + (column - begin) * LANES
-        path_0, floor_0 = advance(path_0, splat(floor_0), jumps_0[border], penalty,
+        path_0, floor_0 = advance(path_0, splat(floor_0), peek(jumps_0, border), penalty,
                                   load(costs, at))
-        path_1, floor_1 = advance(path_1, splat(floor_1), jumps_1[border], penalty,
+        path_1, floor_1 = advance(path_1, splat(floor_1), peek(jumps_1, border), penalty,
                                    load(costs, at + one))
-        path_2, floor_2 = advance(path_2, splat(floor_2), jumps_2[border], penalty,
+        path_2, floor_2 = advance(path_2, splat(floor_2), peek(jumps_2, border), penalty,
                                    load(costs, at + two))
-        path_3, floor_3 = advance(path_3, splat(floor_3), jumps_3[border], penalty,
+        path_3, floor_3 = advance(path_3, splat(floor_3), peek(jumps_3, border), penalty,
                                    load(costs, at + three))
         if rightwards:
             store(sums, at, path_0)
@@ -137,7 +137,7 @@ def _pass_single(begin, end, rightwards, penalties, row, small, costs, sums, fir
 def _pass_tile(blocks, begin, end, rightwards, penalties, row, count, small, costs, sums, first,
                row_size, paths, stride, least):
     """Run the rows at once through one tile."""
-    columns = penalties.shape[1]
+    columns, jumps = penalties.shape[1], penalties.reshape(-1)
     for visit in range(end - begin):
         column = begin + visit if rightwards else end - 1 - visit
         border = column if rightwards else min(column + 1, columns - 1)
@@ -145,7 +145,8 @@ def _pass_tile(blocks, begin, end, rightwards, penalties, row, count, small, cos
         for chain in range(count):
             path_at, pixel_at = chain * stride, place + chain * row_size
             least[chain] = step(paths, path_at, blocks, least[chain],
-                                penalties[row + chain, border], small, costs, pixel_at)
+                                peek(jumps, (row + chain) * columns + border), small, costs,
+                                pixel_at)
             if rightwards:
                 keep(paths, path_at, blocks, sums, pixel_at)
             else:

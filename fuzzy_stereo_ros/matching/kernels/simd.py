@@ -69,6 +69,17 @@ def load(typing, array, index):
 
 
 @intrinsic
+def peek(typing, array, index):
+    """Return one element of a flat array, without the test for a negative index."""
+    signature = array.dtype(array, types.intp)
+
+    def generate(context, builder, signature, arguments):
+        data = cgutils.create_struct_proxy(signature.args[0])(context, builder, arguments[0]).data
+        return builder.load(builder.gep(data, [arguments[1]]))
+    return signature, generate
+
+
+@intrinsic
 def store(typing, array, index, vector):
     """Write LANES elements of a flat array from `index` on."""
     signature = types.void(array, types.intp, vector)

@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines import (
     across, advance, gather, realign_rows, ROWS_AT_ONCE, step)
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest,
-    minimum, saturating_add, splat, store, subtract)
+    minimum, peek, saturating_add, splat, store, subtract)
 
 
 class Windows(NamedTuple):
@@ -99,8 +99,8 @@ def _step_tile(blocks, begin, end, place, penalties, small, costs, at, paths, le
                gathered):
     """Move the vertical paths of one tile's columns on by a row."""
     for column in range(begin, end):
-        least[column] = step(paths, place, blocks, least[column], penalties[column], small,
-                             costs, at + place)
+        least[column] = step(paths, place, blocks, peek(least, column), peek(penalties, column),
+                             small, costs, at + place)
         if gathered:
             gather(paths, place, blocks, sums, at + place)
         place += LANES * blocks
@@ -186,8 +186,8 @@ def _choose_single(low, begin, end, place, highest, columns, row, costs, sums, a
     labels = add(numbers, splat(np.uint8(low & 255)))
     penalty, two = splat(small), splat(np.uint8(2))
     for column in range(begin, end):
-        path, floor = advance(load(paths, place), splat(least[column]), jumps[column], penalty,
-                              load(costs, at + place))
+        path, floor = advance(load(paths, place), splat(peek(least, column)), peek(jumps, column),
+                              penalty, load(costs, at + place))
         store(paths, place, path)
         least[column] = floor
         total = saturating_add(load(sums, at + place), path)
@@ -195,8 +195,8 @@ def _choose_single(low, begin, end, place, highest, columns, row, costs, sums, a
         cheapest = lowest(total)
         best = first_set(equal_bits(total, splat(cheapest)))
         near = at_most(subtract(numbers, splat(np.uint8((best - 1) & 255))), two)
-        _note(chosen, row, column, low, best, highest, totals[LANES + best - 1], cheapest,
-              totals[LANES + best + 1], lowest(bit_or(total, near)))
+        _note(chosen, row, column, low, best, highest, peek(totals, LANES + best - 1),
+              cheapest, peek(totals, LANES + best + 1), lowest(bit_or(total, near)))
         pointed = columns - 1 - column + low
         rival = load(best_sums, pointed)
         store(best_labels, pointed, choose(
@@ -210,8 +210,8 @@ def _choose_tile(blocks, low, begin, end, place, highest, columns, row, costs, s
                  small, paths, least, totals, best_sums, best_labels, chosen):
     """Move the upward paths of one tile's columns on by a row and choose their labels."""
     for column in range(begin, end):
-        least[column] = step(paths, place, blocks, least[column], jumps[column], small, costs,
-                             at + place)
+        least[column] = step(paths, place, blocks, peek(least, column), peek(jumps, column), small,
+                             costs, at + place)
         total_of(sums, at + place, paths, place, blocks, totals)
         best, cheapest = best_label(totals, blocks)
         _note(chosen, row, column, low, best, highest, totals[max(best - 1, 0)], cheapest,
