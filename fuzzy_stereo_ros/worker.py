@@ -43,14 +43,17 @@ class Worker:
             self._lanes.append(lane)
         return lane
 
-    def close_lane(self, lane):
-        """Forget a lane and what waits in it; return when nothing of it runs any more."""
+    def close_lane(self, lane, timeout=None):
+        """
+        Forget a lane and drop what waits in it; return whether nothing of it runs any more.
+
+        timeout: s to wait for what runs; None = until done.
+        """
         with self._wake:
             lane.close()
             if lane in self._lanes:
                 self._lanes.remove(lane)
-            if threading.current_thread() is not self._thread:
-                self._wake.wait_for(lambda: not lane.busy)
+            return self._wake.wait_for(lambda: not lane.busy, timeout)
 
     def stop(self, timeout=None):
         """

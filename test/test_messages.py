@@ -6,15 +6,14 @@ from types import SimpleNamespace
 
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.kernels.choice import STEPS
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import (
-    ENCODINGS, fill_confidence, fill_disparity, read_image, read_pair, stamp_of)
+    DISPARITY_STEP, ENCODINGS, fill_confidence, fill_disparity, read_image, read_pair, stamp_of)
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, StereoPair
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-
-STEP = 1 / 16
 
 
 def header(stamp=(12, 345), frame_id='left_optical'):
@@ -278,19 +277,18 @@ def test_a_refusal_names_the_side():
     assert str(refusal).startswith("right image: encoding is '32FC1'")
 
 
-@pytest.mark.parametrize('left, right, ndim, dtype', [
-    (noise(80, 100), noise(80, 100, 3), 2, np.uint8),
-    (noise(80, 100, 3), noise(80, 100, 3), 3, np.uint8),
-    (noise(80, 100), noise(80, 100, dtype=np.uint16), 2, np.uint16),
-    (noise(80, 100, 3), noise(80, 100, dtype=np.uint16), 2, np.uint16),
+@pytest.mark.parametrize('left, right, dtype', [
+    (noise(80, 100), noise(80, 100, 3), np.uint8),
+    (noise(80, 100), noise(80, 100, dtype=np.uint16), np.uint16),
+    (noise(80, 100, 3), noise(80, 100, dtype=np.uint16), np.uint16),
 ])
-def test_two_images_of_a_pair_become_alike(left, right, ndim, dtype):
+def test_two_images_of_a_pair_become_equally_deep(left, right, dtype):
     names = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8'}
     pair = read_pair(
         image(left, names[left.ndim, left.itemsize]), info(),
         image(right, names[right.ndim, right.itemsize]), info(tx=-24.0))
-    for made in (pair.left, pair.right):
-        assert (made.ndim, made.dtype, made.shape[:2]) == (ndim, dtype, (80, 100))
+    assert (pair.left.dtype, pair.right.dtype) == (dtype, dtype)
+    assert (pair.left.shape, pair.right.shape) == (left.shape, right.shape)
 
 
 def test_eight_and_twelve_bits_of_one_scene_become_equally_bright():
@@ -324,14 +322,14 @@ def read_values(message):
 def filled(disparity, offset=0.0, **config):
     match = made_match(disparity)
     return fill_disparity(message_stand_in(), match, made_pair(match.disparity.shape, offset),
-                          MatcherConfig(**config), STEP)
+                          MatcherConfig(**config))
 
 
 def test_a_disparity_message_is_filled_as_the_contract_says():
     message = filled([[5.0, np.nan, -0.3, 63.4] * 25] * 80, disparities=64)
     assert stamp_of(message.header) == stamp_of(message.image.header) == 12_000_000_345
     assert message.header.frame_id == message.image.header.frame_id == 'left_optical'
-    assert (message.f, message.t, message.delta_d) == (200.0, 0.12, STEP)
+    assert (message.f, message.t, message.delta_d) == (200.0, 0.12, 1 / 16)
     assert (message.min_disparity, message.max_disparity) == (0.0, 63.0)
     assert (message.image.encoding, message.image.is_bigendian) == ('32FC1', 0)
     assert (message.image.height, message.image.width, message.image.step) == (80, 100, 400)
@@ -341,6 +339,10 @@ def test_a_disparity_message_is_filled_as_the_contract_says():
     window = message.valid_window
     assert (window.x_offset, window.y_offset, window.width, window.height) == (63, 0, 37, 80)
     assert window.do_rectify is False
+
+
+def test_the_step_of_a_message_is_the_one_the_matcher_rounds_to():
+    assert DISPARITY_STEP == 1 / STEPS
 
 
 def test_values_limits_and_the_marker_are_all_shifted_by_the_offset():
@@ -378,7 +380,7 @@ def test_the_valid_window_holds_what_both_cameras_can_see(min_disparity, x_offse
 
 def test_a_match_is_not_changed_by_sending_it():
     match = made_match([[5.0, np.nan]])
-    fill_disparity(message_stand_in(), match, made_pair((1, 2), 3.0), MatcherConfig(), STEP)
+    fill_disparity(message_stand_in(), match, made_pair((1, 2), 3.0), MatcherConfig())
     np.testing.assert_array_equal(match.disparity, np.float32([[5.0, np.nan]]))
 
 
@@ -396,7 +398,7 @@ def test_ros_1_messages_get_the_baseline_by_its_old_name():
     message = message_stand_in()
     message.T = message.__dict__.pop('t')
     match = made_match([[5.0]])
-    fill_disparity(message, match, made_pair((1, 1)), MatcherConfig(), STEP)
+    fill_disparity(message, match, made_pair((1, 1)), MatcherConfig())
     assert message.T == 0.12
 
 
@@ -417,7 +419,7 @@ def test_messages_of_ros_are_read_and_filled():
     np.testing.assert_array_equal(pair.left, grey)
     assert pair.calibration == Calibration(200.0, 0.12, -2.0)
     sent = fill_disparity(stereo_messages.DisparityImage(), made_match(np.full((80, 100), 5.0)),
-                          pair, MatcherConfig(), STEP)
+                          pair, MatcherConfig())
     assert (sent.f, sent.t, sent.min_disparity) == pytest.approx((200.0, 0.12, 2.0))
     assert (read_values(sent.image) == 7.0).all()
     assert sent.header == left.header

@@ -43,6 +43,7 @@ ENCODINGS = {
     'nv12': (np.uint8, 1, None),
     'nv21': (np.uint8, 1, None),
 }
+DISPARITY_STEP = 1 / 16     # px; what the matcher rounds its sub-pixel disparities to
 SMALLEST_MOSAIC = 4     # px; below this OpenCV cannot fill in a Bayer pattern
 
 
@@ -70,7 +71,7 @@ def read_pair(left, left_info, right, right_info):
     if len(remarks) > len(calibration.remarks):
         calibration = type(calibration)(calibration.focal, calibration.baseline,
                                         calibration.offset, tuple(remarks))
-    return StereoPair(*_alike(*images), calibration, stamp_of(left.header),
+    return StereoPair(*_equally_deep(*images), calibration, stamp_of(left.header),
                       left.header.frame_id)
 
 
@@ -138,13 +139,10 @@ def _decompressed(message):
     return image
 
 
-def _alike(left, right):
-    """Return two images of one size with the same number of channels and bits."""
-    if left.ndim != right.ndim:
-        left, right = (image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-                       for image in (left, right))
+def _equally_deep(left, right):
+    """Return two images with the same number of bits."""
     if left.dtype != right.dtype:
-        left, right = (_full_range(image) for image in (left, right))
+        left, right = _full_range(left), _full_range(right)
     return left, right
 
 
@@ -156,12 +154,12 @@ def _full_range(image):
     return image << np.uint16(16 - used)
 
 
-def fill_disparity(message, match, pair, config, step):
+def fill_disparity(message, match, pair, config, step=DISPARITY_STEP):
     """
     Fill a stereo_msgs/DisparityImage and return it.
 
     match.disparity: float32 (R, C), px, NaN = invalid; config: the MatcherConfig it was made
-    with; step: px, the smallest difference of two disparities.
+    with; step: px, the smallest difference of two disparities it makes.
     Disparities are corrected by the calibration's offset, as the message wants them. What is
     invalid becomes min_disparity - 1; valid values lie in min_disparity to max_disparity.
     """

@@ -39,7 +39,8 @@ class StereoPair:
     """
     Two rectified images of one moment.
 
-    left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one shape and dtype, contiguous.
+    left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype, contiguous;
+    one may have colour where the other has none.
     stamp: ns. frame_id: the left camera's, empty where there is none.
     """
 

@@ -74,6 +74,11 @@ class Synchroniser:
         """Return the list of sets that waited for a next message, when no more will come."""
         return [] if self._tolerance is None else self._nearest(final=True)
 
+    def clear(self):
+        """Let go of all that waits; the counts stay."""
+        for topic, queue in self._queues.items():
+            self._let_go(topic, list(queue))
+
     def waiting(self, topic):
         """Return how many messages of a topic wait for the others."""
         return len(self._queues[topic])

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The node's parameters as one table, from which ROS declarations and config/*.yaml are made.
+
+What concerns matching comes from `MatcherConfig`; here is only what the node adds. Names and
+defaults are those of stereo_image_proc where it has the parameter.
+"""
+from dataclasses import dataclass, fields
+import textwrap
+
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
+
+ROS_NAMES = {'disparities': 'disparity_range'}      # the others are called as in MatcherConfig
+REFERENCE = 'left'      # what stereo_msgs/DisparityImage wants: no parameter of the node
+LONGEST_QUEUE = 1000000
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A row of the table; low and high are None where no number is asked for."""
+
+    name: str
+    default: object
+    sentence: str
+    low: float | None = None
+    high: float | None = None
+    unit: str = ''
+    choices: tuple = ()
+    read_only: bool = False
+    preset: bool = False
+
+    def described(self):
+        """Return the sentence with what is allowed."""
+        if self.choices:
+            allowed = ', '.join(self.choices)
+        elif self.low is not None:
+            allowed = f'{self.low:.10g} to {self.high:.10g} {self.unit}'.strip()
+        else:
+            allowed = ''
+        return f'{self.sentence} [{allowed}]' if allowed else self.sentence
+
+    def checked(self, value):
+        """Return a value in the parameter's own type; raise ValueError where it is not allowed."""
+        if isinstance(self.default, float) and type(value) is int:
+            value = float(value)
+        if type(value) is not type(self.default):
+            raise ValueError(f'{self.name} is {value!r}; allowed are values like {self.default!r}')
+        if self.choices and value not in self.choices:
+            raise ValueError(f"{self.name} is '{value}'; allowed are {', '.join(self.choices)}")
+        if self.low is not None and not self.low <= value <= self.high:
+            raise ValueError(f'{self.name} is {value!r}; allowed are numbers from '
+                             f'{self.low:.10g} to {self.high:.10g}')
+        return value
+
+
+NODE_PARAMETERS = (
+    Parameter('profile', 'realtime', 'preset of the matcher; single parameters override it',
+              choices=tuple(PROFILES)),
+    Parameter('image_transport', 'raw', 'how both images come in',
+              choices=('raw', 'compressed'), read_only=True),
+    Parameter('queue_size', 5, 'messages of a topic that wait for the others', 1, LONGEST_QUEUE,
+              read_only=True),
+    Parameter('approximate_sync', False,
+              'join messages with the nearest stamps, not only with equal ones; a pair then '
+              'waits until the next message shows that it is the nearest', read_only=True),
+    Parameter('approximate_sync_tolerance_seconds', 0.0,
+              'with approximate_sync: largest difference of two stamps; 0 is no bound',
+              0.0, 3600.0, 's', read_only=True),
+    Parameter('use_system_default_qos', False,
+              'subscribe with the QoS of the middleware, not as to sensor data',
+              read_only=True),
+    Parameter('no_pair_seconds', 5.0,
+              'report what is missing when no pair has come for this long',
+              0.1, 3600.0, 's', read_only=True),
+)
+# Of stereo_image_proc's matchers; a launch file or parameter file that sets them still works.
+IGNORED_PARAMETERS = (
+    'P1', 'P2', 'correlation_window_size', 'disp12_max_diff', 'full_dp', 'prefilter_cap',
+    'prefilter_size', 'sgbm_mode', 'stereo_algorithm', 'texture_threshold', 'uniqueness_ratio')
+
+
+def matcher_parameters(config):
+    """Return the rows of the matcher's parameters, with the values of a MatcherConfig."""
+    presets = {name for preset in PROFILES.values() for name in preset}
+    return tuple(
+        Parameter(ros_name(field.name), getattr(config, field.name), preset=field.name in presets,
+                  **field.metadata)
+        for field in fields(MatcherConfig) if field.name != 'reference')
+
+
+def ros_name(field_name):
+    """Return what a field of MatcherConfig is called as a ROS parameter."""
+    return ROS_NAMES.get(field_name, field_name)
+
+
+def field_names():
+    """Return a dict: the field of MatcherConfig by the name of its ROS parameter."""
+    return {ros_name(field.name): field.name
+            for field in fields(MatcherConfig) if field.name != 'reference'}
+
+
+def in_ros_words(sentence):
+    """Return a sentence about a field of MatcherConfig with the name of its ROS parameter."""
+    name, rest = sentence.split(' ', 1) if ' ' in sentence else (sentence, '')
+    return f'{ROS_NAMES[name]} {rest}' if name in ROS_NAMES else sentence
+
+
+def profile_config(profile, **changes):
+    """Return the MatcherConfig of a profile as the node uses it; ValueError where unknown."""
+    return MatcherConfig.from_profile(profile, **{**changes, 'reference': REFERENCE})
+
+
+def preset_changes(old, new):
+    """Return {field: value} for what changes from a profile to another; ValueError if unknown."""
+    config = profile_config(new)
+    names = {*PROFILES.get(old, {}), *PROFILES[new]} - {'reference'}
+    return {name: getattr(config, name) for name in names}
+
+
+def parameter_file():
+    """
+    Return the text of config/fuzzy_stereo.yaml: every parameter, its sentence and its default.
+
+    What a profile presets stands there as a comment, so that the file leaves profiles their say.
+    """
+    lines = ['# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
+             '# SPDX-License-Identifier: Apache-2.0',
+             '# Made from the declaration of the parameters; a test holds the two equal.',
+             '# A name behind # is preset by the profile; without the # it overrides the profile.',
+             '/**:', '  ros__parameters:']
+    for row in (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime'))):
+        comment = row.described() + ('; fixed at start' if row.read_only else '')
+        lines += textwrap.wrap(comment, 99, initial_indent='    # ', subsequent_indent='    # ')
+        value = str(row.default).lower() if isinstance(row.default, bool) else row.default
+        lines.append(f"    {'# ' if row.preset else ''}{row.name}: {value}")
+    return '\n'.join(lines) + '\n'

@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Declare the table of parameters to ROS, and let changes through whole or not at all."""
+from dataclasses import replace
+
+from fuzzy_stereo_ros.parameter_table import (
+    field_names, IGNORED_PARAMETERS, in_ros_words, matcher_parameters, NODE_PARAMETERS,
+    preset_changes, profile_config, ros_name)
+from rcl_interfaces.msg import (
+    FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+
+class RosParameters:
+    """
+    The parameters of a node and the MatcherConfig they make.
+
+    config: the MatcherConfig in force. settings: what is fixed at start, by name.
+    ignored: names of stereo_image_proc's parameters that were set and mean nothing here.
+    """
+
+    def __init__(self, node, changed):
+        """
+        Declare everything to a node; raise ValueError with a sentence for a value not allowed.
+
+        changed(config): called after a change of the matcher's parameters is in force.
+        """
+        self._node, self._changed = node, changed
+        self._fields = field_names()
+        self.settings = {}
+        for row in NODE_PARAMETERS:
+            self.settings[row.name] = self._declare(row)
+        self._profile = self.settings.pop('profile')
+        self.config = self._declare_matcher(profile_config(self._profile))
+        self.ignored = [name for name in IGNORED_PARAMETERS if self._declare_ignored(name)]
+        node.add_pre_set_parameters_callback(self._spell_out_profile)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
+
+    def tolerance(self):
+        """Return the tolerance for a `Synchroniser`, ns; None where stamps must be equal."""
+        if not self.settings['approximate_sync']:
+            return None
+        return round(self.settings['approximate_sync_tolerance_seconds'] * 1e9)
+
+    def input_qos(self):
+        """Return a new QoSProfile for an input: as for sensor data, or the middleware's own."""
+        if self.settings['use_system_default_qos']:
+            return QoSProfile(
+                history=HistoryPolicy.SYSTEM_DEFAULT,
+                reliability=ReliabilityPolicy.SYSTEM_DEFAULT,
+                durability=DurabilityPolicy.SYSTEM_DEFAULT)
+        return QoSProfile(
+            history=HistoryPolicy.KEEP_LAST, depth=5, reliability=ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.VOLATILE)
+
+    def _declare_matcher(self, preset):
+        rows = matcher_parameters(preset)
+        values = {row.name: self._override(row) for row in rows}
+        config = self._changed_config(preset, values)
+        for row in rows:
+            self._node.declare_parameter(
+                row.name, values[row.name], descriptor_of(row), ignore_override=True)
+        return config
+
+    def _declare(self, row):
+        value = row.checked(self._override(row))
+        self._node.declare_parameter(row.name, value, descriptor_of(row), ignore_override=True)
+        return value
+
+    def _override(self, row):
+        """Return what the user gave at start, else the row's default, whatever its type is."""
+        anything = ParameterDescriptor(dynamic_typing=True)
+        value = self._node.declare_parameter(row.name, row.default, anything).value
+        self._node.undeclare_parameter(row.name)
+        whole_for_float = isinstance(row.default, float) and type(value) is int
+        return float(value) if whole_for_float else value
+
+    def _declare_ignored(self, name):
+        """Declare a parameter without meaning here; return whether the user has set it."""
+        descriptor = ParameterDescriptor(
+            description="of stereo_image_proc's matchers; accepted and ignored",
+            dynamic_typing=True)
+        return self._node.declare_parameter(name, None, descriptor).value is not None
+
+    def _changed_config(self, config, values):
+        """Return a MatcherConfig with values by ROS name; ValueError speaks of ROS names."""
+        try:
+            return replace(config, **{self._fields[name]: value
+                                      for name, value in values.items() if name in self._fields})
+        except ValueError as error:
+            raise ValueError(in_ros_words(str(error))) from None
+
+    def _spell_out_profile(self, parameters):
+        """Add to a new profile what it presets, except what is set in the same call."""
+        given = {parameter.name: parameter.value for parameter in parameters}
+        if 'profile' not in given:
+            return parameters
+        try:
+            presets = preset_changes(self._profile, given['profile'])
+        except (ValueError, TypeError):
+            return parameters       # the check refuses it with its sentence
+        return parameters + [Parameter(ros_name(name), value=value)
+                             for name, value in presets.items() if ros_name(name) not in given]
+
+    def _check(self, parameters):
+        values = {parameter.name: parameter.value for parameter in parameters}
+        try:
+            if 'profile' in values:
+                NODE_PARAMETERS[0].checked(values['profile'])
+            self._changed_config(self.config, values)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters):
+        values = {parameter.name: parameter.value for parameter in parameters}
+        self._profile = values.get('profile', self._profile)
+        config = self._changed_config(self.config, values)
+        if config != self.config:
+            self.config = config
+            self._changed(config)
+
+
+def descriptor_of(row):
+    """Return the ParameterDescriptor of a row of the table."""
+    descriptor = ParameterDescriptor(description=row.described(), read_only=row.read_only)
+    if isinstance(row.default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(row.low), to_value=float(row.high))]
+    elif row.low is not None:
+        descriptor.integer_range = [
+            IntegerRange(from_value=int(row.low), to_value=int(row.high), step=1)]
+    return descriptor

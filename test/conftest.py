@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures for tests with real nodes; the others need none of them."""
+from contextlib import contextmanager, ExitStack
+import gc
+import warnings
+
+from node_process import NodeProcess, own_domain, ros_environment
+import pytest
+
+
+@pytest.fixture(scope='module')
+def ros(tmp_path_factory):
+    """Set what tests with ROS and the processes they start need in the environment."""
+    pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in ros_environment(tmp_path_factory.mktemp('ros_log')).items():
+            patch.setenv(name, value)
+        yield
+
+
+@pytest.fixture
+def start_node(ros):
+    """Return a function that starts the node as a `NodeProcess`, all in one domain."""
+    with own_domain() as domain, ExitStack() as started:
+        def start(*arguments):
+            node = NodeProcess(domain, *arguments)
+            started.callback(node.finish)
+            return node
+
+        yield start
+
+
+@pytest.fixture(scope='module')
+def make_bench(ros):
+    """Return a context manager: the node, started with arguments, on a `ros_bench.Bench`."""
+    from ros_bench import Bench
+
+    @contextmanager
+    def make(*arguments, **options):
+        with own_domain() as domain:
+            bench = Bench(domain, *arguments, **options)
+            try:
+                yield bench
+            finally:
+                bench.close()
+
+    return make
+
+
+def pytest_runtest_logfinish(location):
+    """Let go of the event loop that launch leaves open, before its warning hits another test."""
+    if 'test_launch' in location[0]:
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore', ResourceWarning)
+            gc.collect()

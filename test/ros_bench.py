@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node in its own process between a fake rig and a listener, all over real DDS."""
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from fuzzy_stereo_ros.fake_rig import FakeRig
+from fuzzy_stereo_ros.pairs.messages import stamp_of
+from node_process import NodeProcess, SOON, START
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter, parameter_value_to_python
+from sensor_msgs.msg import Image
+from stereo_msgs.msg import DisparityImage
+
+FOCAL, BASELINE = 200.0, 0.12
+SECOND = 1_000_000_000
+
+
+class Surroundings:
+    """A fake rig and a listener: publishes pairs, collects answers by stamp, awaits events."""
+
+    def __init__(self, domain, reliable=False):
+        """Join a domain; reliable: QoS of the rig's topics, else best effort."""
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.rig = FakeRig(f'rig_{domain}', '', [], FOCAL, BASELINE, 30.0, reliable=reliable,
+                           context=self.context)
+        self.listener = rclpy.create_node(f'listener_{domain}', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.rig)
+        self.executor.add_node(self.listener)
+        self.disparities, self.confidences, self.diagnostics = {}, {}, []
+        self.listener.create_subscription(
+            DiagnosticArray, '/diagnostics', self.diagnostics.append, 10)
+        self.subscriptions = []
+
+    def close(self):
+        """Leave the domain."""
+        self.executor.shutdown()
+        self.rig.destroy_node()
+        self.listener.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+    def check(self):
+        """Raise AssertionError where it makes no sense to wait any longer."""
+
+    def listen(self, disparity=True, confidence=True, namespace=''):
+        """Subscribe to the outputs."""
+        if disparity:
+            self.subscriptions.append(self.listener.create_subscription(
+                DisparityImage, f'{namespace}disparity', self._collect(self.disparities), 10))
+        if confidence:
+            self.subscriptions.append(self.listener.create_subscription(
+                Image, f'{namespace}confidence', self._collect(self.confidences), 10))
+
+    def leave(self):
+        """Take back the subscriptions to the outputs."""
+        while self.subscriptions:
+            self.listener.destroy_subscription(self.subscriptions.pop())
+
+    def until(self, condition, what, timeout=SOON):
+        """Spin until condition() is true and return its value."""
+        deadline = time.monotonic() + timeout
+        while not (value := condition()):
+            assert time.monotonic() < deadline, f'never: {what}'
+            self.check()
+            self.executor.spin_once(timeout_sec=0.05)
+        return value
+
+    def match(self, left, right, stamp=None, change=None):
+        """Publish a pair and return the DisparityImage that comes of it."""
+        sent = self.rig.publish(left, right, stamp, change)
+        return self.until(lambda: self.disparities.pop(sent, None), f'disparity of {sent}')
+
+    def first_match(self, left, right):
+        """
+        Return the DisparityImage of the first pair that gets through.
+
+        DDS tells the two sides of a new connection one after the other; what is sent between
+        is lost without QoS reliable.
+        """
+        sent = set()
+
+        def answer():
+            if not sent or time.time_ns() - max(sent) > SECOND // 2:
+                sent.add(self.rig.publish(left, right))
+            return next((self.disparities[stamp] for stamp in sent & set(self.disparities)), None)
+
+        return self.until(answer, 'a first disparity')
+
+    def _collect(self, messages):
+        return lambda message: messages.__setitem__(stamp_of(message.header), message)
+
+
+class Bench(Surroundings):
+    """The real node in its own process, in these surroundings."""
+
+    def __init__(self, domain, *arguments, reliable=False):
+        """Start the node in a domain with command-line arguments."""
+        super().__init__(domain, reliable)
+        self.node = NodeProcess(domain, *arguments)
+
+    def close(self):
+        """End the node, where it still runs, and what is here."""
+        try:
+            self.node.finish()
+        finally:
+            super().close()
+
+    def check(self):
+        """See that the node lives."""
+        assert self.node.alive(), self.node.log()
+
+    def connect(self):
+        """Wait until the node is ready and has subscribed to the rig."""
+        self.node.logged('ready', timeout=START)
+        self.until(self.rig.subscribed, 'the node subscribes to the rig')
+
+    def counts(self):
+        """Return a dict of the values of a diagnostics message that is newer than this call."""
+        self.diagnostics.clear()
+        asked = self.listener.get_clock().now().nanoseconds
+
+        def newer():
+            return next((message for message in self.diagnostics
+                         if stamp_of(message.header) > asked), None)
+
+        self.status = self.until(newer, 'diagnostics').status[0]
+        return {value.key: value.value for value in self.status.values}
+
+    def set_parameters(self, **values):
+        """Ask for changes all at once; return (done, reason)."""
+        request = SetParametersAtomically.Request(parameters=[
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()])
+        result = self._ask(SetParametersAtomically, 'set_parameters_atomically', request).result
+        return result.successful, result.reason
+
+    def parameters(self, *names):
+        """Return the values of parameters, None for those that are not set."""
+        answer = self._ask(GetParameters, 'get_parameters', GetParameters.Request(names=names))
+        return [parameter_value_to_python(value) for value in answer.values]
+
+    def descriptor(self, name):
+        """Return the ParameterDescriptor of a parameter."""
+        request = DescribeParameters.Request(names=[name])
+        return self._ask(DescribeParameters, 'describe_parameters', request).descriptors[0]
+
+    def _ask(self, kind, name, request):
+        client = self.listener.create_client(kind, f'/disparity_node/{name}')
+        try:
+            self.until(client.service_is_ready, f'service {name}')
+            future = client.call_async(request)
+            self.until(future.done, f'answer of {name}')
+            return future.result()
+        finally:
+            self.listener.destroy_client(client)

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How the real node begins and ends: ready in time, code 0 on signals, a sentence otherwise."""
+import signal
+import time
+
+from node_process import shifted_pair, START
+import pytest
+
+PAIR = shifted_pair(7)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_waiting_node_with_code_0(start_node, number):
+    node = start_node()
+    node.logged('ready', timeout=START)
+    assert node.finish(number) == 0
+    assert 'Traceback' not in node.log()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_kernels_load_ends_it_with_code_0(start_node, number):
+    node = start_node()
+    node.logged('loading the kernels')
+    assert node.finish(number) == 0
+    assert 'Traceback' not in node.log()
+
+
+def test_two_signals_while_it_matches_end_it_with_code_0(make_bench):
+    with make_bench('--ros-args', '-p', 'disparity_range:=64') as bench:
+        bench.listen()
+        bench.connect()
+        big = shifted_pair(7, rows=480, columns=640)
+        bench.first_match(*big)
+        for _ in range(3):
+            bench.rig.publish(*big)
+        bench.node.send(signal.SIGINT)
+        assert bench.node.finish(signal.SIGINT) == 0
+        assert 'Traceback' not in bench.node.log()
+        assert 'ERROR' not in bench.node.log()
+
+
+def test_a_start_with_kernels_in_the_cache_is_quick_and_says_what_happens(start_node):
+    first = start_node()
+    first.logged('ready', timeout=START)
+    first.finish()
+    node = start_node()
+    assert 'the first start on a machine compiles them' in node.logged('loading the kernels')
+    assert 'ready: the kernels are warm after' in node.logged('ready')
+    seconds = time.monotonic() - node.started
+    assert node.finish() == 0
+    assert seconds < 10     # 3 on a machine that does nothing else
+
+
+@pytest.mark.parametrize('arguments, sentence', [
+    (('--params-file', '/there/is/none.yaml'), "Couldn't parse params file"),
+    (('--no-such-flag',), 'no-such-flag'),
+    (('-p', 'qos_overrides./disparity.publisher.reliability:=maybe'), 'Unexpected QoS override'),
+])
+def test_a_start_that_cannot_be_ends_with_code_2_and_one_line(start_node, arguments, sentence):
+    node = start_node('--ros-args', *arguments)
+    assert node.finish(number=None) == 2
+    assert sentence in node.log().splitlines()[-1]
+    assert 'Traceback' not in node.log()
+
+
+def test_a_bad_qos_of_an_input_ends_it_with_code_2_when_it_subscribes(make_bench):
+    override = 'qos_overrides./left/image_rect.subscription.reliability:=maybe'
+    with make_bench('--ros-args', '-p', override) as bench:
+        bench.listen()
+        bench.node.logged('cannot subscribe: Unexpected QoS override', timeout=START)
+        assert bench.node.finish(number=None) == 2

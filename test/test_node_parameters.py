@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the real node: one declaration, files that load, changes whole or not at all."""
+from pathlib import Path
+
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.parameter_table import (
+    IGNORED_PARAMETERS, matcher_parameters, NODE_PARAMETERS, parameter_file, profile_config)
+from node_process import shifted_pair, values_of
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAIR = shifted_pair(7)
+ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+PEER_FILE = """/**:
+  ros__parameters:
+    approximate_sync: false
+    queue_size: 7
+    stereo_algorithm: 1
+    prefilter_size: 9
+    prefilter_cap: 31
+    correlation_window_size: 15
+    min_disparity: 2
+    disparity_range: 32
+    texture_threshold: 10
+    speckle_size: 50
+    speckle_range: 4
+    disp12_max_diff: 0
+    uniqueness_ratio: 15.0
+    P1: 200.0
+    P2: 400.0
+    sgbm_mode: 0
+    confidence_threshold: 0
+    qos_overrides:
+      /left/image_rect:
+        subscription:
+          reliability: reliable
+          depth: 3
+      /disparity:
+        publisher:
+          depth: 2
+"""
+
+
+@pytest.fixture(scope='module')
+def bench(make_bench):
+    """Return a node with the package's own file of parameters."""
+    file = ROOT / 'config' / 'fuzzy_stereo.yaml'
+    with make_bench('--ros-args', '--params-file', str(file), '-p', 'disparity_range:=16') as it:
+        it.listen()
+        it.connect()
+        it.first_match(*PAIR)
+        yield it
+
+
+def test_the_file_of_parameters_is_the_declaration():
+    assert (ROOT / 'config' / 'fuzzy_stereo.yaml').read_text() == parameter_file(), (
+        'write what parameter_table.parameter_file() returns into the file')
+
+
+def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):
+    names = [row.name for row in ROWS]
+    values = dict(zip(names, bench.parameters(*names)))
+    assert values == {**{row.name: row.default for row in ROWS}, 'disparity_range': 16}
+    assert bench.parameters(*IGNORED_PARAMETERS) == [None] * len(IGNORED_PARAMETERS)
+
+
+def test_a_descriptor_has_the_sentence_the_range_and_whether_it_is_fixed(bench):
+    number = bench.descriptor('disparity_range')
+    assert number.description == (
+        'number of disparities searched, from min_disparity upwards [1 to 4096 px]')
+    assert (number.integer_range[0].from_value, number.integer_range[0].to_value) == (1, 4096)
+    assert not number.read_only
+    real = bench.descriptor('confidence_threshold').floating_point_range[0]
+    assert (real.from_value, real.to_value) == (0.0, 1.0)
+    assert bench.descriptor('queue_size').read_only
+    assert 'ignored' in bench.descriptor('P1').description
+
+
+def test_a_change_is_in_force_from_the_next_pair_on(bench):
+    assert bench.match(*PAIR).max_disparity == 15.0
+    assert bench.set_parameters(disparity_range=24, min_disparity=-4) == (True, '')
+    message = bench.match(*PAIR)
+    assert (message.min_disparity, message.max_disparity) == (-4.0, 19.0)
+    near = np.abs(values_of(message.image)[:, 19:] - 7) < 0.5
+    assert near.mean() > 0.95
+    assert bench.set_parameters(disparity_range=16, min_disparity=0) == (True, '')
+
+
+def test_a_change_that_is_not_allowed_changes_nothing(bench):
+    done, reason = bench.set_parameters(disparity_range=20, neighbourhood=4)
+    assert not done
+    assert reason == 'neighbourhood is 4; allowed are odd numbers from 1 to 31'
+    assert bench.parameters('disparity_range', 'neighbourhood') == [16, 5]
+    assert bench.match(*PAIR).max_disparity == 15.0
+
+
+@pytest.mark.parametrize('change, reason', [
+    ({'disparity_range': 0}, 'disparity_range out of range'),
+    ({'profile': 'fast'}, "profile is 'fast'; allowed are "),
+    ({'survival': 'luck'}, "survival is 'luck'; allowed are rank, sigmoid"),
+    ({'queue_size': 3}, 'read-only parameter: queue_size'),
+    ({'confidence_threshold': 'high'}, 'Wrong parameter type'),
+])
+def test_a_refusal_says_why(bench, change, reason):
+    done, said = bench.set_parameters(**change)
+    assert not done
+    assert reason in said
+
+
+def test_a_profile_presets_what_is_not_set_along_with_it(bench):
+    names = ('population', 'generations', 'search', 'disparity_range')
+    before = bench.parameters(*names)
+    assert bench.set_parameters(profile='paper', population=4, generations=1) == (True, '')
+    assert bench.parameters(*names) == [4, 1, 'paper', 16]
+    message = bench.match(*PAIR)
+    assert message.delta_d == 1.0
+    assert message.max_disparity == 15.0
+    assert bench.set_parameters(profile='realtime') == (True, '')
+    assert bench.parameters(*names) == before
+    assert bench.match(*PAIR).delta_d == 1 / 16
+
+
+def test_a_file_written_for_the_peer_loads_and_what_is_ignored_is_said_once(make_bench, tmp_path):
+    file = tmp_path / 'peer.yaml'
+    file.write_text(PEER_FILE)
+    with make_bench('--ros-args', '--params-file', str(file), reliable=True) as bench:
+        bench.listen()
+        bench.connect()
+        message = bench.first_match(*PAIR)
+        assert (message.min_disparity, message.max_disparity) == (2.0, 33.0)
+        assert bench.parameters('speckle_size', 'queue_size', 'P1', 'confidence_threshold') == [
+            50, 7, 200.0, 0.0]
+        assert bench.parameters('qos_overrides./left/image_rect.subscription.reliability') == [
+            'reliable']
+        qos, = bench.listener.get_subscriptions_info_by_topic('/left/image_rect')
+        assert qos.qos_profile.reliability.name == 'RELIABLE'
+        warnings = [line for line in bench.node.log().splitlines() if 'WARN' in line]
+        assert len(warnings) == 1
+        assert warnings[0].endswith(
+            'are ignored: P1, P2, correlation_window_size, disp12_max_diff, prefilter_cap, '
+            'prefilter_size, sgbm_mode, stereo_algorithm, texture_threshold, uniqueness_ratio')
+
+
+def test_the_paper_s_profile_at_start_gives_left_referenced_disparities(make_bench):
+    arguments = ('profile:=paper', 'population:=8', 'generations:=2', 'disparity_range:=16')
+    with make_bench('--ros-args', *(word for one in arguments for word in ('-p', one))) as bench:
+        bench.listen()
+        bench.connect()
+        message = bench.first_match(*PAIR)
+        assert (message.max_disparity, message.delta_d) == (15.0, 1.0)
+        assert bench.parameters('search', 'population') == ['paper', 8]
+
+
+@pytest.mark.parametrize('argument, sentence', [
+    ('disparity_range:=0', 'disparity_range is 0; allowed are whole numbers from 1 to 4096'),
+    ('disparity_range:=wide', "disparity_range is 'wide'; allowed are whole numbers from 1"),
+    ('profile:=fast', "profile is 'fast'; allowed are "),
+    ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),
+    ('queue_size:=0', 'queue_size is 0; allowed are numbers from 1 to'),
+    ('approximate_sync:=1', 'approximate_sync is 1; allowed are values like False'),
+])
+def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(
+        start_node, argument, sentence):
+    node = start_node('--ros-args', '-p', argument)
+    assert node.finish(number=None) == 2
+    assert sentence in node.log()
+    assert 'Traceback' not in node.log()
+
+
+def test_every_parameter_of_the_matcher_but_the_reference_is_one_of_the_node():
+    names = {row.name for row in ROWS}
+    fields = set(MatcherConfig.__dataclass_fields__) - {'reference', 'disparities'}
+    assert fields | {'disparity_range'} <= names
+    assert 'reference' not in names

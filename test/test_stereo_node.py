@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node, in its own process, over real DDS: what comes out for what goes in."""
+from fuzzy_stereo_ros.pairs.messages import stamp_of
+from node_process import shifted_pair, values_of
+import numpy as np
+import pytest
+
+SHIFT = 7
+PAIR = shifted_pair(SHIFT)
+SECOND = 1_000_000_000
+ARGUMENTS = ('--ros-args', '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=1.0')
+
+
+@pytest.fixture(scope='module')
+def bench(make_bench):
+    """Return one node for the tests of this module, connected and known to answer."""
+    with make_bench(*ARGUMENTS) as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        yield bench
+
+
+def replace_image(topic, **changes):
+    """Return what damages an image message of a pair."""
+    def change(messages):
+        for name, value in changes.items():
+            setattr(messages[topic], name, value)
+    return change
+
+
+def change_projection(side, place, value):
+    """Return what changes an element of P of one camera of a pair."""
+    def change(messages):
+        messages[f'{side}/camera_info'].p[place] = value
+    return change
+
+
+def narrow_right(messages):
+    replace_image('right/image_rect', width=119)(messages)
+
+
+def narrow_both(messages):
+    for side in ('left', 'right'):
+        replace_image(f'{side}/image_rect', width=8)(messages)
+
+
+def refused_since(bench, before):
+    return int(bench.counts()['pairs refused']) - int(before['pairs refused'])
+
+
+def share_near(values, disparity):
+    return np.mean(np.abs(values - disparity) < 0.5)
+
+
+def test_a_pair_gives_its_disparity_with_every_field_right(bench):
+    message = bench.match(*PAIR, stamp=1234 * SECOND + 5)
+    assert stamp_of(message.header) == stamp_of(message.image.header) == 1234 * SECOND + 5
+    assert message.header.frame_id == message.image.header.frame_id == 'left_camera_optical_frame'
+    assert (message.image.height, message.image.width, message.image.step) == (60, 120, 480)
+    assert (message.image.encoding, message.image.is_bigendian) == ('32FC1', 0)
+    assert (message.f, message.t) == pytest.approx((200.0, 0.12))
+    assert (message.min_disparity, message.max_disparity, message.delta_d) == (0.0, 15.0, 1 / 16)
+    window = message.valid_window
+    assert (window.x_offset, window.y_offset, window.width, window.height) == (15, 0, 105, 60)
+    assert not window.do_rectify
+    values = values_of(message.image)
+    assert np.isfinite(values).all()
+    assert share_near(values[:, 15:], SHIFT) > 0.95
+    invalid = values < message.min_disparity
+    assert (values[invalid] == message.min_disparity - 1).all()
+    assert (values[~invalid] <= message.max_disparity).all()
+    assert (values % message.delta_d == 0).all()
+
+
+def test_different_principal_points_shift_values_limits_and_marker(bench):
+    message = bench.match(*PAIR, change=change_projection('right', 2, 49.5))
+    offset = 59.5 - 49.5
+    assert (message.min_disparity, message.max_disparity) == (-offset, 15 - offset)
+    values = values_of(message.image)
+    assert share_near(values[:, 15:], SHIFT - offset) > 0.95
+    invalid = values < message.min_disparity
+    assert (values[invalid] == message.min_disparity - 1).all()
+
+
+def test_confidence_comes_with_the_stamp_of_the_pair(bench):
+    message = bench.match(*PAIR)
+    stamp = stamp_of(message.header)
+    confidence = bench.until(lambda: bench.confidences.get(stamp), 'confidence')
+    assert confidence.header == message.header
+    assert confidence.encoding == '32FC1'
+    values, disparity = values_of(confidence), values_of(message.image)
+    assert values.shape == disparity.shape
+    assert not np.isnan(values).any()
+    assert 0 <= values.min() <= values.max() <= 1
+    assert (values[disparity < message.min_disparity] == 0).all()
+    assert values[disparity >= message.min_disparity].mean() > 0.2
+
+
+@pytest.mark.parametrize('change, sentence', [
+    (replace_image('left/image_rect', encoding='32FC1'), "left image: encoding is '32FC1'"),
+    (replace_image('right/image_rect', step=3), 'right image: step is 3 bytes'),
+    (replace_image('right/image_rect', height=2**31), 'right image: data has 7200 bytes'),
+    (replace_image('left/image_rect', width=0), 'left image: the image is 0x60'),
+    (change_projection('left', 0, 0.0), 'left camera_info: the camera is not calibrated'),
+    (change_projection('right', 3, 24.0), 'the baseline is -0.12 m: left and right are swapped'),
+    (change_projection('right', 7, -24.0), 'Ty of the pair is -24'),
+    (narrow_right, 'the left image is 120x60, the right one 119x60'),
+    (narrow_both, '16 disparities are more than the 8 columns'),
+])
+def test_a_bad_pair_is_logged_and_survived(bench, change, sentence):
+    bench.rig.publish(*PAIR, change=change)
+    bench.until(lambda: sentence in bench.node.log(), sentence)
+    message = bench.match(*PAIR)
+    assert share_near(values_of(message.image)[:, 15:], SHIFT) > 0.95
+
+
+def test_bad_pairs_that_keep_coming_are_counted_and_told_at_once_then_together(bench):
+    mark, before = bench.node.mark(), bench.counts()
+    for number in (1, 2, 3):
+        bench.rig.publish(*PAIR, change=replace_image('left/image_rect', encoding='flow'))
+        bench.until(lambda: refused_since(bench, before) == number, 'it is counted')  # noqa: B023
+    assert bench.node.log(mark).count("encoding is 'flow'") == 1
+    bench.until(lambda: '(2 times in the last' in bench.node.log(mark), 'the other two')
+    assert bench.node.log(mark).count("encoding is 'flow'") == 2
+    bench.match(*PAIR)
+    after = bench.counts()
+    assert int(after['pairs synchronised']) - int(before['pairs synchronised']) == 4
+    assert int(after['pairs matched']) - int(before['pairs matched']) == 1
+    assert int(after['refused: encoding']) >= 3
+
+
+def test_stamps_that_go_back_are_matched_and_reported(bench):
+    before = int(bench.counts()['stamps went back'])
+    bench.match(*PAIR)
+    mark = bench.node.mark()
+    for stamp in (100, 101, 5, 6):
+        bench.match(*PAIR, stamp=stamp * SECOND)
+    bench.node.logged('the stamps went back', mark)
+    assert int(bench.counts()['stamps went back']) == before + 2
+
+
+def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
+    left, right = shifted_pair(SHIFT, rows=240, columns=320)
+    before = bench.counts()
+    for _ in range(40):
+        last = bench.rig.publish(left, right)
+        bench.executor.spin_once(timeout_sec=0)
+    bench.until(lambda: last in bench.disparities, 'the newest pair')
+    after = bench.counts()
+    came, matched, dropped, refused = (
+        int(after[key]) - int(before[key])
+        for key in ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused'))
+    assert after['pairs waiting'] == '0'
+    assert refused == 0
+    assert came == matched + dropped
+    assert dropped > 0
+    assert list(bench.disparities)[-1] == last
+
+
+def test_without_a_subscriber_nothing_is_subscribed_and_each_return_is_served(bench):
+    for _ in range(2):
+        bench.leave()
+        bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
+        bench.counts()
+        assert bench.status.message == 'idle: no output has a subscriber'
+        bench.listen(disparity=False)
+        bench.until(bench.rig.subscribed, 'the node subscribes again')
+        bench.confidences.clear()
+        bench.until(lambda: bench.rig.publish(*PAIR) and bench.confidences, 'confidence alone')
+        bench.listen(confidence=False)
+        bench.first_match(*PAIR)
+
+
+def test_the_report_when_no_pair_comes_says_what_is_missing(bench):
+    mark = bench.node.mark()
+    bench.match(*PAIR)
+
+    def without_right_camera(messages):
+        for topic in ('right/image_rect', 'right/camera_info'):
+            messages[topic].header.stamp.nanosec ^= 1
+
+    bench.rig.publish(*PAIR, change=without_right_camera)
+    bench.until(lambda: 'no stereo pair for' in bench.node.log(mark), 'report')
+    line = bench.node.logged('no stereo pair for', mark)
+    assert '/left/image_rect 1, /left/camera_info 1, /right/image_rect 1' in line
+    assert 'the latest stamps differ by up to 0.000 ms' in line
+    assert 'set approximate_sync' in line
+    bench.match(*PAIR)
+
+
+def test_diagnostics_tell_times_and_what_the_match_was_like(bench):
+    bench.match(*PAIR)
+    counts = bench.counts()
+    assert bench.status.name == '/disparity_node: stereo matching'
+    assert counts['warm'] in ('true', 'false')
+    assert 0 < float(counts['mean confidence']) <= 1
+    assert 0.5 < float(counts['valid share']) <= 1
+    for key in ('latency', 'time of total'):
+        assert float(counts[f'{key}, median'].split()[0]) > 0
+        assert f'{key}, 95th percentile' in counts
+    for topic in ('left/image_rect', 'left/camera_info', 'right/image_rect', 'right/camera_info'):
+        assert int(counts[f'received {topic}']) > 0
