@@ -16,14 +16,15 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 STEPS = 16       # sub-pixel steps in a pixel
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, error_model='numpy')
 def equiangular(below, here, above):
     """Return the offset of the minimum of two lines of equal slope, in 1 / STEPS px."""
     rise = max(below, above) - here
     if rise <= 0:
         return 0
-    half = rise // 2 if below > above else -(rise // 2)
-    return int((STEPS // 2 * (below - above) + half) / rise)
+    # rounded half away from zero; no branch on the sign, which is a toss-up
+    half = (2 * np.int64(below > above) - 1) * (rise >> 1)
+    return int(np.float32(STEPS // 2 * (below - above) + half) / np.float32(rise))
 
 
 @njit(nogil=True, cache=True)
