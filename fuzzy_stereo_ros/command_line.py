@@ -10,7 +10,7 @@ import argparse
 from dataclasses import fields
 import sys
 
-from fuzzy_stereo_ros import match_command
+from fuzzy_stereo_ros import benchmark_command, match_command
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 
 BAD_INPUT = 2
@@ -29,6 +29,14 @@ def main(argv=None):
     add_matcher_options(match, required=('disparities',))
     match.set_defaults(run=lambda arguments: match_command.run(
         arguments, matcher_config(arguments), sys.stdout))
+    benchmark = commands.add_parser(
+        'benchmark', help='measure the matcher side by side with OpenCV',
+        description=benchmark_command.DESCRIPTION, epilog=benchmark_command.EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    benchmark_command.add_arguments(benchmark)
+    add_matcher_options(benchmark, left_out=benchmark_command.DECIDED)
+    benchmark.set_defaults(run=lambda arguments: benchmark_command.run(
+        arguments, matcher_changes(arguments), sys.stdout))
     return run_cleanly(parser, argv)
 
 

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo benchmark`: what is claimed, measured side by side with OpenCV's matchers."""
+from functools import partial
+import json
+import sys
+
+from fuzzy_stereo_ros.benchmarks import accuracy, paper_tables, speed, warm
+from fuzzy_stereo_ros.benchmarks.datasets import data_folder, DATA_VARIABLE, USUAL_DATA
+from fuzzy_stereo_ros.benchmarks.progress import follow
+from fuzzy_stereo_ros.benchmarks.report import check_page, for_json, markdown, write_section
+from fuzzy_stereo_ros.benchmarks.request import Request
+
+BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
+              'paper': paper_tables.run}
+REPEATS = 15
+DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
+
+DESCRIPTION = (
+    'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
+    '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
+    '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads\n'
+    '  warm      with and without the previous frame: error and flicker on sequences\n'
+    '  paper     the tables and figure of the paper beside what is really reached\n\n'
+    "Scenes that every machine has are made, or come with scikit-image; Middlebury's and\n"
+    "KITTI's are read where --data has them, and said to be skipped where it has not.")
+EXAMPLE = ('example:\n'
+           '  fuzzy-stereo benchmark accuracy paper --data ../shared/data \\\n'
+           '      --output docs/benchmarks.md')
+
+
+def add_arguments(parser):
+    """Add the arguments of `benchmark`, but for those of the matcher."""
+    parser.add_argument('names', metavar='NAME', nargs='+', choices=tuple(BENCHMARKS),
+                        help=', '.join(BENCHMARKS))
+    parser.add_argument('--data', metavar='DIR',
+                        help=f'folder of the benchmark data; default: ${DATA_VARIABLE}, or '
+                             f'{USUAL_DATA} where that exists')
+    parser.add_argument('--only', metavar='WORD', default='',
+                        help='only scenes whose group/name contains this, for example made or '
+                             'middv2/teddy')
+    parser.add_argument('--repeats', metavar='N', type=int, default=REPEATS,
+                        help=f'turns of which the fastest counts (speed); default: {REPEATS}')
+    parser.add_argument('--output', metavar='FILE.md',
+                        help='write each benchmark into its section of this page too')
+    parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
+
+
+def run(arguments, changes, stream, progress_stream=None):
+    """
+    Run the benchmarks that are named, one after the other, and print what they found.
+
+    changes: {parameter: value} of the matcher under test. stream, progress_stream: texts.
+    Raises ValueError and OSError for bad input, before anything is measured where possible.
+    """
+    if arguments.repeats < 1:
+        raise ValueError(f'--repeats is {arguments.repeats}; allowed are 1 and more')
+    if arguments.output is not None:
+        check_page(arguments.output)
+    request = Request(arguments.profile, changes, data_folder(arguments.data), arguments.only,
+                      arguments.repeats, partial(follow, stream=progress_stream or sys.stderr))
+    request.config(disparities=16)
+    request.scenes()
+    reports = []
+    for name in dict.fromkeys(arguments.names):
+        report = BENCHMARKS[name](request)
+        reports.append(for_json(report))
+        if not arguments.json:
+            stream.write(markdown(report) + '\n')
+            stream.flush()
+        if arguments.output is not None:
+            write_section(arguments.output, report)
+    if arguments.json:
+        stream.write(json.dumps(reports, indent=2) + '\n')

@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Accuracy: every scene, dense, one setting, side by side with OpenCV's matchers.
+
+Middlebury scenes are scored by bad-1 over the pixels that both cameras see, KITTI by bad-3 over
+all pixels with truth. Scenes are cut into odd and even ones, so that settings chosen on one half
+can be checked on the other.
+"""
+from dataclasses import dataclass, replace
+
+from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
+from fuzzy_stereo_ros.benchmarks.datasets import bad_percent, KITTI, MIDDLEBURY, Scene
+from fuzzy_stereo_ros.benchmarks.report import environment, Report, Table
+from fuzzy_stereo_ros.benchmarks.rivals import (
+    default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
+import numpy as np
+
+OURS = 'ours'
+FINE_LIMIT = 0.5
+MUCH_WORSE = 1.5
+
+
+@dataclass(frozen=True)
+class Result:
+    """
+    What was found on one scene.
+
+    bad, fine: {contestant: percent} off by more than the scene's limit, and by more than 0.5 px.
+    raw_bad, raw_fine: the same without rounding, where the truth has whole pixels; else None.
+    own, other, ideal: `Sparsification` by our confidence, by the difference of left and right
+    map, and by the error itself.
+    """
+
+    scene: Scene
+    bad: dict
+    fine: dict
+    raw_bad: dict | None
+    raw_fine: dict | None
+    own: tuple
+    other: tuple
+    ideal: tuple
+
+
+def run(request):
+    """Return the `Report` of our matcher and OpenCV's on the scenes of a request."""
+    scenes, skipped = request.scenes()
+    with opencv_threads(1):
+        results = [measure(scene, request) for scene in request.follow(scenes, 'accuracy')]
+    settings = {
+        **environment('one each'),
+        'ours': f'{request.subject}, filled, cold, colour images; the output as it comes',
+        'rivals': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
+                  'border padded, settings as in fuzzy_stereo_ros/benchmarks/rivals.py); invalid '
+                  'pixels filled from the background side on their row, then a 5x5 median',
+        'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
+                 'cameras see) or 3 px (KITTI; all with truth)',
+        'tsukuba': 'every output is rounded first: its truth has whole pixels',
+        'Motorcycle': 'has no mask; counted are pixels whose match lies inside the right image '
+                      'and is not covered by a surface nearer by more than 1 px',
+    }
+    return Report('accuracy', 'Accuracy', settings, tables(results), skipped)
+
+
+def measure(scene, request):
+    """Return the `Result` of one scene."""
+    known = scene.read()
+    match = request.matcher(scene.disparities).match(known.left, known.right)
+    right = request.matcher(scene.disparities, reference='right').match(known.left, known.right)
+    maps = {OURS: match.disparity}
+    for rival in (*default_rivals(), *tuned_rivals(scene.family), strictest_rival(scene.family)):
+        maps[rival.name] = dense(rival.match(known.left, known.right, scene.disparities))
+
+    def figures(pair, limit):
+        return {name: bad_percent(found, pair, limit) for name, found in maps.items()}
+
+    counts = np.isfinite(known.truth) & (True if known.counts is None else known.counts)
+    shown = np.rint(match.disparity) if known.whole_pixel else match.disparity
+    error = abs(shown - known.truth)[counts]
+    wrong = ~(error <= scene.limit)
+    sureness = left_right_sureness(match.disparity, right.disparity)
+    unrounded = replace(known, whole_pixel=False)
+    return Result(
+        scene, figures(known, scene.limit), figures(known, FINE_LIMIT),
+        figures(unrounded, scene.limit) if known.whole_pixel else None,
+        figures(unrounded, FINE_LIMIT) if known.whole_pixel else None,
+        sparsification(wrong, match.confidence[counts]),
+        sparsification(wrong, sureness[counts]), sparsification(wrong, -error))
+
+
+def tables(results):
+    """Return the tables of a list of `Result`s."""
+    contestants = (OURS, *(rival.name for rival in (
+        *default_rivals(), *tuned_rivals(MIDDLEBURY), strictest_rival(MIDDLEBURY))))
+    tuned = tuple(name for name in contestants if 'tuned' in name)
+    groups = grouped(results)
+    columns = ('', *contestants)
+    fine = {group: [result for result in found if result.raw_fine is None]
+            for group, found in groups.items()}
+    fine = {group: found for group, found in fine.items()
+            if found and found[0].scene.family != KITTI}
+    whole = [result for result in results if result.raw_bad is not None]
+    made = [
+        Table('Groups, mean error in percent', columns,
+              [(_title(group, found), *_means(found, 'bad', contestants))
+               for group, found in groups.items()],
+              '*0 refused*: a disparity of 0 is filled as well, which helps where nothing is '
+              'infinitely far.'),
+        Table('Odd and even scenes of each group, mean error in percent',
+              ('', *(f'{name}, {half}' for name in (OURS, *tuned[-3:])
+                     for half in ('odd', 'even'))),
+              [(group, *(_mean(part, 'bad', name) for name in (OURS, *tuned[-3:])
+                         for part in (found[::2], found[1::2])))
+               for group, found in groups.items() if len(found) > 1]),
+        Table('Off by more than 0.5 px, scenes with sub-pixel truth, percent', columns,
+              [(_title(group, found), *_means(found, 'fine', contestants))
+               for group, found in fine.items()]),
+        _confidence(groups),
+        Table('Scenes, error in percent', columns,
+              [(result.scene.path, *(result.bad.get(name) for name in contestants))
+               for result in results], _much_worse(results, tuned)),
+    ]
+    if whole:
+        made.insert(3, Table(
+            'Whole-pixel truth: rounded and as it comes, percent', columns,
+            [(f'{result.scene.name}, off by more than {limit} px, {how}',
+              *(getattr(result, name).get(rival) for rival in contestants))
+             for result in whole
+             for limit, how, name in ((1, 'rounded', 'bad'), (1, 'as it comes', 'raw_bad'),
+                                      (0.5, 'rounded', 'fine'), (0.5, 'as it comes', 'raw_fine'))]
+        ))
+    return made
+
+
+def grouped(results):
+    """Return {group: results}, both in the order of their scenes."""
+    groups = {}
+    for result in results:
+        groups.setdefault(result.scene.group, []).append(result)
+    return groups
+
+
+def _confidence(groups):
+    """Return the table that tells what our confidence is worth."""
+    rows = []
+    for group, found in groups.items():
+        own, other, ideal = (np.mean([getattr(result, name) for result in found], axis=0)
+                             for name in ('own', 'other', 'ideal'))
+        rows.append((_title(group, found), *map(float, (
+            own[0], other[0], own[0] / other[0] if other[0] else np.nan, ideal[0], own[2],
+            own[1], own[1] / own[2] if own[2] else np.nan, other[1]))))
+    return Table(
+        'Confidence: errors left when the least sure pixels are dropped first',
+        ('', 'area, confidence', 'area, left-right difference', 'ratio', 'area, ideal',
+         'wrong of all [%]', 'of the surest 80 % [%]', 'ratio', 'by left-right difference [%]'),
+        rows,
+        'Area under the sparsification curve, in percent: the mean share of wrong pixels among '
+        'those kept. The left-right difference is that of our own maps of the two images.')
+
+
+def _much_worse(results, rivals):
+    """Return the sentence about scenes where the best tuned rival is far ahead."""
+    found = []
+    for result in results:
+        best = min((result.bad[name], name) for name in rivals if name in result.bad)
+        if result.bad[OURS] > MUCH_WORSE * best[0]:
+            found.append(f'{result.scene.path} ({result.bad[OURS]:.2f} against {best[0]:.2f}, '
+                         f'{best[1]})')
+    return ('More than 1.5 times worse than the best tuned rival: '
+            + (', '.join(found) if found else 'on no scene') + '.')
+
+
+def _title(group, found):
+    return f'{group} ({len(found)})'
+
+
+def _means(found, figure, contestants):
+    return [_mean(found, figure, name) for name in contestants]
+
+
+def _mean(found, figure, name):
+    """Return the mean of a figure over results; None where one of them lacks it."""
+    values = [getattr(result, figure).get(name) for result in found]
+    return None if None in values or not values else float(np.mean(values))

@@ -1,0 +1,503 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Benchmarks: the data is read right, rivals are set as said, figures are what they say."""
+from dataclasses import replace
+from functools import partial
+import io
+import json
+
+import cv2
+from fuzzy_stereo_ros.benchmarks import accuracy, datasets, paper_tables, sequences, speed, warm
+from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
+from fuzzy_stereo_ros.benchmarks.datasets import (
+    available_scenes, bad_percent, data_folder, KITTI, KnownPair, MIDDLEBURY, Scene)
+from fuzzy_stereo_ros.benchmarks.progress import follow
+from fuzzy_stereo_ros.benchmarks.report import (
+    check_page, for_json, HEADING, markdown, Report, Table, write_section)
+from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.benchmarks.rivals import (
+    default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
+from fuzzy_stereo_ros.benchmarks.visibility import cross_checked, seen_by_both, warped_to_right
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.pairs.image_files import write_image
+import numpy as np
+import pytest
+
+ROWS, COLUMNS, DISPARITIES = 40, 72, 16
+NAN = np.nan
+
+
+def made_known(seed=1, **options):
+    made = made_pair(ROWS, COLUMNS, DISPARITIES, seed, **options)
+    return KnownPair(made.left, made.right, made.truth, made.visible)
+
+
+def small_scene(seed=1, group='small', **options):
+    return Scene(group, f'seed{seed}', MIDDLEBURY, DISPARITIES,
+                 partial(made_known, seed, **options))
+
+
+class SmallRequest(Request):
+    """A request for two scenes that take no time."""
+
+    def scenes(self):
+        return [small_scene(seed) for seed in (1, 2)], ['a group']
+
+
+# Rivals.
+
+@pytest.mark.parametrize('rival', default_rivals(), ids=lambda rival: rival.name)
+def test_default_rivals_are_set_as_stereo_image_proc_sets_them(rival):
+    matcher = rival.matcher(64)
+    assert not rival.padded
+    assert matcher.getNumDisparities() == 64
+    assert matcher.getMinDisparity() == 0
+    assert matcher.getBlockSize() == 15
+    assert matcher.getPreFilterCap() == 31
+    assert matcher.getUniquenessRatio() == 15
+    assert matcher.getSpeckleWindowSize() == 100
+    assert matcher.getSpeckleRange() == 4
+    assert matcher.getDisp12MaxDiff() == 0
+    if rival.algorithm == 'BM':
+        assert matcher.getTextureThreshold() == 10
+        assert matcher.getPreFilterSize() == 9
+    else:
+        assert (matcher.getP1(), matcher.getP2()) == (200, 400)
+
+
+@pytest.mark.parametrize(('family', 'name', 'block', 'p1', 'p2', 'cap', 'uniqueness'), [
+    (MIDDLEBURY, '3WAY tuned', 3, 36, 288, 15, 5),
+    (MIDDLEBURY, 'HH4 tuned', 3, 72, 288, 15, 10),
+    (MIDDLEBURY, 'SGBM tuned', 5, 50, 400, 15, 0),
+    (MIDDLEBURY, 'BM tuned', 13, None, None, 15, 0),
+    (KITTI, '3WAY tuned', 7, 392, 3136, 31, 0),
+    (KITTI, 'HH4 tuned', 5, 400, 3200, 31, 0),
+])
+def test_tuned_rivals_have_the_settings_of_their_family(
+        family, name, block, p1, p2, cap, uniqueness):
+    (rival,) = [one for one in tuned_rivals(family) if one.name == name]
+    matcher = rival.matcher(60)
+    assert rival.padded
+    assert matcher.getNumDisparities() == 64
+    assert matcher.getBlockSize() == block
+    assert matcher.getPreFilterCap() == cap
+    assert matcher.getUniquenessRatio() == uniqueness
+    assert matcher.getDisp12MaxDiff() == 1
+    assert (matcher.getSpeckleWindowSize(), matcher.getSpeckleRange()) == (100, 2)
+    if p1 is not None:
+        assert (matcher.getP1(), matcher.getP2()) == (p1, p2)
+
+
+def test_a_rival_runs_the_mode_it_is_named_after():
+    modes = {rival.name: rival.matcher(16).getMode() for rival in default_rivals()
+             if rival.algorithm != 'BM'}
+    assert modes == {'SGBM default': cv2.StereoSGBM_MODE_SGBM,
+                     '3WAY default': cv2.StereoSGBM_MODE_SGBM_3WAY,
+                     'HH4 default': cv2.StereoSGBM_MODE_HH4}
+
+
+def test_a_tuned_rival_matches_at_the_left_border_and_a_default_one_does_not():
+    known = made_known()
+    for rival in (*default_rivals(), *tuned_rivals(MIDDLEBURY)):
+        found = rival.match(known.left, known.right, DISPARITIES)
+        assert found.shape == (ROWS, COLUMNS)
+        assert found.dtype == np.float32
+        at_border = np.isfinite(found[:, :DISPARITIES - 1]).mean()
+        assert (at_border > 0.3) == rival.padded, rival.name
+
+
+def test_only_the_strictest_rival_refuses_a_disparity_of_zero():
+    image = made_known().left
+    loose = next(one for one in tuned_rivals(MIDDLEBURY) if one.algorithm == 'HH4')
+    assert (loose.match(image, image, 16) == 0).mean() > 0.9
+    assert np.isnan(strictest_rival(MIDDLEBURY).match(image, image, 16)).all()
+
+
+def test_the_threads_of_opencv_are_given_back():
+    before = cv2.getNumThreads()
+    with opencv_threads(1):
+        assert cv2.getNumThreads() == 1
+    assert cv2.getNumThreads() == before
+
+
+# The dense rule.
+
+def plain_dense(disparity):
+    """Return the dense rule, pixel by pixel."""
+    filled = disparity.copy()
+    for row, column in np.argwhere(np.isnan(disparity)):
+        sides = [[value for value in side if not np.isnan(value)]
+                 for side in (disparity[row, :column][::-1], disparity[row, column + 1:])]
+        filled[row, column] = min((side[0] for side in sides if side), default=NAN)
+    known = [row for row in range(len(filled)) if not np.isnan(filled[row, 0])]
+    for row in range(len(filled)):
+        if known:
+            filled[row] = filled[min(known, key=lambda other, row=row: abs(other - row))]
+    return cv2.medianBlur(filled if known else np.zeros_like(filled), 5)
+
+
+@pytest.mark.parametrize('share', [0.0, 0.3, 0.9, 1.0])
+@pytest.mark.parametrize('shape', [(1, 7), (9, 1), (13, 17)])
+def test_the_dense_rule_is_that_of_its_plain_twin(shape, share):
+    chance = np.random.default_rng(3)
+    disparity = chance.uniform(0, 60, shape).astype(np.float32)
+    disparity[chance.random(shape) < share] = NAN
+    if shape[0] > 4:
+        disparity[1:4] = NAN
+    np.testing.assert_array_equal(dense(disparity), plain_dense(disparity))
+
+
+def test_what_is_invalid_is_filled_from_the_background():
+    disparity = np.full((20, 40), NAN, np.float32)
+    disparity[:, 5:15], disparity[:, 25:35] = 30, 10
+    filled = dense(disparity)
+    assert (filled[:, :15] == 30).all()
+    assert (filled[:, 15:] == 10).all()
+
+
+# Which pixels count.
+
+def test_a_pixel_counts_where_the_right_image_shows_it():
+    truth = np.array([[0, 2, 1, 1, 3, NAN, 0, 0]], np.float32)
+    # Columns 2 and 4 meet in column 1, where the nearer one hides the other.
+    np.testing.assert_array_equal(
+        seen_by_both(truth), [[True, False, False, True, True, False, True, True]])
+    np.testing.assert_array_equal(
+        warped_to_right(truth), np.array([[0, 3, 1, NAN, NAN, NAN, 0, 0]], np.float32))
+
+
+def test_visibility_from_truth_agrees_with_how_a_scene_was_made():
+    made = made_pair(60, 120, 24, 5)
+    assert (seen_by_both(made.truth) == made.visible).mean() > 0.97
+
+
+def test_truths_of_both_images_are_cross_checked_from_the_right_one():
+    left = np.array([[9, 9, 2, 2, 3, 2, 2, 4]], np.float32)
+    right = np.array([[2, 3, 3, 2, 2, 2, NAN, 9]], np.float32)
+    np.testing.assert_array_equal(
+        cross_checked(right, left), [[True, True, True, True, True, False, False, False]])
+
+
+# Data.
+
+@pytest.fixture
+def data(tmp_path):
+    """Make a data directory with a few folders in the formats of the real ones."""
+    known = made_known(colour=True)
+    folders = {'middv2/tsukuba': 16, 'middv2/teddy': 4, 'midd2006_third/Aloe': 3}
+    for folder, scale in folders.items():
+        (tmp_path / folder).mkdir(parents=True)
+        write_image(tmp_path / folder / 'left.png', known.left)
+        write_image(tmp_path / folder / 'right.png', known.right)
+        truth = np.full((ROWS, COLUMNS), 6 * scale, np.uint8)
+        truth[0, 0] = 0
+        if scale == 16:
+            truth = np.dstack([truth] * 3)
+        write_image(tmp_path / folder / 'groundtruth.png', truth)
+        mask = np.full((ROWS, COLUMNS), 255, np.uint8)
+        mask[:, -2:] = 128
+        name = 'nonocc.png' if 'middv2' in folder else 'nonocc_derived.png'
+        write_image(tmp_path / folder / name, mask)
+    drive = tmp_path / 'kitti2012_seq' / '000027'
+    drive.mkdir(parents=True)
+    for number in sequences.KITTI_FRAMES:
+        write_image(drive / f'left_{number:02}.png', known.left)
+        write_image(drive / f'right_{number:02}.png', known.right)
+    for name in ('disp_occ_10.png', 'disp_noc_10.png'):
+        write_image(drive / name, np.full((ROWS, COLUMNS), 6 * 256 + 128, np.uint16))
+    return tmp_path
+
+
+def test_scenes_are_read_with_the_scale_of_their_folder(data):
+    scenes, skipped = available_scenes(data, 'mid')
+    read = {scene.path: scene.read() for scene in scenes if scene.group != 'midd2014'}
+    assert set(read) == {'middv2/tsukuba', 'middv2/teddy', 'midd2006_third/Aloe'}
+    for known in read.values():
+        assert known.truth.dtype == np.float32
+        assert np.isnan(known.truth[0, 0])
+        assert (known.truth.ravel()[1:] == 6).all()
+        assert known.counts[:, :-2].all()
+        assert not known.counts[:, -2:].any()
+    assert 'no folder: middv2 (venus, cones)' in skipped
+    assert any('sawtooth' in sentence for sentence in skipped)
+
+
+def test_kitti_is_read_in_its_own_unit_and_scored_at_three_pixels(data):
+    scenes, _ = available_scenes(data, 'kitti')
+    assert [scene.path for scene in scenes] == ['kitti/kitti2012_seq/000027']
+    assert scenes[0].limit == 3
+    known = scenes[0].read()
+    assert (known.truth == 6.5).all()
+    assert bad_percent(known.truth + 2.9, known, 3.0) == 0
+    assert bad_percent(known.truth + 3.1, known, 3.0) == 100
+
+
+def test_only_where_the_truth_is_whole_the_output_is_rounded(data):
+    known = {scene.name: scene.read() for scene in available_scenes(data, 'middv2')[0]}
+    shifted = np.full((ROWS, COLUMNS), 7.4, np.float32)
+    assert bad_percent(shifted, known['tsukuba'], 1.0) == 0
+    assert bad_percent(shifted, known['teddy'], 1.0) == 100
+    assert bad_percent(shifted, replace(known['tsukuba'], whole_pixel=False), 1.0) == 100
+
+
+def test_an_invalid_pixel_is_bad():
+    known = made_known()
+    found = known.truth.copy()
+    found[known.counts] = NAN
+    assert bad_percent(found, known, 1.0) == 100
+
+
+def test_a_truth_without_its_right_half_is_carried_over(data):
+    known = datasets.read_middlebury_from_right(data / 'middv2/teddy', 4)
+    assert (known.truth[1:, :COLUMNS - 6] == 6).all()
+    assert np.isnan(known.truth[:, COLUMNS - 6:]).all()
+    np.testing.assert_array_equal(known.counts, np.isfinite(known.truth))
+
+
+def test_the_data_folder_is_the_one_given_then_that_of_the_environment(
+        data, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv(datasets.DATA_VARIABLE, raising=False)
+    assert data_folder() is None
+    monkeypatch.setenv(datasets.DATA_VARIABLE, str(data))
+    assert data_folder() == data
+    assert data_folder(data / 'middv2') == data / 'middv2'
+    with pytest.raises(ValueError, match='no folder elsewhere'):
+        data_folder('elsewhere')
+
+
+def test_without_data_there_are_scenes_that_every_machine_has():
+    scenes, skipped = available_scenes(None)
+    assert [scene.name for scene in scenes if scene.group == 'made'] == [
+        'planes1', 'planes2', 'planes3', 'planes4']
+    assert skipped[0] == 'no folder: middv2 (tsukuba, venus, teddy, cones)'
+    known = scenes[-1].read()
+    assert known.truth.min() >= 0
+    assert known.truth.max() <= scenes[-1].disparities - 1
+
+
+def test_a_word_that_no_scene_contains_is_refused():
+    with pytest.raises(ValueError, match="'nothing'; there are groups middv2"):
+        available_scenes(None, 'nothing')
+
+
+# Sequences.
+
+def test_a_window_pans_over_image_and_truth_alike():
+    frames = sequences.window(small_scene(), 0, 2, frames=4)
+    whole = made_known()
+    for number, frame in enumerate(frames):
+        part = slice(2 * number, 2 * number + COLUMNS - 6)
+        np.testing.assert_array_equal(frame.left, whole.left[:, part])
+        np.testing.assert_array_equal(frame.truth, whole.truth[:, part])
+        outside = np.arange(COLUMNS - 6) < frame.truth
+        assert not frame.counts[outside].any()
+
+
+def test_noise_is_fresh_in_every_frame_and_image():
+    frames = sequences.window(small_scene(), 6, 0, frames=3)
+    whole = made_known()
+    noises = [image.astype(float) - clean for frame in frames
+              for image, clean in ((frame.left, whole.left), (frame.right, whole.right))]
+    for noise in noises:
+        assert noise.std() == pytest.approx(6, rel=0.1)
+    assert np.corrcoef([noise.ravel() for noise in noises])[0, 1:].max() < 0.1
+
+
+def test_a_hard_cut_shows_one_scene_twice_and_then_another():
+    first, again, second = sequences.hard_cut(small_scene(1), small_scene(2))
+    np.testing.assert_array_equal(first.left, again.left)
+    np.testing.assert_array_equal(second.left, made_known(2).left)
+
+
+def test_an_object_appears_in_one_frame():
+    frames = sequences.appearing(1)
+    changed = [np.mean(abs(after.truth - before.truth) > 1)
+               for before, after in zip(frames, frames[1:])]
+    assert np.argmax(changed) == sequences.APPEARS - 1
+
+
+def test_sequences_that_need_data_are_there_or_said_to_be_missing(data):
+    kinds, missing = sequences.available_sequences(None, [small_scene(1), small_scene(2)])
+    assert missing == ['no folder: kitti2012_seq/000027', 'no folder: euroc_v101_rect']
+    assert 'KITTI drive' not in {one.kind for one in kinds}
+    found, missing = sequences.available_sequences(data, [small_scene(1), small_scene(2)])
+    assert missing == ['no folder: euroc_v101_rect']
+    drive = found[0].read()
+    assert [frame.truth is not None for frame in drive] == [False, False, False, True]
+
+
+# What a confidence is worth.
+
+def test_the_sparsification_of_a_perfect_order_falls_at_once():
+    wrong = np.array([True, False, False, False, False])
+    assert sparsification(wrong, np.array([0, 4, 3, 2, 1.0])) == (
+        pytest.approx(20 / 5), 0, pytest.approx(20))
+
+
+def test_pixels_that_are_equally_sure_count_as_mixed():
+    wrong = np.arange(10) % 2 == 0
+    for order in (wrong, wrong[::-1], np.sort(wrong)):
+        assert sparsification(order, np.ones(10)) == pytest.approx((50, 50, 50))
+
+
+def test_what_has_no_confidence_is_dropped_first():
+    wrong = np.array([False, True])
+    assert sparsification(wrong, np.array([0, NAN])).area == pytest.approx(25)
+
+
+def test_maps_that_meet_are_sure_and_maps_that_do_not_are_unsure():
+    left = np.array([[0, 1, 2, 2, 5]], np.float32)
+    right = np.array([[2, 4, 0, 0, 0]], np.float32)
+    np.testing.assert_array_equal(left_right_sureness(left, right), [[-2, -1, 0, -2, NAN]])
+
+
+# Reports.
+
+def report_of(value, name='accuracy'):
+    return Report(name, name.title(), {'machine': 'one'}, [
+        Table('Errors', ('', 'ours'), [('a scene', value), ('another', None)], 'Note.')], ['x'])
+
+
+def test_a_table_has_columns_of_equal_width_and_a_dash_where_nothing_is_known():
+    lines = markdown(report_of(NAN)).splitlines()
+    assert [line for line in lines if line.startswith('|')] == [
+        '|         | ours |', '|---------|-----:|', '| a scene |    - |', '| another |    - |']
+    assert '| a scene | 2.50 |' in markdown(report_of(2.5))
+    assert '- machine: one' in lines
+    assert '- x' in lines
+
+
+def test_a_section_is_replaced_and_the_others_stay(tmp_path):
+    page = tmp_path / 'page.md'
+    for value, name in ((1.0, 'accuracy'), (2.0, 'speed'), (3.0, 'accuracy')):
+        write_section(page, report_of(value, name))
+    text = page.read_text()
+    assert text.startswith(HEADING)
+    assert text.count('## Accuracy') == text.count('## Speed') == 1
+    assert '1.00' not in text
+    assert text.index('3.00') < text.index('2.00')
+
+
+def test_what_is_no_page_of_benchmarks_is_not_written_to(tmp_path):
+    other = tmp_path / 'other.md'
+    other.write_text('# Mine\n')
+    for path, reason in ((other, 'is no page of benchmarks'), (tmp_path / 'page.txt', 'suffix'),
+                         (tmp_path / 'no' / 'page.md', 'no folder')):
+        with pytest.raises(ValueError, match=reason):
+            check_page(path)
+
+
+def test_json_has_null_for_a_figure_over_nothing():
+    stored = json.loads(json.dumps(for_json(report_of(NAN)), allow_nan=False))
+    assert stored['tables'][0]['rows'][0] == ['a scene', None]
+
+
+def test_progress_is_plain_lines_where_it_is_piped():
+    stream = io.StringIO()
+    assert list(follow([small_scene(1), small_scene(2)], 'accuracy', stream))
+    assert stream.getvalue() == 'accuracy: 1 of 2 small/seed1\naccuracy: 2 of 2 small/seed2\n'
+
+
+# The benchmarks themselves, on small scenes.
+
+def table_named(report, start):
+    (table,) = [table for table in report.tables if table.title.startswith(start)]
+    return table
+
+
+def test_accuracy_scores_the_dense_output_of_the_configuration_that_is_asked_for():
+    request = SmallRequest(changes={'speckle_size': 7})
+    report = accuracy.run(request)
+    scenes = table_named(report, 'Scenes')
+    known = made_known()
+    config = request.config(DISPARITIES)
+    assert (config.fill, config.threads, config.speckle_size) == (True, 1, 7)
+    match = StereoMatcher(config).match(known.left, known.right)
+    assert np.isfinite(match.disparity).all()
+    row = dict(zip(scenes.columns, scenes.rows[0]))
+    assert row['ours'] == bad_percent(match.disparity, known, 1.0)
+    rival = tuned_rivals(MIDDLEBURY)[0]
+    assert row[rival.name] == bad_percent(
+        dense(rival.match(known.left, known.right, DISPARITIES)), known, 1.0)
+    assert report.skipped == ['a group']
+    assert 'speckle_size = 7' in report.settings['ours']
+
+
+def test_accuracy_averages_groups_and_keeps_odd_and_even_scenes_apart():
+    report = accuracy.run(SmallRequest())
+    errors = [row[1] for row in table_named(report, 'Scenes').rows]
+    assert table_named(report, 'Groups').rows[0][1] == pytest.approx(np.mean(errors))
+    assert table_named(report, 'Odd').rows[0][1:3] == tuple(errors)
+
+
+def test_speed_lets_all_take_turns_and_compares_with_3way():
+    report = speed.run(SmallRequest(repeats=2), sizes=((ROWS, COLUMNS, DISPARITIES),))
+    race = report.tables[0]
+    rows = {row[0]: dict(zip(race.columns[1:], row[1:])) for row in race.rows}
+    assert list(rows) == ['ours, cold', 'ours, warm', 'HH4 tuned', '3WAY tuned', 'SGBM tuned',
+                          'BM tuned']
+    assert rows['3WAY tuned']['of 3WAY'] == 1
+    assert all(row['1 thread [ms]'] > 0 for row in rows.values())
+    assert report.tables[-1].rows[-1][0] == 'total'
+
+
+def test_cold_is_the_frame_alone_and_warm_is_not():
+    frames = sequences.window(small_scene(), 6, 0)
+    sequence = sequences.Sequence('kind', 'name', MIDDLEBURY, DISPARITIES, lambda: frames,
+                                  range(2, 3))
+    course = warm.measure(sequence, SmallRequest())
+    alone = SmallRequest().matcher(DISPARITIES).match(frames[2].left, frames[2].right)
+    assert course.bad['cold'] == bad_percent(alone.disparity, frames[2], 1.0)
+    assert course.bad['warm'] != course.bad['cold']
+    title, *figures = warm.tables([course])[0].rows[0]
+    assert title == 'kind (1)'
+    assert figures[2] - figures[1] == figures[4]
+
+
+def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
+    monkeypatch.setattr(paper_tables, 'TABLE_II_TURNS', 1)
+    few = {'population': 4, 'generations': 2}
+    monkeypatch.setattr(paper_tables, 'TABLE_II_SEARCH', few)
+    monkeypatch.setattr(paper_tables, 'FIGURE_4', (few, {'population': 6, 'generations': 2}))
+    report = paper_tables.run(SmallRequest())
+    first, second, figure = report.tables
+    assert [row[0] for row in first.rows] == [
+        'profile paper, right reference', 'profile paper, left reference', 'profile realtime']
+    assert ('the paper, as printed', None, 3400, '1.000') in second.rows
+    assert len(figure.rows) == 4
+    assert any('small instead' in sentence for sentence in report.skipped)
+
+
+def test_the_command_prints_json_and_writes_its_section(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv(datasets.DATA_VARIABLE, raising=False)
+    assert main(['benchmark', 'accuracy', '--only', 'made/planes1', '--output', 'page.md',
+                 '--json']) == 0
+    printed = capsys.readouterr()
+    (report,) = json.loads(printed.out)
+    assert report['name'] == 'accuracy'
+    assert printed.err == 'accuracy: 1 of 1 made/planes1\n'
+    assert '## Accuracy' in (tmp_path / 'page.md').read_text()
+
+
+@pytest.mark.parametrize(('words', 'reason'), [
+    (['fast'], 'invalid choice'),
+    (['speed', '--repeats', '0'], '--repeats is 0'),
+    (['accuracy', '--only', 'nothing'], 'no scene'),
+    (['accuracy', '--data', 'nowhere'], 'no folder nowhere'),
+    (['accuracy', '--output', 'page.html'], 'suffix'),
+    (['accuracy', '--population', '1'], 'population is 1'),
+])
+def test_what_cannot_be_benchmarked_is_refused_in_one_sentence(words, reason, capsys):
+    try:
+        code = main(['benchmark', *words])
+    except SystemExit as left:
+        code = left.code
+    printed = capsys.readouterr()
+    assert code == 2
+    assert reason in printed.err
+    assert printed.err.count('\n') == 1
+    assert not printed.out
