@@ -6,44 +6,26 @@ The demo: the real node in its own process, a rig without cameras, a table and a
 Exit codes: 0 done; 1 a pair was lost without being counted, or the node failed; 2 bad input;
 130 interrupted by the user.
 """
-from contextlib import contextmanager, ExitStack
+from contextlib import ExitStack
 from functools import partial
 import math
-import os
 from pathlib import Path
 import signal
-import subprocess
 import sys
-import tempfile
-import time
 
-from ament_index_python.packages import get_package_share_directory
 from fuzzy_stereo_ros.command_line import (
     add_matcher_options, matcher_changes, Parser, run_cleanly)
-from fuzzy_stereo_ros.demo_listener import DemoListener
 from fuzzy_stereo_ros.demo_sequence import MotorcycleWindow
+from fuzzy_stereo_ros.demo_stage import NodeFailed, open_stage, ros_environment, running_node
 from fuzzy_stereo_ros.demo_table import table
-from fuzzy_stereo_ros.fake_rig import FakeRig
 from fuzzy_stereo_ros.parameter_table import profile_config, ros_name
 from fuzzy_stereo_ros.pictures import check_panel_suffix, write_panel
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from tqdm import tqdm
 
 CAMERA_RATE, FRAMES = 30.0, 90
 SLOW = 0.5  # s; a matcher that takes longer for a pair gets a slower camera
 LONGEST_PHASE = 30.0  # s, with a slower camera
-LONGEST_START = 120.0  # s; compiling the kernels takes up to 30
-LONGEST_END = 10.0  # s
-PATIENCE = 5.0  # s without news after which a pair is lost
-NODE = 'fuzzy_stereo_ros.stereo_node'
-DOMAINS = range(215, 232)  # their ports lie above Linux's ephemeral ones
 FAILED = 1
-
-
-class NodeFailed(Exception):
-    """The node under test did not do its part; the text says what and shows its log."""
 
 
 def main(argv=None):
@@ -68,6 +50,8 @@ def run(arguments):
     changes = matcher_changes(arguments)
     config = profile_config(arguments.profile, **changes)
     check_panel_suffix(arguments.picture)
+    if not Path(arguments.picture).resolve().parent.is_dir():
+        raise ValueError(f'--picture is {arguments.picture}, but there is no such folder')
     for name in ('frames', 'rate'):
         value = getattr(arguments, name)
         if value is not None and not 0 < value < math.inf:
@@ -77,9 +61,12 @@ def run(arguments):
     sequence = MotorcycleWindow()
     try:
         with ExitStack() as stack:
-            log = stack.enter_context(_ros_environment())
-            process = stack.enter_context(_running_node(parameters, log))
-            stage = stack.enter_context(_stage(sequence, process))
+            log = stack.enter_context(ros_environment())
+            process = stack.enter_context(running_node(parameters, log))
+            stage = stack.enter_context(open_stage(sequence, process))
+            print('starting the node; the first start on a machine compiles its kernels, which '
+                  'takes up to 30 s', flush=True)
+            stage.wait_until_ready()
             phases, last = _play(stage, sequence, config, arguments)
     except NodeFailed as failure:
         print(f'demo: {failure}', file=sys.stderr)
@@ -102,16 +89,15 @@ def _play(stage, sequence, config, arguments):
     """Return the phases, judged, and the last of the first: frame, disparity, confidence."""
     seconds = min(stage.probe() for _ in range(2))
     frames, rate = _pace(seconds, arguments)
-    patience = PATIENCE + 4 * seconds
     phases, last = [], None
     for name, warm in (('warm', True), ('cold', False)):
         if warm and not config.warm_start:
             continue
         stage.set_parameter('warm_start', warm)
         with tqdm(total=frames, desc=name, unit='pair', file=sys.stdout) as bar:
-            phase, received = stage.play(name, frames, rate, patience, partial(_show, bar))
+            phase, received = stage.play(name, frames, rate, partial(_show, bar))
         if received and last is None:
-            last = (*received[-1], stage.listener.confidence)
+            last = (*received[-1], stage.confidence())
         phase.judge(received, sequence)
         phases.append(phase)
     return phases, last
@@ -130,122 +116,6 @@ def _pace(seconds, arguments):
         rate = 0.8 / seconds
         print(f'a pair takes {seconds:.2f} s: the camera is slowed down to {rate:.2f} pairs/s')
     return arguments.frames or max(2, min(FRAMES, int(rate * LONGEST_PHASE))), rate
-
-
-class _Stage:
-    """The rig and the listener, and what turns them: waits for one thing after the other."""
-
-    def __init__(self, sequence, process):
-        self._process, self._executor = process, SingleThreadedExecutor()
-        self._rig = FakeRig('demo_rig', _namespace(), [], sequence.focal, sequence.baseline,
-                            CAMERA_RATE, offset=sequence.offset)
-        self.listener = DemoListener(self._rig, sequence, _namespace())
-        for node in (self._rig, self.listener):
-            self._executor.add_node(node)
-
-    def wait_until_ready(self):
-        """Return when the node has subscribed to the rig, which it does with warm kernels."""
-        self._wait(self._rig.subscribed, LONGEST_START, 'the node did not become ready')
-
-    def play(self, name, frames, rate, patience=LONGEST_START, progress=lambda phase: None):
-        done = self.listener.play(name, frames, rate, progress)
-        while not done.done():
-            self._turn()
-            if time.monotonic() - self.listener.news > max(patience, 2 / rate):
-                self.listener.end()
-        return done.result()
-
-    def probe(self):
-        """Return the latency of a single pair in s."""
-        phase, _ = self.play('probe', 1, CAMERA_RATE)
-        if not phase.received:
-            raise NodeFailed('the node took a pair and did not answer')
-        return phase.latencies[0]
-
-    def set_parameter(self, name, value):
-        answer = self.listener.change_parameter(name, value)
-        self._wait(answer.done, PATIENCE, f'the node did not take {name}')
-        for result in answer.result().results:
-            if not result.successful:
-                raise NodeFailed(f'the node refused {name}: {result.reason}')
-
-    def _wait(self, what, seconds, otherwise):
-        end = time.monotonic() + seconds
-        while not what():
-            self._turn()
-            if time.monotonic() > end:
-                raise NodeFailed(f'{otherwise} within {seconds:g} s')
-
-    def _turn(self):
-        self._executor.spin_once(timeout_sec=0.1)
-        if self._process.poll() is not None:
-            raise NodeFailed(f'the node ended with code {self._process.returncode}')
-
-
-def _namespace():
-    """Return the namespace of this run, so that two demos do not hear one another."""
-    return f'/demo_{os.getpid()}'
-
-
-@contextmanager
-def _stage(sequence, process):
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        stage = _Stage(sequence, process)
-        print('starting the node; the first start on a machine compiles its kernels, which '
-              'takes up to 30 s', flush=True)
-        stage.wait_until_ready()
-        yield stage
-    finally:
-        rclpy.try_shutdown()
-
-
-@contextmanager
-def _ros_environment():
-    """
-    Set the environment for this process and the node's: apart from a robot, large messages pass.
-
-    The path of a log file comes out. A Fast DDS profile that the user has set stays.
-    """
-    prefixes = [sys.prefix, *filter(None, [os.environ.get('AMENT_PREFIX_PATH')])]
-    os.environ['AMENT_PREFIX_PATH'] = os.pathsep.join(prefixes)
-    os.environ['ROS_DOMAIN_ID'] = str(DOMAINS[os.getpid() % len(DOMAINS)])
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    share = Path(get_package_share_directory('fuzzy_stereo_ros'))
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(share / 'config' / 'fastdds.xml'))
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ['ROS_LOG_DIR'] = folder
-        yield Path(folder) / 'node.log'
-
-
-@contextmanager
-def _running_node(parameters, log):
-    """Run the node with parameters {ROS name: value}; its end must be clean."""
-    words = [word for name, value in parameters.items() for word in (
-        '--param', f'{name}:={str(value).lower() if isinstance(value, bool) else value}')]
-    command = [sys.executable, '-m', NODE, '--ros-args',
-               '--remap', f'__ns:={_namespace()}', *words]
-    with log.open('wb') as output:
-        process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
-    try:
-        yield process
-        code = _ended(process)
-        if code:
-            raise NodeFailed(f'the node ended with code {code}')
-    except NodeFailed as failure:
-        raise NodeFailed(f'{failure}; it said:\n{log.read_text()}') from None
-    finally:
-        _ended(process)
-
-
-def _ended(process):
-    """Ask a process to end, wait until it has, and return its exit code."""
-    process.terminate()
-    try:
-        return process.wait(LONGEST_END)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        return process.wait()
 
 
 if __name__ == '__main__':

@@ -5,6 +5,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from fuzzy_stereo_ros.demo_table import Phase
+from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -21,8 +22,8 @@ class DemoListener(Node):
     """
     Listens to `disparity_node`, and says when a rig shall publish the next pair.
 
-    confidence: float32 (R, C), 0 to 1, of the newest pair; None before.
-    news: when a pair was last published or came back, by time.monotonic().
+    confidence: float32 (R, C), 0 to 1, of the newest message; None before.
+    news: when a pair last went out, came back or was at work, by time.monotonic().
     """
 
     def __init__(self, rig, sequence, namespace):
@@ -32,6 +33,7 @@ class DemoListener(Node):
         self.confidence, self.news = None, time.monotonic()
         self._rig, self._sequence = rig, sequence
         self._not_matched, self._phase, self._timer = 0, None, None
+        self._newest_disparity, self._newest_confidence = None, None  # stamps
         self._parameters = AsyncParameterClient(self, self._node)
         self.create_subscription(DisparityImage, 'disparity', self._receive, 10)
         self.create_subscription(Image, 'confidence', self._take_confidence, 10)
@@ -48,7 +50,7 @@ class DemoListener(Node):
         self._phase, self._done = Phase(name), Future()
         self._frames, self._progress = frames, progress
         self._sent, self._received, self._not_matched_before = {}, [], self._not_matched
-        self._start = self.news = time.monotonic()
+        self.news = time.monotonic()
         self._timer = self.create_timer(1 / rate, self._publish_next,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
         return self._done
@@ -61,6 +63,10 @@ class DemoListener(Node):
         if not self._done.done():
             self._done.set_result((self._phase, self._received))
 
+    def has_both(self):
+        """Return whether disparity and confidence of the same pair came last."""
+        return self._newest_disparity == self._newest_confidence
+
     def change_parameter(self, name, value):
         """Return a Future of the node's answer to a change of one of its parameters."""
         return self._parameters.set_parameters([Parameter(name, value=value)])
@@ -69,6 +75,8 @@ class DemoListener(Node):
         number = self._phase.published
         if number == self._frames:
             return
+        if not number:
+            self._start = time.monotonic()
         shown = self._sequence.frame(number)
         self._sent[self._rig.publish(shown.left, shown.right)] = number
         self._phase.published += 1
@@ -77,7 +85,7 @@ class DemoListener(Node):
 
     def _receive(self, message):
         now = self.get_clock().now().nanoseconds
-        stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        stamp = self._newest_disparity = stamp_of(message.header)
         if self._phase is None or self._done.done() or stamp not in self._sent:
             return
         self.news = time.monotonic()
@@ -94,13 +102,15 @@ class DemoListener(Node):
         return values + np.float32(self._sequence.offset)
 
     def _take_confidence(self, message):
-        self.confidence = _floats(message)
+        self.confidence, self._newest_confidence = _floats(message), stamp_of(message.header)
 
     def _count(self, message):
         for status in message.status:
             if status.name == f'{self._node}: stereo matching':
                 values = {entry.key: entry.value for entry in status.values}
                 self._not_matched = sum(int(values[name]) for name in NOT_MATCHED)
+                if int(values['pairs waiting']):  # the one at work is among them
+                    self.news = time.monotonic()
         self._end_if_complete()
 
     def _end_if_complete(self):

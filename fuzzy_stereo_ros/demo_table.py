@@ -13,8 +13,8 @@ class Phase:
     What was seen while pairs were published in one way, `warm` or `cold`.
 
     published: pairs sent. dropped: pairs the node says it did not match, for whatever reason.
-    latencies: seconds from stamp to receipt, in order of receipt. seconds: from the first stamp
-    to the last receipt. scores, flickers: per received pair, percent.
+    latencies: seconds from stamp to receipt, in order of receipt. seconds: from the first pair
+    sent to the last receipt. scores, flickers: per received pair, percent.
     """
 
     name: str
@@ -61,7 +61,7 @@ ROWS = (
     ('pairs lost', lambda phase: f'{phase.lost}'),
     ('latency, median [ms]', lambda phase: _milliseconds(phase.latencies, 50)),
     ('latency, 95th percentile [ms]', lambda phase: _milliseconds(phase.latencies, 95)),
-    ('rate [pairs/s]', lambda phase: f'{phase.received / max(phase.seconds, 1e-9):.1f}'),
+    ('rate [pairs/s]', lambda phase: f'{phase.received / max(phase.seconds, 1e-9):.2f}'),
     ('density [%]', lambda phase: _mean(found.density for found in phase.scores)),
     ('bad-1, of the published disparities [%]',
      lambda phase: _mean(found.bad_sparse[1.0] for found in phase.scores)),

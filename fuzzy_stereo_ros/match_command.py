@@ -134,7 +134,7 @@ def _sentences(figures):
     lines = [
         f"{figures['output']}: {figures['columns']}x{figures['rows']} pixels of the "
         f"{figures['reference']} image, {figures['density']:.1f} % with a disparity",
-        f"matched in {figures['time_ms']:.1f} ms ({figures['generations']} generations, "
+        f"matched in {figures['time_ms']:.1f} ms (generations: {figures['generations']}, "
         f"profile {figures['profile']}, without compile time)"]
     if 'picture' in figures:
         lines.insert(1, f"{figures['picture']}: the same in colours")

@@ -24,7 +24,8 @@ def sequence():
 def start_demo(folder, *arguments, before=''):
     """Start the demo as a process in a folder, after some lines of Python of our own."""
     pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
-    script = f'import sys\nimport fuzzy_stereo_ros.demo as demo\n{before}\nsys.exit(demo.main())'
+    script = '\n'.join(('import sys', 'from fuzzy_stereo_ros import demo, demo_stage', before,
+                        'sys.exit(demo.main())'))
     return subprocess.Popen(
         [sys.executable, '-c', script, *arguments], cwd=folder, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -75,13 +76,13 @@ def test_the_paper_profile_can_be_tried_and_has_no_warm_column(tmp_path):
 def test_a_pair_that_is_lost_without_being_counted_makes_the_demo_fail(tmp_path):
     """The right image of the fourth pair (two are probes) gets a stamp that no other has."""
     before = """
-class TornRig(demo.FakeRig):
+class TornRig(demo_stage.FakeRig):
     def publish(self, left, right):
         def tear(messages):
             messages['right/image_rect'].header.stamp.sec += 1
         return super().publish(left, right, change=tear if len(self.sent) == 3 else None)
 
-demo.FakeRig, demo.PATIENCE = TornRig, 1.0"""
+demo_stage.FakeRig, demo_stage.PATIENCE = TornRig, 1.0"""
     code, out, err = run_demo(tmp_path, *QUICK, before=before)
     assert code == 1
     assert rows_of(out)['pairs lost'] == ('1', '0')
@@ -89,7 +90,7 @@ demo.FakeRig, demo.PATIENCE = TornRig, 1.0"""
 
 
 def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
-    code, _, err = run_demo(tmp_path, before="demo.NODE = 'no_such_node'")
+    code, _, err = run_demo(tmp_path, before="demo_stage.NODE = 'no_such_node'")
     assert code == 1
     assert 'demo: the node ended with code 1; it said:' in err
     assert 'No module named no_such_node' in err
@@ -115,6 +116,7 @@ demo._play = tell_and_play""")
 @pytest.mark.parametrize('arguments, words', [
     (['--frames', '0'], '--frames is 0; allowed are numbers above 0'),
     (['--rate', 'nan'], '--rate is nan; allowed are numbers above 0'),
+    (['--picture', 'none/demo.png'], 'there is no such folder'),
     (['--picture', 'demo.docx'], 'allowed are .png, .pdf, .svg'),
     (['--profile', 'fast'], "invalid choice: 'fast'"),
     (['--elite', '2'], 'elite is 2.0; allowed are numbers'),
@@ -178,7 +180,7 @@ def test_the_table_has_the_figures_that_a_person_would_count():
     rows = rows_of(table([phase, Phase('cold')]))
     assert rows['pairs lost'] == ('1', '0')
     assert rows['latency, median [ms]'] == ('30.0', '-')
-    assert rows['rate [pairs/s]'] == ('4.0', '0.0')
+    assert rows['rate [pairs/s]'] == ('4.00', '0.00')
     assert rows['density [%]'] == ('87.50', '-')
     assert rows['bad-2, of the published disparities [%]'] == ('55.00', '-')
     assert rows['bad-2 or invalid, of all pixels [%]'] == ('60.00', '-')

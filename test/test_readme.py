@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the README and the architecture page say exists, and is what the code says."""
+from pathlib import Path
+import re
+import shlex
+
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.demo_table import Phase, table
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
+from fuzzy_stereo_ros.parameter_page import renewed
+import pytest
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / 'README.md').read_text(encoding='utf-8')
+ARCHITECTURE = (ROOT / 'docs' / 'architecture.md').read_text(encoding='utf-8')
+
+
+def commands(start):
+    """Return the README's commands that begin with a word, comments left out, split in words."""
+    blocks = re.findall(r'```bash\n(.*?)```', README, re.DOTALL)
+    lines = '\n'.join(blocks).replace('\\\n', ' ').splitlines()
+    return [shlex.split(line, comments=True) for line in lines if line.startswith(start)]
+
+
+def cells(line):
+    return [cell.strip() for cell in line.strip('|').split('|')]
+
+
+def test_the_parameter_tables_are_those_of_the_declaration():
+    assert renewed(README) == README, \
+        'renew them: python -m fuzzy_stereo_ros.parameter_page README.md'
+
+
+def test_a_text_without_the_marks_cannot_be_renewed():
+    with pytest.raises(ValueError, match='the text has no <!-- parameters: begin -->'):
+        renewed('no marks')
+
+
+def test_the_demo_table_has_the_rows_and_columns_that_the_demo_prints():
+    found = re.search('<!-- demo: begin -->\n(.*?)\n<!-- demo: end -->', README, re.DOTALL)[1]
+    written, printed = (
+        [cells(line) for line in text.splitlines() if '---' not in line]
+        for text in (found, table([Phase('warm'), Phase('cold')])))
+    assert written[0] == printed[0]
+    assert [row[0] for row in written] == [row[0] for row in printed]
+
+
+def test_the_picture_is_the_panel():
+    assert read_image(ROOT / 'docs' / 'demo.png').shape[1] > 1000
+
+
+def test_make_has_every_target_that_is_named():
+    makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
+    named = commands('make')
+    assert {words[1] for words in named} >= {'demo', 'test'}
+    for words in named:
+        assert re.search(f'^{words[1]}:', makefile, re.MULTILINE), words
+        for setting in words[2:]:
+            assert f"$({setting.split('=')[0]})" in makefile
+
+
+def test_every_match_example_works_as_it_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pair = made_pair(60, 100, 64)
+    write_image('left.png', pair.left)
+    write_image('right.png', pair.right)
+    examples = commands('fuzzy-stereo')
+    assert examples
+    for words in examples:
+        assert main(words[1:]) == 0
+    assert read_disparity('disparity.pfm').shape == pair.truth.shape
+
+
+def test_the_launch_example_names_a_launch_file_and_an_argument_of_it():
+    (words,) = commands('ros2 launch')
+    assert words[2] == 'fuzzy_stereo_ros'
+    assert (ROOT / 'launch' / words[3]).exists()
+    for argument in words[4:]:
+        assert f"`{argument.split(':=')[0]}`" in README.split('## Parameters')[1]
+
+
+def test_the_executable_and_the_dds_profile_that_are_named_exist():
+    package, executable = re.search(r"package='(\w+)', executable='(\w+)'", README).groups()
+    assert package == 'fuzzy_stereo_ros'
+    assert f'{executable} = ' in (ROOT / 'setup.py').read_text(encoding='utf-8')
+    assert 'config/fastdds.xml' in README and (ROOT / 'config' / 'fastdds.xml').exists()
+
+
+def test_every_link_leads_to_a_file():
+    for name, folder in (('README.md', ROOT), ('docs/architecture.md', ROOT / 'docs')):
+        text = (ROOT / name).read_text(encoding='utf-8')
+        for target in re.findall(r'\]\(([^)#:]+)\)', text):
+            assert (folder / target).exists(), f'{name} links to {target}'
+
+
+def test_every_module_that_the_architecture_names_exists():
+    package = ROOT / 'fuzzy_stereo_ros'
+    modules = {file.relative_to(package).as_posix() for file in package.rglob('*.py')}
+    short = {name.split('/')[-1] for name in modules}
+    for named in re.findall(r'[\w/]+\.py\b', ARCHITECTURE):
+        if not named.startswith('test/'):
+            assert named in (modules if '/' in named else short), named
+
+
+def test_every_flat_file_stands_in_the_architecture():
+    for file in (ROOT / 'fuzzy_stereo_ros').glob('*.py'):
+        assert file.name == '__init__.py' or f'`{file.name}`' in ARCHITECTURE, file.name
