@@ -403,6 +403,12 @@ def test_progress_is_plain_lines_where_it_is_piped():
 
 # The benchmarks themselves, on small scenes.
 
+def assert_columns_have_names_of_their_own(report):
+    for table in report.tables:
+        assert len(set(table.columns)) == len(table.columns)
+        assert all(len(row) == len(table.columns) for row in table.rows)
+
+
 def table_named(report, start):
     (table,) = [table for table in report.tables if table.title.startswith(start)]
     return table
@@ -428,6 +434,7 @@ def test_accuracy_scores_the_dense_output_of_the_configuration_that_is_asked_for
 
 def test_accuracy_averages_groups_and_keeps_odd_and_even_scenes_apart():
     report = accuracy.run(SmallRequest())
+    assert_columns_have_names_of_their_own(report)
     errors = [row[1] for row in table_named(report, 'Scenes').rows]
     assert table_named(report, 'Groups').rows[0][1] == pytest.approx(np.mean(errors))
     assert table_named(report, 'Odd').rows[0][1:3] == tuple(errors)
@@ -435,11 +442,13 @@ def test_accuracy_averages_groups_and_keeps_odd_and_even_scenes_apart():
 
 def test_speed_lets_all_take_turns_and_compares_with_3way():
     report = speed.run(SmallRequest(repeats=2), sizes=((ROWS, COLUMNS, DISPARITIES),))
+    assert_columns_have_names_of_their_own(report)
     race = report.tables[0]
     rows = {row[0]: dict(zip(race.columns[1:], row[1:])) for row in race.rows}
     assert list(rows) == ['ours, cold', 'ours, warm', 'HH4 tuned', '3WAY tuned', 'SGBM tuned',
                           'BM tuned']
-    assert rows['3WAY tuned']['of 3WAY'] == 1
+    for name, row in rows.items():
+        assert row['of 3WAY'] == row['1 thread [ms]'] / rows['3WAY tuned']['1 thread [ms]'], name
     assert all(row['1 thread [ms]'] > 0 for row in rows.values())
     assert report.tables[-1].rows[-1][0] == 'total'
 
@@ -452,9 +461,13 @@ def test_cold_is_the_frame_alone_and_warm_is_not():
     alone = SmallRequest().matcher(DISPARITIES).match(frames[2].left, frames[2].right)
     assert course.bad['cold'] == bad_percent(alone.disparity, frames[2], 1.0)
     assert course.bad['warm'] != course.bad['cold']
-    title, *figures = warm.tables([course])[0].rows[0]
+    table = warm.tables([course])[0]
+    assert_columns_have_names_of_their_own(Report('warm', '', {}, [table]))
+    title, *figures = table.rows[0]
     assert title == 'kind (1)'
-    assert figures[2] - figures[1] == figures[4]
+    assert figures[1:5] == [course.bad['cold'], course.bad['warm'],
+                            course.bad['warm'] / course.bad['cold'],
+                            course.bad['warm'] - course.bad['cold']]
 
 
 def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
@@ -463,6 +476,7 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     monkeypatch.setattr(paper_tables, 'TABLE_II_SEARCH', few)
     monkeypatch.setattr(paper_tables, 'FIGURE_4', (few, {'population': 6, 'generations': 2}))
     report = paper_tables.run(SmallRequest())
+    assert_columns_have_names_of_their_own(report)
     first, second, figure = report.tables
     assert [row[0] for row in first.rows] == [
         'profile paper, right reference', 'profile paper, left reference', 'profile realtime']

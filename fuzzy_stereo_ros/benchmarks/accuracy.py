@@ -150,9 +150,9 @@ def _confidence(groups):
             own[0], other[0], own[0] / other[0] if other[0] else np.nan, ideal[0], own[2],
             own[1], own[1] / own[2] if own[2] else np.nan, other[1]))))
     return Table(
-        'Confidence: errors left when the least sure pixels are dropped first',
-        ('', 'area, confidence', 'area, left-right difference', 'ratio', 'area, ideal',
-         'wrong of all [%]', 'of the surest 80 % [%]', 'ratio', 'by left-right difference [%]'),
+        'Confidence: percent wrong when the least sure pixels are dropped first',
+        ('', 'area, confidence', 'area, left-right difference', 'ratio of areas', 'area, ideal',
+         'wrong of all', 'of the surest 80 %', 'ratio of shares', 'by left-right difference'),
         rows,
         'Area under the sparsification curve, in percent: the mean share of wrong pixels among '
         'those kept. The left-right difference is that of our own maps of the two images.')

@@ -151,15 +151,16 @@ def _race_table(size, by_threads):
     """Return the table of one size: milliseconds and ratios to 3WAY for each contestant."""
     rows, columns, disparities = size
     alone, together = by_threads[1], by_threads.get(2)
-    headings = ['', '1 thread [ms]', 'of 3WAY', 'processor time [ms]', 'of 3WAY',
-                'median / minimum']
+    headings = ['', '1 thread [ms]', 'of 3WAY', 'median / minimum', 'processor time [ms]',
+                'of that of 3WAY']
     if together:
-        headings += ['2 threads [ms]', 'of 3WAY', 'median / minimum', 'faster by']
+        headings += ['2 threads [ms]', '2 threads, of 3WAY', '2 threads, median / minimum',
+                     '2 threads, faster by']
     lines = []
     for name, one in alone.items():
-        line = [name, one.best, one.best / alone[YARDSTICK].best, min(one.processor_times),
-                min(one.processor_times) / min(alone[YARDSTICK].processor_times),
-                _unrest(one)]
+        line = [name, one.best, one.best / alone[YARDSTICK].best, _unrest(one),
+                min(one.processor_times),
+                min(one.processor_times) / min(alone[YARDSTICK].processor_times)]
         if together:
             two = together[name]
             line += [two.best, two.best / together[YARDSTICK].best, _unrest(two),

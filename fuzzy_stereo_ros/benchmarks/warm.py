@@ -104,7 +104,7 @@ def tables(courses):
     return [
         Table('Error and flicker, percent', (
             '', '3WAY', 'cold', 'warm', 'warm / cold', 'worst warm - cold', 'flicker, 3WAY',
-            'cold', 'warm'), rows,
+            'flicker, cold', 'flicker, warm'), rows,
             '*Worst warm - cold*: on a single sequence of the line, in points.'),
         Table('The sequences where the warm start costs most', (
             '', 'cold', 'warm', 'warm - cold'),
