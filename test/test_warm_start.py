@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A warm start is safe, and worth it.
+
+Every frame is matched warm, after the frames before it, and cold; errors are percent of the
+visible pixels, dense. What is marked as an expected failure is a claim that is not reached.
+"""
+from functools import cache
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.evaluation import flicker, score
+from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+import numpy as np
+import pytest
+from real_pairs import kitti_frames, middlebury, motorcycle, moving_windows, third_size
+
+MARGIN = 0.2        # points that a warm frame may be worse than a cold one
+FRAMES = 6
+SCENES = range(4)
+
+
+def missed(figures, narrowly=False):
+    """Mark a claim that is not reached; where narrowly, it may be reached elsewhere."""
+    return pytest.mark.xfail(reason=f'not reached: {figures}', strict=not narrowly)
+
+
+def disparities_of(frames, disparities, warm):
+    """Yield a dense map for each frame, with the previous best or without."""
+    matcher = StereoMatcher(MatcherConfig(
+        disparities=disparities, fill=True, warm_start=warm, threads=2))
+    for left, right, *_ in frames:
+        yield matcher.match(left, right).disparity
+
+
+# ---- safe: another scene, all at once or in part ----
+
+
+def worst_after_cut(before, after, disparities, limit=1.0):
+    """Return by how many points warm is worse at the worst of three frames after a cut."""
+    cold, = disparities_of([after], disparities, warm=False)
+    *_, first, second, third = disparities_of([before] * 2 + [after] * 3, disparities, warm=True)
+    return max(_bad(warm, *after[2:], limit) for warm in (first, second, third)) - _bad(
+        cold, *after[2:], limit)
+
+
+def _bad(disparity, truth, visible, limit):
+    return score(disparity, truth, visible, (limit,)).bad_dense[limit]
+
+
+@pytest.mark.parametrize('seed, noise', [
+    (0, 0.0), (1, 0.0), (3, 0.0), (0, 6.0), (1, 6.0), (2, 6.0), (3, 6.0),
+    pytest.param(2, 0.0, marks=missed('0.21 points in the second frame', narrowly=True))])
+def test_a_cut_between_made_scenes_does_no_harm(seed, noise):
+    before, after = (made_pair(200, 320, 48, scene, noise=noise) for scene in (seed, seed + 10))
+    assert worst_after_cut(before, after, 48) <= MARGIN
+
+
+@pytest.mark.parametrize('seed', [
+    pytest.param(0, marks=missed('0.32 points in the third frame')),
+    pytest.param(1, marks=missed('0.24 points in the first frame', narrowly=True)), 2, 3])
+def test_objects_that_appear_do_no_harm(seed):
+    assert _after_a_change_of_objects(2, 5, seed) <= MARGIN
+
+
+@pytest.mark.parametrize('seed', SCENES)
+def test_objects_that_go_do_no_harm(seed):
+    assert _after_a_change_of_objects(5, 2, seed) <= MARGIN
+
+
+def _after_a_change_of_objects(before, after, seed):
+    return worst_after_cut(*(made_pair(200, 320, 48, seed, objects=count, noise=2.0)
+                             for count in (before, after)), 48)
+
+
+@pytest.mark.parametrize('backwards', [
+    pytest.param(False, marks=missed('0.44 points in the second frame')), True])
+def test_a_cut_between_the_halves_of_the_motorcycle_does_no_harm(backwards):
+    pair = motorcycle()
+    windows = [[image[:, begin:begin + 370] for image in pair[:4]] for begin in (0, 371)]
+    first, second = windows[::-1] if backwards else windows
+    assert worst_after_cut(first, second, pair.disparities) <= MARGIN
+
+
+@pytest.mark.parametrize('before, after', [('teddy', 'cones'), ('cones', 'teddy')])
+def test_a_cut_between_pairs_of_middlebury_does_no_harm(before, after):
+    assert worst_after_cut(middlebury(before)[:4], middlebury(after)[:4], 60) <= MARGIN
+
+
+@pytest.mark.parametrize('before, after', [
+    ('Aloe', 'Baby1'), ('Baby1', 'Bowling1'), ('Bowling1', 'Cloth1'), ('Cloth1', 'Flowerpots'),
+    ('Flowerpots', 'Lampshade1'),
+    pytest.param('Lampshade1', 'Midd1', marks=missed('0.5 points in the first frame')),
+    ('Midd1', 'Wood1'), ('Wood1', 'Aloe')])
+def test_a_cut_between_pairs_of_2006_does_no_harm(before, after):
+    first, second = (third_size(name, 370, 413)[:4] for name in (before, after))
+    assert worst_after_cut(first, second, 80) <= MARGIN
+
+
+def test_at_road_speed_the_fourth_frame_is_no_worse_than_cold():
+    frames, truth = kitti_frames('000027', (7, 8, 9, 10))
+    cold, = disparities_of(frames[-1:], 96, warm=False)
+    *_, warm = disparities_of(frames, 96, warm=True)
+    assert _bad(warm, truth, None, 3.0) <= _bad(cold, truth, None, 3.0) + MARGIN
+
+
+# ---- safe and worth it: the same scene, moving ----
+
+
+class Course(NamedTuple):
+    """Means over the frames after the first, in percent: wrong by > 1 px, changing by > 1 px."""
+
+    wrong: float
+    flicker: float
+
+
+@cache
+def made_course(seed, noise, warm):
+    """Follow a made scene that pans by 2 px a frame with objects that move by themselves."""
+    frames = made_sequence(200, 320, 48, FRAMES, seed, noise=noise, pan=2.0, motion=1.0)
+    return _course(list(frames), 48, 2, warm)
+
+
+@cache
+def motorcycle_course(pan, noise, warm):
+    """Follow the motorcycle through a window that moves."""
+    pair = motorcycle()
+    return _course(list(moving_windows(pair, 300, 480, pan, FRAMES, noise)), pair.disparities,
+                   pan, warm)
+
+
+def _course(frames, disparities, pan, warm):
+    maps = list(disparities_of(frames, disparities, warm))
+    wrong = [_bad(found, *frame[2:], 1.0) for found, frame in zip(maps, frames)]
+    changing = []
+    for (before, after), (earlier, later) in zip(zip(maps, maps[1:]), zip(frames, frames[1:])):
+        moved = np.full_like(earlier[2], np.nan)
+        moved[:, :moved.shape[1] - pan] = earlier[2][:, pan:]
+        still = later[3] & (abs(moved - later[2]) < 0.5)
+        changing.append(flicker(before, after, (0, -pan), still=still))
+    return Course(float(np.mean(wrong[1:])), float(np.mean(changing)))
+
+
+def made_mean(noise, warm):
+    return Course(*np.mean([made_course(seed, noise, warm) for seed in SCENES], axis=0))
+
+
+@pytest.mark.parametrize('seed, noise', [
+    pytest.param(seed, noise, marks=missed('1.04 cold, 1.59 warm'))
+    if (seed, noise) == (3, 6.0) else (seed, noise)
+    for noise in (0.0, 3.0, 6.0, 12.0) for seed in SCENES])
+def test_no_made_scene_is_more_wrong_warm(seed, noise):
+    cold, warm = made_course(seed, noise, False), made_course(seed, noise, True)
+    assert warm.wrong <= cold.wrong + MARGIN
+
+
+@pytest.mark.parametrize('noise', [
+    pytest.param(0.0, marks=missed('1.19 cold, 1.25 warm')),
+    pytest.param(3.0, marks=missed('1.28 cold, 1.33 warm')),
+    pytest.param(6.0, marks=missed('1.42 cold, 1.65 warm'))])
+def test_a_made_moving_scene_has_fewer_wrong_pixels_warm(noise):
+    assert made_mean(noise, True).wrong < made_mean(noise, False).wrong
+
+
+@pytest.mark.parametrize('noise', [
+    0.0, 3.0, pytest.param(6.0, marks=missed('0.33 cold, 0.36 warm')), 12.0])
+def test_a_made_moving_scene_flickers_less_warm(noise):
+    assert made_mean(noise, True).flicker < made_mean(noise, False).flicker
+
+
+@pytest.mark.parametrize('noise', [0.0, 3.0, 6.0])
+@pytest.mark.parametrize('pan', [0, 2, 8])
+def test_the_motorcycle_is_no_more_wrong_warm(pan, noise):
+    cold, warm = motorcycle_course(pan, noise, False), motorcycle_course(pan, noise, True)
+    assert warm.wrong <= cold.wrong + MARGIN
+
+
+@pytest.mark.parametrize('pan, noise', [
+    pytest.param(2, 0.0, marks=missed('5.01 cold, 5.04 warm', narrowly=True)),
+    (8, 0.0), (0, 3.0), (2, 3.0), (8, 3.0), (0, 6.0), (2, 6.0), (8, 6.0)])
+def test_the_motorcycle_through_a_moving_window_has_fewer_wrong_pixels_warm(pan, noise):
+    assert motorcycle_course(pan, noise, True).wrong < motorcycle_course(
+        pan, noise, False).wrong
+
+
+@pytest.mark.parametrize('pan, noise', [
+    pytest.param(2, 0.0, marks=missed('0.32 cold, 0.45 warm')),
+    pytest.param(8, 0.0, marks=missed('0.40 cold, 0.72 warm')),
+    (0, 3.0), (2, 3.0), (8, 3.0), (0, 6.0), (2, 6.0), (8, 6.0)])
+def test_the_motorcycle_through_a_moving_window_flickers_less_warm(pan, noise):
+    assert motorcycle_course(pan, noise, True).flicker < motorcycle_course(
+        pan, noise, False).flicker
