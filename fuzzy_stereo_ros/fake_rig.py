@@ -5,6 +5,7 @@ import argparse
 from array import array
 import sys
 
+import cv2
 from fuzzy_stereo_ros.made_scenes import made_sequence
 import numpy as np
 import rclpy
@@ -14,7 +15,7 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from rclpy.utilities import remove_ros_args
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}
 SIDES = ('left', 'right')
@@ -28,7 +29,8 @@ class FakeRig(Node):
     """
 
     def __init__(self, node_name, namespace, frames, focal, baseline, rate, reliable=False,
-                 offset=0.0, repeat=False, frame_id='left_camera_optical_frame', **options):
+                 offset=0.0, repeat=False, compressed=False,
+                 frame_id='left_camera_optical_frame', **options):
         """
         Advertise the topics; nothing is sent before `start` or `publish`.
 
@@ -36,17 +38,20 @@ class FakeRig(Node):
         focal: px. baseline: m. rate: pairs/s. offset: px, cx of the left camera minus that of the
         right one. reliable: QoS of the topics, else best effort as cameras do it.
         repeat: begin again after the last frame, with stamps that go on.
+        compressed: send PNG on <side>/image_rect/compressed, not raw images.
         """
         super().__init__(node_name, namespace=namespace, **options)
         self.sent, self.finished = [], False
         self._frames, self._rate, self._repeat = frames, rate, repeat
         self._focal, self._baseline, self._offset = focal, baseline, offset
         self._frame_id, self._next, self._timer = frame_id, 0, None
+        self._message_of = compressed_message if compressed else image_message
         profile = QoSProfile(
             history=HistoryPolicy.KEEP_LAST, depth=10,
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
+        kind, suffix = (CompressedImage, '/compressed') if compressed else (Image, '')
         self._images = [
-            self.create_publisher(Image, f'{side}/image_rect', profile) for side in SIDES]
+            self.create_publisher(kind, f'{side}/image_rect{suffix}', profile) for side in SIDES]
         self._infos = [
             self.create_publisher(CameraInfo, f'{side}/camera_info', profile) for side in SIDES]
 
@@ -77,7 +82,7 @@ class FakeRig(Node):
             stamp = self.get_clock().now().nanoseconds
         messages = {}
         for side, image in zip(SIDES, (left, right)):
-            messages[f'{side}/image_rect'] = image_message(image)
+            messages[f'{side}/image_rect'] = self._message_of(image)
             messages[f'{side}/camera_info'] = self._info(side, image.shape)
         for message in messages.values():
             message.header.stamp = Time(nanoseconds=stamp).to_msg()
@@ -124,6 +129,11 @@ def image_message(image):
         step=image.nbytes // image.shape[0], data=data)
 
 
+def compressed_message(image):
+    """Return a sensor_msgs/CompressedImage, PNG, of uint8 or uint16, grey or BGR; no header."""
+    return CompressedImage(format='png', data=array('B', cv2.imencode('.png', image)[1].tobytes()))
+
+
 def main(arguments=None):
     """Publish a made scene that moves, for trying the node, until SIGINT; return 0."""
     parser = argparse.ArgumentParser(description='A stereo rig that is not there: a made scene '
@@ -131,7 +141,7 @@ def main(arguments=None):
     parser.add_argument('--columns', type=int, default=640)
     parser.add_argument('--rows', type=int, default=480)
     parser.add_argument('--disparities', type=int, default=64)
-    parser.add_argument('--frames', type=int, default=30, help='shown forth and back')
+    parser.add_argument('--frames', type=int, default=12, help='shown forth and back')
     parser.add_argument('--rate', type=float, default=30.0, help='pairs per second')
     parser.add_argument('--reliable', action='store_true', help='reliable QoS, not best effort')
     arguments = sys.argv if arguments is None else arguments

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures for tests with real nodes; the others need none of them."""
 from contextlib import contextmanager, ExitStack
-import gc
-import warnings
 
 from node_process import NodeProcess, own_domain, ros_environment
 import pytest
@@ -46,11 +44,3 @@ def make_bench(ros):
                 bench.close()
 
     return make
-
-
-def pytest_runtest_logfinish(location):
-    """Let go of the event loop that launch leaves open, before its warning hits another test."""
-    if 'test_launch' in location[0]:
-        with warnings.catch_warnings():
-            warnings.simplefilter('ignore', ResourceWarning)
-            gc.collect()

@@ -21,12 +21,12 @@ SECOND = 1_000_000_000
 class Surroundings:
     """A fake rig and a listener: publishes pairs, collects answers by stamp, awaits events."""
 
-    def __init__(self, domain, reliable=False):
-        """Join a domain; reliable: QoS of the rig's topics, else best effort."""
+    def __init__(self, domain, **rig):
+        """Join a domain; rig: options of the FakeRig."""
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
-        self.rig = FakeRig(f'rig_{domain}', '', [], FOCAL, BASELINE, 30.0, reliable=reliable,
-                           context=self.context)
+        self.rig = FakeRig(f'rig_{domain}', '', [], FOCAL, BASELINE, 30.0,
+                           context=self.context, **rig)
         self.listener = rclpy.create_node(f'listener_{domain}', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.rig)
@@ -97,9 +97,9 @@ class Surroundings:
 class Bench(Surroundings):
     """The real node in its own process, in these surroundings."""
 
-    def __init__(self, domain, *arguments, reliable=False):
-        """Start the node in a domain with command-line arguments."""
-        super().__init__(domain, reliable)
+    def __init__(self, domain, *arguments, **rig):
+        """Start the node in a domain with command-line arguments; rig: options of the FakeRig."""
+        super().__init__(domain, **rig)
         self.node = NodeProcess(domain, *arguments)
 
     def close(self):

@@ -84,6 +84,15 @@ def test_different_principal_points_shift_values_limits_and_marker(bench):
     assert (values[invalid] == message.min_disparity - 1).all()
 
 
+def test_twelve_bits_colour_and_a_change_of_size_are_matched_as_they_come(bench):
+    deep = [image.astype(np.uint16) * 16 for image in PAIR]
+    colour = [np.repeat(image[:, :, None], 3, 2) for image in PAIR]
+    for pair in (deep, colour, shifted_pair(SHIFT, rows=81, columns=99)):
+        values = values_of(bench.match(*pair).image)
+        assert values.shape == pair[0].shape[:2]
+        assert share_near(values[:, 15:], SHIFT) > 0.95
+
+
 def test_confidence_comes_with_the_stamp_of_the_pair(bench):
     message = bench.match(*PAIR)
     stamp = stamp_of(message.header)

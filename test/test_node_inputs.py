@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node with inputs of other kinds: stamps apart, compressed, other QoS, no clock."""
+from functools import partial
+
+from node_process import shifted_pair, START, values_of
+import numpy as np
+
+SHIFT = 7
+PAIR = shifted_pair(SHIFT)
+SMALL = ('--ros-args', '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=1.0')
+MILLISECOND = 1_000_000
+
+
+def check_disparity(message):
+    assert np.mean(np.abs(values_of(message.image)[:, 15:] - SHIFT) < 0.5) > 0.95
+
+
+def test_cameras_that_stamp_a_millisecond_apart_are_matched_with_a_tolerance(make_bench):
+    def right_is_late(messages):
+        for topic in ('right/image_rect', 'right/camera_info'):
+            messages[topic].header.stamp.nanosec += MILLISECOND
+
+    with make_bench(*SMALL, '-p', 'approximate_sync:=true', '-p',
+                    'approximate_sync_tolerance_seconds:=0.005') as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        stamps = [1000 * 1000 * MILLISECOND + frame * 33 * MILLISECOND for frame in range(4)]
+        bench.rig.publish(*PAIR, stamps[0], right_is_late)
+        for before, stamp in zip(stamps, stamps[1:]):
+            # a pair comes out when the next one shows that it is the nearest
+            bench.rig.publish(*PAIR, stamp, right_is_late)
+            answered = partial(bench.disparities.get, before)
+            check_disparity(bench.until(answered, 'the pair before'))
+
+
+def test_compressed_images_are_matched(make_bench):
+    with make_bench(*SMALL, '-p', 'image_transport:=compressed', compressed=True) as bench:
+        bench.listen()
+        bench.connect()
+        check_disparity(bench.first_match(*PAIR))
+        colour = [np.repeat(image[:, :, None], 3, 2) for image in PAIR]
+        check_disparity(bench.match(*colour))
+
+
+def test_an_incompatible_qos_is_named(make_bench):
+    reliable = 'qos_overrides./right/image_rect.subscription.reliability:=reliable'
+    with make_bench(*SMALL, '-p', reliable) as bench:
+        bench.listen()
+        bench.node.logged('a publisher of /right/image_rect offers an incompatible QoS '
+                          '(reliability)', timeout=START)
+        bench.until(lambda: bench.rig.publish(*PAIR)
+                    and 'no stereo pair for' in bench.node.log(), 'the report')
+        report = bench.node.logged('no stereo pair for')
+        assert '/right/image_rect 0, /right/camera_info ' in report
+        assert ('/right/image_rect is offered with an incompatible QoS (reliability): set '
+                'qos_overrides./right/image_rect.subscription.reliability') in report
+
+
+def test_with_sim_time_and_no_clock_it_matches_and_still_reports(make_bench):
+    with make_bench(*SMALL, '-p', 'use_sim_time:=true') as bench:
+        bench.listen()
+        bench.connect()
+        check_disparity(bench.first_match(*PAIR))
+        bench.until(lambda: 'no stereo pair for' in bench.node.log(), 'the report')
+        line = bench.node.logged('no stereo pair for')
+        assert 'messages since then: /left/image_rect 0, ' in line
