@@ -12,6 +12,7 @@ import math
 from pathlib import Path
 import signal
 import sys
+import time
 
 from fuzzy_stereo_ros.command_line import (
     add_matcher_options, matcher_changes, Parser, run_cleanly)
@@ -66,7 +67,9 @@ def run(arguments):
             stage = stack.enter_context(open_stage(sequence, process))
             print('starting the node; the first start on a machine compiles its kernels, which '
                   'takes up to 30 s', flush=True)
+            started = time.monotonic()
             stage.wait_until_ready()
+            print(f'ready after {time.monotonic() - started:.1f} s')
             phases, last = _play(stage, sequence, config, arguments)
     except NodeFailed as failure:
         print(f'demo: {failure}', file=sys.stderr)

@@ -16,7 +16,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-LONGEST_START = 120.0  # s; compiling the kernels takes up to 30
+LONGEST_START = 600.0  # s; compiling takes up to 30, and much longer on a machine that is busy
 LONGEST_END = 10.0  # s
 PATIENCE = 5.0  # s after which a pair that is not at work is lost
 NODE = 'fuzzy_stereo_ros.stereo_node'

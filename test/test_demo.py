@@ -13,6 +13,8 @@ from fuzzy_stereo_ros.pairs.image_files import read_image
 import numpy as np
 import pytest
 
+# The first start on a machine compiles, and where it is busy that takes a while.
+pytestmark = pytest.mark.timeout(700)
 QUICK = ('--frames', '4', '--rate', '5')
 
 
