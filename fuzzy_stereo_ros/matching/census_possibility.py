@@ -9,12 +9,11 @@ of their 5 x 5 census and with the difference of their gradients (Zabih and Wood
 """
 from typing import NamedTuple
 
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels import features
 from fuzzy_stereo_ros.matching.kernels.costs import Features
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
+import numpy as np
 
 
 class Model(NamedTuple):

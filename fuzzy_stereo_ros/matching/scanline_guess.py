@@ -6,13 +6,12 @@ The best guess that data alone gives: a chromosome of scanline optima over the p
 Not in the paper: a random population never arrives at this chromosome length. Four scanline
 passes (Hirschmueller, 2008) are a memetic step done once for all rows and columns.
 """
-import numpy as np
-
 from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
 from fuzzy_stereo_ros.matching.kernels import sweep
 from fuzzy_stereo_ros.matching.kernels.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.polish import polish_rows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+import numpy as np
 
 _SLACK = 64
 

@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Mutation aimed at the least possible cells: patches that take the gene of a cell nearby."""
+from fuzzy_stereo_ros.matching.kernels.chance import below, mixed
 from numba import njit
 import numpy as np
-
-from fuzzy_stereo_ros.matching.kernels.chance import below, mixed
 
 
 @njit(nogil=True, cache=True)

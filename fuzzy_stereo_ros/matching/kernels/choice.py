@@ -6,12 +6,11 @@ Winner takes all: the label of least summed cost, seen from the reference and fr
 With it come the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001) and how much worse
 the best label elsewhere would be.
 """
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest,
     minimum, saturating_add, splat, store, subtract)
+from numba import njit
+import numpy as np
 
 STEPS = 16       # sub-pixel steps in a pixel
 

@@ -7,13 +7,11 @@ cost = min(hamming(census), census_cut) + min(|slope difference|, slope_cut) + w
 """
 from typing import NamedTuple
 
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, load, minimum,
     saturating_subtract, shift_right, splat, store, subtract)
-
+from numba import njit
+import numpy as np
 
 
 class Features(NamedTuple):

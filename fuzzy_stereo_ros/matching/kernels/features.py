@@ -6,12 +6,11 @@ What the census possibility reads of an image: fine grey, 8-bit grey, census, gr
 Images of the target are mirrored: its column c lies at index `columns - 1 - c`, so that the
 candidates of a pixel, disparities upwards, are one contiguous load.
 """
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, LANES, less, load, load_colours, narrow, reversed_lanes, shift_left,
     shift_right, splat, store)
+from numba import njit
+import numpy as np
 
 MARGIN = 2       # pixels around a padded image: half of the census window
 SLACK = 64       # elements behind a row that a vector may read or write

@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Fill refused pixels from the background: the farther of the nearest two on the row."""
-from numba import njit
-
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
+from numba import njit
 
 
 @njit(nogil=True, cache=True)

@@ -9,12 +9,11 @@ farther, the label would stand in front of it, which is a contradiction.
 """
 from typing import NamedTuple
 
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.costs import Features, layout_of, match_cost
 from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
+from numba import njit
+import numpy as np
 
 
 class Scene(NamedTuple):

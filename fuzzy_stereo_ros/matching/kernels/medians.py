@@ -5,11 +5,10 @@ Membership median: at a jump of disparity, the median of the neighbours of like 
 
 A fuzzy class made crisp: the class of a pixel is what its 7 x 7 neighbours share in grey.
 """
-from numba import njit
-
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
     saturating_subtract, shift_right, splat_like, store, subtract)
+from numba import njit
 
 RADIUS = 3
 NEIGHBOURS = (2 * RADIUS + 1) ** 2

@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size chromosome tells the full one: where to search, where to lean on it."""
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from numba import njit
+import numpy as np
 
 
 @njit(nogil=True, cache=True)

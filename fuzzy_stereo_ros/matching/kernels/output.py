@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Disparity and confidence as the user gets them."""
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.choice import STEPS
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT
+from numba import njit
+import numpy as np
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 

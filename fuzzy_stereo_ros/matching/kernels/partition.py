@@ -7,11 +7,10 @@ After Whitley et al., Partition crossover, 2009 (`fusion moves` in the literatur
 fields). Regions meet only where the parents agree, so that the cost of the child is the sum of
 the cheaper region costs: it is at least as fit as both parents.
 """
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.consistency import root
 from fuzzy_stereo_ros.matching.kernels.gene_cost import jump_cost
+from numba import njit
+import numpy as np
 
 
 @njit(nogil=True, cache=True)

@@ -6,14 +6,13 @@ A memetic sweep: each row takes its exact optimum, given the rows above and belo
 One dynamic program per row, over the windows of labels of its tiles. Rows of one parity do not
 see each other, so that bands of rows can be swept side by side.
 """
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.choice import best_label
 from fuzzy_stereo_ros.matching.kernels.gene_cost import jump_cost
 from fuzzy_stereo_ros.matching.kernels.scanlines import clear, realign, step
 from fuzzy_stereo_ros.matching.kernels.simd import (
     at_most, choose, equal, lane_numbers, LANES, load, saturating_add, splat, store, subtract)
+from numba import njit
+import numpy as np
 
 
 @njit(nogil=True, cache=True)

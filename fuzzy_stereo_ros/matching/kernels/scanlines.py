@@ -7,12 +7,11 @@ After Hirschmueller, Stereo processing by semi-global matching, 2008. A pass com
 L(p, d) = C(p, d) + min(L(q, d), L(q, d - 1) + P1, L(q, d + 1) + P1, min L(q) + P2) - min L(q)
 in saturating uint8, q being the pixel before p. Four passes are summed: right, left, down, up.
 """
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.simd import (
     label_above, label_below, LANES, load, lowest, minimum, peek, saturating_add, splat, store,
     subtract)
+from numba import njit
+import numpy as np
 
 ROWS_AT_ONCE = 4     # independent chains, to hide the latency of each
 
@@ -111,11 +110,11 @@ def _pass_single(begin, end, rightwards, penalties, row, small, costs, sums, fir
         path_0, floor_0 = advance(path_0, splat(floor_0), peek(jumps_0, border), penalty,
                                   load(costs, at))
         path_1, floor_1 = advance(path_1, splat(floor_1), peek(jumps_1, border), penalty,
-                                   load(costs, at + one))
+                                  load(costs, at + one))
         path_2, floor_2 = advance(path_2, splat(floor_2), peek(jumps_2, border), penalty,
-                                   load(costs, at + two))
+                                  load(costs, at + two))
         path_3, floor_3 = advance(path_3, splat(floor_3), peek(jumps_3, border), penalty,
-                                   load(costs, at + three))
+                                  load(costs, at + three))
         if rightwards:
             store(sums, at, path_0)
             store(sums, at + one, path_1)

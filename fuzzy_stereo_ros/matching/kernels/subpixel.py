@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Sub-pixel disparities: the mean offset of the like neighbours of a pixel."""
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.choice import STEPS
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
+from numba import njit
+import numpy as np
 
 RADIUS = 2
 REFUSED_FIT = -(2**14)     # farther than STEPS from any disparity

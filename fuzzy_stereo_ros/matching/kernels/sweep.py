@@ -8,9 +8,6 @@ start `overlap` rows early, so that the number of threads never changes a result
 """
 from typing import NamedTuple
 
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.choice import (
     best_label, equiangular, least_elsewhere, offer_to_target, total_of)
 from fuzzy_stereo_ros.matching.kernels.costs import box_row, cost_row, raw_row
@@ -19,6 +16,8 @@ from fuzzy_stereo_ros.matching.kernels.scanlines import (
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest,
     minimum, peek, saturating_add, splat, store, subtract)
+from numba import njit
+import numpy as np
 
 
 class Windows(NamedTuple):

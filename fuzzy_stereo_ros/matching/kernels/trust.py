@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where the previous frame's best chromosome can still be trusted, judged on this frame."""
-from numba import njit
-import numpy as np
-
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.costs import layout_of, match_cost
+from numba import njit
+import numpy as np
 
 TILE = 16        # pixels of a side of the tiles that are trusted or not
 
