@@ -117,11 +117,16 @@ def test_an_image_that_fits_is_not_copied():
     assert np.shares_memory(read_image(message), np.frombuffer(message.data, np.uint8))
 
 
-def test_bytes_behind_the_last_row_are_accepted():
+@pytest.mark.parametrize('encoding', ['mono8', 'nv12', 'nv21'])
+def test_bytes_behind_the_last_row_are_accepted(encoding):
     pixels = noise(4, 6)
-    message = image(pixels, 'nv12')
+    message = image(pixels, encoding)
     message.data += bytes(12)
     np.testing.assert_array_equal(read_image(message), pixels)
+
+
+def test_an_image_of_one_pixel_is_an_image():
+    assert read_image(image(noise(1, 1), 'mono8')).shape == (1, 1)
 
 
 @pytest.mark.parametrize('changes, reason, sentence', [
@@ -215,6 +220,9 @@ def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline(
     ({}, {'p': projection(p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted one above'),
     ({'p': [0.0] * 12}, {'tx': -24.0}, 'left camera_info: the camera is not calibrated (K[0] is '),
     ({}, {'k': [0.0] * 9, 'tx': -24.0}, 'right camera_info: the camera is not calibrated (K[0] '),
+    ({}, {'p': projection(p0=0.0)}, 'right camera_info: the camera is not calibrated (K[0] is '),
+    ({}, {'p': projection(p5=0.0)}, 'right camera_info: the camera is not calibrated (K[0] is '),
+    ({}, {'k': [], 'tx': -24.0}, 'right camera_info: the camera is not calibrated (K[0] is 0, '),
     ({}, {'p': projection(p0=float('nan'))}, 'right camera_info: P is not twelve finite numbers'),
     ({}, {'p': projection(p3=float('inf'))}, 'right camera_info: P is not twelve finite numbers'),
     ({}, {'p': []}, 'right camera_info: P is not twelve finite numbers'),

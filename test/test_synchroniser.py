@@ -110,6 +110,20 @@ def test_cameras_that_leave_their_stamps_zero_are_matched_as_they_come():
     assert [found.went_back for found in sets] == [False, False, False]
 
 
+def test_a_message_that_comes_twice_loses_nothing_that_waits():
+    synchroniser = Synchroniser(TOPICS)
+    events = [('left', 1), ('left', 2), ('left', 2)]
+    others = [(topic, stamp) for stamp in (1, 2) for topic in TOPICS[1:]]
+    assert stamps_of(play(synchroniser, events + others)) == [1, 2]
+    assert synchroniser.unmatched['left'] == 1
+
+
+def test_one_topic_alone_has_no_difference_of_stamps():
+    synchroniser = Synchroniser(TOPICS)
+    synchroniser.add('left', 1, 'left1')
+    assert synchroniser.difference() is None
+
+
 @given(interleaved(streams()))
 def test_equal_stamps_give_the_same_sets_in_any_arrival_order(events):
     synchroniser = Synchroniser(TOPICS)
