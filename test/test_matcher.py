@@ -124,6 +124,38 @@ def test_a_shifted_image_has_that_disparity_from_either_reference(shift, referen
     assert np.mean(np.abs(inside - shift) <= 0.25) > 0.97
 
 
+def columns_in_view(shift):
+    """Return which of 100 columns point inside the target image, and which do not."""
+    pointed = np.arange(100) - shift
+    inside = (pointed >= 0) & (pointed < 100)
+    return inside, ~inside
+
+
+def shifted_by(shift, min_disparity):
+    """Match two windows of one image, of true disparity `shift` everywhere."""
+    wide = scene(50, 160).left
+    return StereoMatcher(replace(CONFIG, disparities=24, min_disparity=min_disparity)).match(
+        wide[:, 30:130], wide[:, 30 + shift:130 + shift])
+
+
+@pytest.mark.parametrize('shift, min_disparity', [
+    (9, 0), (9, 4), pytest.param(-9, -20, marks=pytest.mark.xfail(
+        reason='the right image moves out of its frame: 11 columns at the left are lost'))])
+def test_what_both_images_show_is_found_up_to_the_border(shift, min_disparity):
+    match = shifted_by(shift, min_disparity)
+    inside, _ = columns_in_view(shift)
+    assert np.mean(abs(match.disparity[:, inside] - shift) < 0.5) > 0.97
+
+
+@pytest.mark.parametrize('shift, min_disparity', [
+    (9, 0), (9, 4), pytest.param(-9, -20, marks=pytest.mark.xfail(
+        reason='what lies beyond the right border of the right image is taken as seen'))])
+def test_what_points_beyond_the_other_image_is_invalid(shift, min_disparity):
+    match = shifted_by(shift, min_disparity)
+    _, outside = columns_in_view(shift)
+    assert np.mean(np.isnan(match.disparity[:, outside])) > 0.9
+
+
 @pytest.mark.parametrize('min_disparity', [-30, -7])
 def test_a_smallest_disparity_moves_the_right_image_and_is_added_at_the_end(min_disparity):
     pair = scene(min_disparity=min_disparity)

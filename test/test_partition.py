@@ -121,7 +121,7 @@ def crossed(crossing):
     return child, costs, saved, dearer
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(crossings())
 def test_each_region_is_that_of_the_fitter_parent_as_found_by_trying_them_all(crossing):
     mother, father = crossing[:2]
@@ -133,7 +133,7 @@ def test_each_region_is_that_of_the_fitter_parent_as_found_by_trying_them_all(cr
     assert dearer == cost(father) - cost(mother)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(crossings())
 def test_a_child_is_at_least_as_fit_as_both_parents(crossing):
     cost = cost_of(crossing)
@@ -228,7 +228,7 @@ def test_costs_are_counted_on_a_grid():
     np.testing.assert_array_equal(histogram, np.bincount(costs[::4, ::4].ravel(), minlength=256))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(sizes, st.integers(1, 30), st.integers(0, 16), st.integers(0, 3), st.integers(0, 20),
        st.integers(0, 12), st.integers(0, 2**63), st.booleans())
 def test_mutants_are_those_of_the_twin(rows, columns, dear, radius, reach, patches, word, wide):

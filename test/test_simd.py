@@ -101,6 +101,11 @@ def split_colours(pixels, at, out):
 
 
 @njit
+def peeked(array, at):
+    return simd.peek(array, at)
+
+
+@njit
 def copied(source, at, target, to):
     store(target, to, load(source, at))
 
@@ -169,6 +174,12 @@ def test_pixels_of_three_bytes_are_split_into_their_colours(at):
     out = np.zeros(3 * LANES, np.uint16)
     split_colours(pixels, at, out)
     np.testing.assert_array_equal(out.reshape(3, LANES), pixels[at:].reshape(LANES, 3).T)
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_a_peek_reads_one_element(kind):
+    array = np.arange(250, 256, dtype=kind)
+    assert [peeked(array, at) for at in range(6)] == list(range(250, 256))
 
 
 @pytest.mark.parametrize('word', [
