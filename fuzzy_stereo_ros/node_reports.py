@@ -13,6 +13,11 @@ MOST_KINDS = 100
 NUMBERS = re.compile(r'\d[\d.]*')
 
 
+def kind_of(sentence):
+    """Return a sentence without its numbers: what those that differ only there have in common."""
+    return NUMBERS.sub('#', sentence)
+
+
 class Throttle:
     """Lets a sentence through at once, then one of its kind per period with how many came."""
 
@@ -28,7 +33,7 @@ class Throttle:
 
         Sentences that differ only in numbers are of one kind.
         """
-        kind = NUMBERS.sub('#', sentence)
+        kind = kind_of(sentence)
         with self._lock:
             if kind not in self._kinds and len(self._kinds) >= MOST_KINDS:
                 kind = ''

@@ -12,7 +12,7 @@ import traceback
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.node_reports import (
-    counts_of, Figures, no_pair_report, Rates, Throttle, TopicState, verdict)
+    counts_of, Figures, kind_of, no_pair_report, Rates, Throttle, TopicState, verdict)
 from fuzzy_stereo_ros.pairs.messages import (
     DISPARITY_STEP, fill_confidence, fill_disparity, read_pair, stamp_of)
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
@@ -120,9 +120,10 @@ class DisparityNode(Node):
         elif forget:
             self._matcher.reset()
         pair = read_pair(*found.messages)
-        for remark in set(pair.calibration.remarks) - self._remarks:
-            self._remarks.add(remark)
-            self.get_logger().warning(remark)
+        for remark in pair.calibration.remarks:
+            if kind_of(remark) not in self._remarks:
+                self._remarks.add(kind_of(remark))
+                self.get_logger().warning(remark)
         match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp)
         if self._disparity.get_subscription_count():
             step = WHOLE_PIXEL if config.search == 'paper' else DISPARITY_STEP
@@ -191,7 +192,8 @@ class DisparityNode(Node):
         for found in self._synchroniser.add(topic, stamp_of(message.header), message):
             if found.went_back:
                 self._forget = True
-                self.get_logger().info('the stamps went back: starting anew')
+                self.get_logger().info('the stamps went back: starting anew',
+                                       throttle_duration_sec=5.0)
             self._begin_quiet()
             self._lane.offer((found, self._quiet_since))
 

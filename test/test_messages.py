@@ -386,6 +386,11 @@ def test_the_valid_window_holds_what_both_cameras_can_see(min_disparity, x_offse
     assert (window.x_offset, window.width) == (x_offset, width)
 
 
+def test_the_valid_window_of_a_filled_image_is_the_whole_image():
+    window = filled(np.zeros((80, 100)), disparities=10, fill=True).valid_window
+    assert (window.x_offset, window.y_offset, window.width, window.height) == (0, 0, 100, 80)
+
+
 def test_a_match_is_not_changed_by_sending_it():
     match = made_match([[5.0, np.nan]])
     fill_disparity(message_stand_in(), match, made_pair((1, 2), 3.0), MatcherConfig())

@@ -93,6 +93,16 @@ def test_twelve_bits_colour_and_a_change_of_size_are_matched_as_they_come(bench)
         assert share_near(values[:, 15:], SHIFT) > 0.95
 
 
+def test_a_calibration_that_is_hardly_right_is_used_and_told_once(bench):
+    mark = bench.node.mark()
+    for focal in (210.0, 211.0):
+        message = bench.match(*PAIR, change=change_projection('right', 0, focal))
+        assert message.f == focal
+    bench.match(*PAIR)
+    bench.node.logged('fx is 200 in the left and 210 in the right camera_info', mark)
+    assert bench.node.log(mark).count('fx is 200') == 1
+
+
 def test_confidence_comes_with_the_stamp_of_the_pair(bench):
     message = bench.match(*PAIR)
     stamp = stamp_of(message.header)
@@ -130,6 +140,7 @@ def test_bad_pairs_that_keep_coming_are_counted_and_told_at_once_then_together(b
     for number in (1, 2, 3):
         bench.rig.publish(*PAIR, change=replace_image('left/image_rect', encoding='flow'))
         bench.until(lambda: refused_since(bench, before) == number, 'it is counted')  # noqa: B023
+    bench.node.logged("encoding is 'flow'", mark)
     assert bench.node.log(mark).count("encoding is 'flow'") == 1
     bench.until(lambda: '(2 times in the last' in bench.node.log(mark), 'the other two')
     assert bench.node.log(mark).count("encoding is 'flow'") == 2

@@ -161,7 +161,8 @@ def fill_disparity(message, match, pair, config, step=DISPARITY_STEP):
     match.disparity: float32 (R, C), px, NaN = invalid; config: the MatcherConfig it was made
     with; step: px, the smallest difference of two disparities it makes.
     Disparities are corrected by the calibration's offset, as the message wants them. What is
-    invalid becomes min_disparity - 1; valid values lie in min_disparity to max_disparity.
+    invalid becomes min_disparity - 1; valid values lie in min_disparity to max_disparity. The
+    valid window is what both cameras can see at any disparity, the whole image where it is filled.
     """
     offset, (rows, columns) = pair.calibration.offset, match.disparity.shape
     last = config.min_disparity + config.disparities - 1
@@ -177,8 +178,9 @@ def fill_disparity(message, match, pair, config, step=DISPARITY_STEP):
     message.min_disparity, message.max_disparity = float(smallest), float(largest)
     message.delta_d = step
     window = message.valid_window
-    window.x_offset = min(max(0, last), columns)
-    window.width = max(0, columns - max(0, -config.min_disparity) - window.x_offset)
+    first, behind = (0, columns) if config.fill else (
+        min(max(0, last), columns), columns - max(0, -config.min_disparity))
+    window.x_offset, window.width = first, max(0, behind - first)
     window.y_offset, window.height, window.do_rectify = 0, rows, False
     return message
 
