@@ -453,6 +453,15 @@ def test_speed_lets_all_take_turns_and_compares_with_3way():
     assert report.tables[-1].rows[-1][0] == 'total'
 
 
+def test_the_time_of_a_stage_is_that_of_its_fastest_turn():
+    turns = [{'seeds': 3.0, 'total': 5.0}, {'seeds': 4.0, 'total': 4.5}, None]
+    contestant = speed.Contestant('ours', lambda frame: turns[frame])
+    for frame in range(len(turns)):
+        contestant.take_turn(frame)
+    assert contestant.stages == {'seeds': 3.0, 'total': 4.5}
+    assert len(contestant.times) == len(contestant.processor_times) == 3
+
+
 def test_cold_is_the_frame_alone_and_warm_is_not():
     frames = sequences.window(small_scene(), 6, 0)
     sequence = sequences.Sequence('kind', 'name', MIDDLEBURY, DISPARITIES, lambda: frames,

@@ -32,7 +32,7 @@ class Contestant:
 
     work: called with a frame's number; may return {stage: milliseconds}.
     times: milliseconds of each turn; processor_times: the same, of all threads together, not
-    counting while other programs ran; stages: what the fastest turn returned.
+    counting while other programs ran; stages: the minimum of each stage that was returned.
     """
 
     name: str
@@ -46,10 +46,9 @@ class Contestant:
         start, processor_start = time.perf_counter(), time.process_time()
         stages = self.work(frame)
         self.processor_times.append(1000 * (time.process_time() - processor_start))
-        milliseconds = 1000 * (time.perf_counter() - start)
-        if not self.times or milliseconds < min(self.times):
-            self.stages = stages or {}
-        self.times.append(milliseconds)
+        self.times.append(1000 * (time.perf_counter() - start))
+        for stage, milliseconds in (stages or {}).items():
+            self.stages[stage] = min(milliseconds, self.stages.get(stage, milliseconds))
 
     @property
     def best(self):
@@ -176,7 +175,7 @@ def _unrest(contestant):
 
 
 def _stage_table(found):
-    """Return the table of our stages, in the fastest turn of each race."""
+    """Return the table of our stages, each at its fastest."""
     chosen = {(size, threads, one.name): one for (size, threads), contestants in found.items()
               for one in contestants if one.name in (COLD, WARM)}
     stages = dict.fromkeys(stage for one in chosen.values() for stage in one.stages)
@@ -184,4 +183,4 @@ def _stage_table(found):
                for size, threads, name in chosen]
     return Table('Stages of our matcher, milliseconds', ('', *columns),
                  [(stage, *(one.stages.get(stage) for one in chosen.values()))
-                  for stage in stages])
+                  for stage in stages], 'The minimum of each stage over the turns.')
