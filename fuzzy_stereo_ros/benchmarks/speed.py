@@ -55,6 +55,11 @@ class Contestant:
         """The fastest turn, in milliseconds."""
         return min(self.times)
 
+    @property
+    def cores(self):
+        """How many cores worked on average in the fastest turn."""
+        return self.processor_times[int(np.argmin(self.times))] / self.best
+
 
 def run(request, sizes=SIZES):
     """Return the `Report` of times at each size, with one and with two threads."""
@@ -154,7 +159,7 @@ def _race_table(size, by_threads):
                 'of that of 3WAY']
     if together:
         headings += ['2 threads [ms]', '2 threads, of 3WAY', '2 threads, median / minimum',
-                     '2 threads, faster by']
+                     '2 threads, faster by', '2 threads, cores used']
     lines = []
     for name, one in alone.items():
         line = [name, one.best, one.best / alone[YARDSTICK].best, _unrest(one),
@@ -163,11 +168,12 @@ def _race_table(size, by_threads):
         if together:
             two = together[name]
             line += [two.best, two.best / together[YARDSTICK].best, _unrest(two),
-                     one.best / two.best]
+                     one.best / two.best, two.cores]
         lines.append(tuple(line))
     return Table(f'{columns}x{rows}, {disparities} disparities', tuple(headings), lines,
                  'Processor time does not run while other programs do. Median over minimum tells '
-                 'how noisy the machine was: 1.00 is quiet.')
+                 'how noisy the machine was: 1.00 is quiet. Cores used far below 2 with two '
+                 'threads, for all contestants alike, means that other programs had the second.')
 
 
 def _unrest(contestant):
