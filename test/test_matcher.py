@@ -48,7 +48,7 @@ def test_the_same_frames_give_the_same_bits_whatever_the_number_of_threads():
         for other in others:
             assert_same(first, other)
     for matcher in matchers[1:]:
-        for name in ('labels', 'verdict', 'age', 'costs'):
+        for name in ('labels', 'verdict', 'costs', 'glance'):
             np.testing.assert_array_equal(
                 getattr(matcher.state, name), getattr(matchers[0].state, name))
 
@@ -447,10 +447,10 @@ def test_a_state_is_not_changed_by_later_frames():
     matcher = StereoMatcher(CONFIG)
     matcher.match(frames[0].left, frames[0].right)
     state = matcher.state
-    copies = [getattr(state, name).copy() for name in ('labels', 'verdict', 'age', 'costs')]
+    copies = [getattr(state, name).copy() for name in ('labels', 'verdict', 'costs', 'glance')]
     for frame in frames[1:]:
         matcher.match(frame.left, frame.right)
-    for name, copy in zip(('labels', 'verdict', 'age', 'costs'), copies):
+    for name, copy in zip(('labels', 'verdict', 'costs', 'glance'), copies):
         np.testing.assert_array_equal(getattr(state, name), copy)
 
 

@@ -4,7 +4,8 @@
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, OUTSIDE, REFUSED
 from fuzzy_stereo_ros.matching.kernels.trust import (
-    grow_older, lean_on_previous, TILE, tile_costs, trusted_cells)
+    keep_unmoved_tiles, lean_on_previous, move_map, move_tile_costs, TILE, tile_costs,
+    trusted_cells)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -88,23 +89,49 @@ def test_trusted_is_what_was_consistent_is_no_dearer_and_is_not_denied(
 
 
 @pytest.mark.parametrize('shape', [(2, 2), (3, 3), (11, 16)])
-def test_leant_on_is_what_is_trusted_and_flat_and_more_where_of_age(shape):
+def test_leant_on_is_what_is_trusted_and_flat(shape):
     half = shape[0] // 2, shape[1] // 2
-    trusted, smooth, age = (random_map(size, limit, limit) for size, limit in (
-        (half, 2), (half, 2), (shape, 4)))
+    trusted, smooth = (random_map(half, 2, seed) for seed in (1, 2))
     weights = np.full(shape, 9, np.uint8)
     for band in ((0, 1), (1, shape[0])):
-        lean_on_previous(trusted, smooth, age, 2, weights, *band)
-    leant = twins.doubled(trusted & smooth, shape)
-    np.testing.assert_array_equal(weights, np.where(leant == 1, 1 + (age >= 2), 0))
+        lean_on_previous(trusted, smooth, weights, *band)
+    np.testing.assert_array_equal(weights, twins.doubled(trusted & smooth, shape))
 
 
-@pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
-def test_a_gene_grows_older_where_it_was_leant_on_and_stayed_within_one_pixel(dtype):
-    labels = np.array([[7, 7, 7, 7, 7, 7, 0]], dtype)
-    previous = np.array([[7, 8, 6, 9, 5, 7, 1]], dtype)
-    weights = np.array([[1, 2, 1, 1, 1, 0, 1]], np.uint8)
-    before = np.array([[0, 3, 255, 4, 4, 4, 254]], np.uint8)
-    age = np.full((1, 7), 99, np.uint8)
-    grow_older(labels, previous, weights, before, age)
-    assert age.tolist() == [[1, 4, 255, 0, 0, 0, 255]]
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 9), st.integers(1, 9), st.integers(-10, 10), st.integers(-10, 10),
+       st.integers(0, 99))
+def test_a_moved_map_shows_what_was_up_and_left_of_it(rows, columns, down, right, seed):
+    source = random_map((rows, columns), 200, seed)
+    moved = np.full_like(source, 7)
+    for band in ((0, rows // 2), (rows // 2, rows)):
+        move_map(source, down, right, 255, moved, *band)
+    for row, column in np.ndindex(source.shape):
+        inside = 0 <= row - down < rows and 0 <= column - right < columns
+        assert moved[row, column] == (source[row - down, column - right] if inside else 255)
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 5), (4, 1), (5, 6)])
+@pytest.mark.parametrize('down, right', [(0, 0), (TILE, -2 * TILE), (8, 4), (-3, 900)])
+def test_moved_tile_costs_lie_on_lines_between_the_tiles_centres(shape, down, right):
+    costs = random_map(shape, 50, 3).astype(np.float32)
+    moved = np.zeros_like(costs)
+    move_tile_costs(costs, down, right, moved)
+    rows, columns = (np.clip(np.arange(size) - shift / TILE, 0, size - 1)
+                     for size, shift in zip(shape, (down, right)))
+    along = np.array([np.interp(columns, np.arange(shape[1]), line) for line in costs])
+    both = np.array([np.interp(rows, np.arange(shape[0]), line) for line in along.T]).T
+    np.testing.assert_allclose(moved, both, rtol=1e-5)
+
+
+def test_the_tiles_that_are_cheaper_unmoved_are_put_back():
+    maps = random_map((20, 40), 9, 1), random_map((20, 40), 3, 2)
+    moved = tuple(part + np.uint8(100) for part in maps)
+    before = [part.copy() for part in moved]
+    costs = np.array([[1, 5, 3], [2, 2, 2]], np.float32)
+    moved_costs = np.array([[1, 4, 9], [3, 1, 0]], np.float32)
+    keep_unmoved_tiles(costs, moved_costs, maps, moved)
+    np.testing.assert_array_equal(moved_costs, [[1, 4, 3], [2, 1, 0]])
+    back = np.array([[1, 0, 1], [1, 0, 0]]).repeat(TILE, 0).repeat(TILE, 1)[:20, :40] == 1
+    for part, there, source in zip(moved, before, maps):
+        np.testing.assert_array_equal(part, np.where(back, source, there))

@@ -50,16 +50,14 @@ def _bad(disparity, truth, visible, limit):
 
 
 @pytest.mark.parametrize('seed, noise', [
-    (0, 0.0), (1, 0.0), (3, 0.0), (0, 6.0), (1, 6.0), (2, 6.0), (3, 6.0),
-    pytest.param(2, 0.0, marks=missed('0.21 points in the second frame', narrowly=True))])
+    (seed, noise) for noise in (0.0, 6.0) for seed in SCENES])
 def test_a_cut_between_made_scenes_does_no_harm(seed, noise):
     before, after = (made_pair(200, 320, 48, scene, noise=noise) for scene in (seed, seed + 10))
     assert worst_after_cut(before, after, 48) <= MARGIN
 
 
 @pytest.mark.parametrize('seed', [
-    pytest.param(0, marks=missed('0.32 points in the third frame')),
-    pytest.param(1, marks=missed('0.24 points in the first frame', narrowly=True)), 2, 3])
+    pytest.param(0, marks=missed('0.32 points in the third frame')), 1, 2, 3])
 def test_objects_that_appear_do_no_harm(seed):
     assert _after_a_change_of_objects(2, 5, seed) <= MARGIN
 
@@ -74,8 +72,7 @@ def _after_a_change_of_objects(before, after, seed):
                              for count in (before, after)), 48)
 
 
-@pytest.mark.parametrize('backwards', [
-    pytest.param(False, marks=missed('0.44 points in the second frame')), True])
+@pytest.mark.parametrize('backwards', [False, True])
 def test_a_cut_between_the_halves_of_the_motorcycle_does_no_harm(backwards):
     pair = motorcycle()
     windows = [[image[:, begin:begin + 370] for image in pair[:4]] for begin in (0, 371)]
@@ -91,7 +88,7 @@ def test_a_cut_between_pairs_of_middlebury_does_no_harm(before, after):
 @pytest.mark.parametrize('before, after', [
     ('Aloe', 'Baby1'), ('Baby1', 'Bowling1'), ('Bowling1', 'Cloth1'), ('Cloth1', 'Flowerpots'),
     ('Flowerpots', 'Lampshade1'),
-    pytest.param('Lampshade1', 'Midd1', marks=missed('0.5 points in the first frame')),
+    pytest.param('Lampshade1', 'Midd1', marks=missed('0.52 points in the first frame')),
     ('Midd1', 'Wood1'), ('Wood1', 'Aloe')])
 def test_a_cut_between_pairs_of_2006_does_no_harm(before, after):
     first, second = (third_size(name, 370, 413)[:4] for name in (before, after))
@@ -147,24 +144,21 @@ def made_mean(noise, warm):
 
 
 @pytest.mark.parametrize('seed, noise', [
-    pytest.param(seed, noise, marks=missed('1.04 cold, 1.59 warm'))
-    if (seed, noise) == (3, 6.0) else (seed, noise)
-    for noise in (0.0, 3.0, 6.0, 12.0) for seed in SCENES])
+    (seed, noise) for noise in (0.0, 3.0, 6.0, 12.0) for seed in SCENES])
 def test_no_made_scene_is_more_wrong_warm(seed, noise):
     cold, warm = made_course(seed, noise, False), made_course(seed, noise, True)
     assert warm.wrong <= cold.wrong + MARGIN
 
 
 @pytest.mark.parametrize('noise', [
-    pytest.param(0.0, marks=missed('1.19 cold, 1.25 warm')),
-    pytest.param(3.0, marks=missed('1.28 cold, 1.33 warm')),
-    pytest.param(6.0, marks=missed('1.42 cold, 1.65 warm'))])
+    pytest.param(0.0, marks=missed('1.19 cold, 1.22 warm')),
+    pytest.param(3.0, marks=missed('1.28 cold, 1.31 warm')),
+    pytest.param(6.0, marks=missed('1.42 cold, 1.46 warm'))])
 def test_a_made_moving_scene_has_fewer_wrong_pixels_warm(noise):
     assert made_mean(noise, True).wrong < made_mean(noise, False).wrong
 
 
-@pytest.mark.parametrize('noise', [
-    0.0, 3.0, pytest.param(6.0, marks=missed('0.33 cold, 0.36 warm')), 12.0])
+@pytest.mark.parametrize('noise', [0.0, 3.0, 6.0, 12.0])
 def test_a_made_moving_scene_flickers_less_warm(noise):
     assert made_mean(noise, True).flicker < made_mean(noise, False).flicker
 
@@ -177,7 +171,7 @@ def test_the_motorcycle_is_no_more_wrong_warm(pan, noise):
 
 
 @pytest.mark.parametrize('pan, noise', [
-    pytest.param(2, 0.0, marks=missed('5.01 cold, 5.04 warm', narrowly=True)),
+    pytest.param(2, 0.0, marks=missed('5.01 cold, 5.01 warm', narrowly=True)),
     (8, 0.0), (0, 3.0), (2, 3.0), (8, 3.0), (0, 6.0), (2, 6.0), (8, 6.0)])
 def test_the_motorcycle_through_a_moving_window_has_fewer_wrong_pixels_warm(pan, noise):
     assert motorcycle_course(pan, noise, True).wrong < motorcycle_course(
@@ -185,8 +179,8 @@ def test_the_motorcycle_through_a_moving_window_has_fewer_wrong_pixels_warm(pan,
 
 
 @pytest.mark.parametrize('pan, noise', [
-    pytest.param(2, 0.0, marks=missed('0.32 cold, 0.45 warm')),
-    pytest.param(8, 0.0, marks=missed('0.40 cold, 0.72 warm')),
+    pytest.param(2, 0.0, marks=missed('0.32 cold, 0.41 warm')),
+    pytest.param(8, 0.0, marks=missed('0.40 cold, 0.55 warm')),
     (0, 3.0), (2, 3.0), (8, 3.0), (0, 6.0), (2, 6.0), (8, 6.0)])
 def test_the_motorcycle_through_a_moving_window_flickers_less_warm(pan, noise):
     assert motorcycle_course(pan, noise, True).flicker < motorcycle_course(

@@ -123,7 +123,7 @@ class GuidedSearch:
         members = 2
         self.warm = self._state is not None
         if self.warm and self._config.population > members:
-            filling.take_trusted(by_rows, self._state.labels, self._warm.prior.weights,
+            filling.take_trusted(by_rows, self._warm.prior.labels, self._warm.prior.weights,
                                  self._members[members])
             members += 1
         self.fitness = np.full(members, self._fitness.adopt(self._crew, by_rows))

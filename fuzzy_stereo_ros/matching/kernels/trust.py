@@ -35,6 +35,55 @@ def tile_costs(features, labels, first_inside, costs, first, last):
 
 
 @njit(nogil=True, cache=True)
+def move_map(source, down, right, outside, moved, first, last):
+    """Move a map (R, C) down and right; what comes from beyond its border is `outside`."""
+    rows, columns = source.shape
+    for row in range(first, last):
+        origin = row - down
+        for column in range(columns):
+            inside = 0 <= origin < rows and 0 <= column - right < columns
+            moved[row, column] = source[origin, column - right] if inside else outside
+
+
+@njit(nogil=True, cache=True)
+def move_tile_costs(costs, down, right, moved):
+    """Move costs by tile, float32, by a number of pixels: linear between the tiles' centres."""
+    rows, columns = costs.shape
+    for row in range(rows):
+        from_row = min(max(row - down / TILE, 0.0), rows - 1.0)
+        above = min(int(from_row), max(rows - 2, 0))
+        below, share_below = min(above + 1, rows - 1), from_row - above
+        for column in range(columns):
+            from_column = min(max(column - right / TILE, 0.0), columns - 1.0)
+            left = min(int(from_column), max(columns - 2, 0))
+            near, share_near = min(left + 1, columns - 1), from_column - left
+            upper = costs[above, left] * (1 - share_near) + costs[above, near] * share_near
+            lower = costs[below, left] * (1 - share_near) + costs[below, near] * share_near
+            moved[row, column] = upper * (1 - share_below) + lower * share_below
+
+
+@njit(nogil=True, cache=True)
+def keep_unmoved_tiles(costs, moved_costs, maps, moved_maps):
+    """
+    Put back the tiles of a previous best that are cheaper where they were than moved.
+
+    costs, moved_costs: float32 by tile, on this frame, the cheaper remain in moved_costs; maps,
+    moved_maps: (R, C) labels and verdict each.
+    """
+    rows, columns = maps[0].shape
+    for tile_row in range(costs.shape[0]):
+        top, bottom = tile_row * TILE, min((tile_row + 1) * TILE, rows)
+        for tile_column in range(costs.shape[1]):
+            if moved_costs[tile_row, tile_column] < costs[tile_row, tile_column]:
+                continue
+            begin, end = tile_column * TILE, min((tile_column + 1) * TILE, columns)
+            for row in range(top, bottom):
+                moved_maps[0][row, begin:end] = maps[0][row, begin:end]
+                moved_maps[1][row, begin:end] = maps[1][row, begin:end]
+            moved_costs[tile_row, tile_column] = costs[tile_row, tile_column]
+
+
+@njit(nogil=True, cache=True)
 def trusted_cells(labels, verdict, half, half_verdict, costs_now, costs_then, tolerance, distance,
                   half_labels, trusted):
     """
@@ -61,26 +110,11 @@ def trusted_cells(labels, verdict, half, half_verdict, costs_now, costs_then, to
 
 
 @njit(nogil=True, cache=True)
-def lean_on_previous(trusted, smooth, age, grown_up, weights, first, last):
-    """
-    Spread the trust to full size: weight 1 where trusted and flat, 2 where also of age.
-
-    trusted, smooth: uint8 (r, c); age: uint8 (R, C), frames that a gene has survived.
-    """
+def lean_on_previous(trusted, smooth, weights, first, last):
+    """Spread the trust to full size: weight 1 where trusted and flat; both uint8 (r, c)."""
     rows, columns = trusted.shape
     for row in range(first, last):
         source = min(row // 2, rows - 1)
         for column in range(weights.shape[1]):
             near = min(column // 2, columns - 1)
-            leant = trusted[source, near] & smooth[source, near]
-            weights[row, column] = leant + (leant & (age[row, column] >= grown_up))
-
-
-@njit(nogil=True, cache=True)
-def grow_older(labels, previous, weights, before, age):
-    """Count the frames that a gene has survived, within one pixel, where it was leant on."""
-    for row in range(labels.shape[0]):
-        for column in range(labels.shape[1]):
-            survived = weights[row, column] > 0 and abs(
-                np.int64(labels[row, column]) - np.int64(previous[row, column])) <= 1
-            age[row, column] = min(before[row, column] + 1, 255) if survived else 0
+            weights[row, column] = trusted[source, near] & smooth[source, near]
