@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The node `disparity_node`: stereo pairs come in by topics, disparities go out."""
-from dataclasses import replace
 from functools import partial
 import os
 import signal
@@ -10,7 +9,7 @@ import time
 import traceback
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.node_reports import (
     counts_of, Figures, kind_of, no_pair_report, Rates, Throttle, TopicState, verdict)
 from fuzzy_stereo_ros.pairs.messages import (
@@ -19,7 +18,6 @@ from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameter_table import in_ros_words
 from fuzzy_stereo_ros.ros_parameters import RosParameters
 from fuzzy_stereo_ros.worker import Worker
-import numpy as np
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -34,7 +32,6 @@ from stereo_msgs.msg import DisparityImage
 TOPICS = ('left/image_rect', 'left/camera_info', 'right/image_rect', 'right/camera_info')
 OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
                QoSPolicyKind.DURABILITY)
-WARM_UP_SIZE = 32, 96       # rows, columns; the kernels are the same for all sizes
 WHOLE_PIXEL = 1.0           # step of the paper's disparities
 PATIENCE = 4.0      # s to wait at the end for a match or a compilation that still runs
 BROKEN, REFUSED = 1, 2      # exit codes: something does not work, parameters are not allowed
@@ -104,7 +101,7 @@ class DisparityNode(Node):
     # In the worker's thread.
 
     def _warm_up(self):
-        warm_up(self._config)
+        StereoMatcher(self._config).warm_up(*WARM_UP_SIZE)
         if not self.context.ok():
             return      # the end came first
         self._ready = True
@@ -240,18 +237,6 @@ class DisparityNode(Node):
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
-
-
-def warm_up(config):
-    """Compile or load the kernels for every kind of image: grey or colour, 8 or 16 bits."""
-    rows, columns = WARM_UP_SIZE
-    columns = max(columns, config.disparities)
-    matcher = StereoMatcher(replace(config, generations=min(config.generations, 2)))
-    matcher.warm_up(rows, columns)
-    for kind in (np.uint8, np.uint16):
-        for shape in ((rows, columns), (rows, columns, 3)):
-            image = np.zeros(shape, kind)
-            matcher.match(image, image)
 
 
 def _trace(error):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """One matcher: a pair goes in, a disparity comes out, and the best chromosome is kept."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import time
 
 from fuzzy_stereo_ros.matching.checks import checked_pair
@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
 from fuzzy_stereo_ros.matching.paper_search import PaperSearch
 import numpy as np
 
+WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
 SEARCHES = {'guided': GuidedSearch, 'paper': PaperSearch}
 
 
@@ -81,13 +82,22 @@ class StereoMatcher:
         self.state = state
 
     def warm_up(self, rows, columns):
-        """Compile the kernels, or load them from the cache, and allocate for a size."""
-        noise = np.random.default_rng(0).integers(0, 256, (rows, columns), np.uint8)
-        state = self.state
-        self.reset()
-        self.match(noise, noise, 0)
-        self.match(noise, noise, 1)
-        self.state = state
+        """
+        Compile the kernels, or load them from the cache, and allocate for images of a size.
+
+        Every kind of image is matched once, cold and warm, on a matcher that is thrown away.
+        """
+        small = replace(self.config, warm_start=True, deadline_ms=0.0,
+                        population=min(self.config.population, 4),
+                        generations=min(self.config.generations, 2))
+        columns_for_all = max(WARM_UP_SIZE[1], self.config.disparities)
+        for kind in (np.uint8, np.uint16):
+            for channels in ((), (3,)):
+                image = np.zeros((WARM_UP_SIZE[0], columns_for_all, *channels), kind)
+                matcher = StereoMatcher(small)
+                matcher.match(image, image)
+                matcher.match(image, image)
+        self._search_of((rows, columns))
 
     def _previous(self, shape, stamp):
         """Return the previous frame's state where this pair may start from it, else None."""
