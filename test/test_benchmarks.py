@@ -462,6 +462,12 @@ def test_the_time_of_a_stage_is_that_of_its_fastest_turn():
     assert len(contestant.times) == len(contestant.processor_times) == 3
 
 
+def test_the_cores_that_worked_are_those_of_the_fastest_turn():
+    contestant = speed.Contestant('ours', None, times=[30.0, 10.0, 20.0],
+                                  processor_times=[30.0, 18.0, 19.0])
+    assert contestant.cores == 1.8
+
+
 def test_cold_is_the_frame_alone_and_warm_is_not():
     frames = sequences.window(small_scene(), 6, 0)
     sequence = sequences.Sequence('kind', 'name', MIDDLEBURY, DISPARITIES, lambda: frames,
