@@ -184,6 +184,19 @@ def test_grey_in_colour_is_matched_as_grey(channels):
     assert_same(matched(pair), matched(pair._replace(left=left, right=right)))
 
 
+@pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
+def test_colour_beside_grey_is_weighed_to_grey(dtype):
+    """Green counts twice; halves are rounded up."""
+    pair = scene(colour=True)
+    colour, other = pair.left.astype(dtype), pair.right[..., 1].astype(dtype)
+    blue, green, red = np.moveaxis(colour.astype(int), 2, 0)
+    grey = ((blue + 2 * green + red + 2) // 4).astype(dtype)
+    assert_same(matched(pair._replace(left=colour, right=other)),
+                matched(pair._replace(left=grey, right=other)))
+    assert_same(matched(pair._replace(left=other, right=colour)),
+                matched(pair._replace(left=other, right=grey)))
+
+
 def test_strided_and_read_only_images_are_matched_as_any_and_stay_as_they_are():
     pair = scene()
     wide = np.repeat(pair.left, 2, axis=1)
@@ -410,9 +423,23 @@ def test_after_a_reset_or_another_size_a_frame_is_cold():
 
 def test_without_warm_start_no_frame_is_warm_and_there_is_no_state():
     pair, matcher = scene(), StereoMatcher(replace(CONFIG, warm_start=False))
-    cold = matcher.match(pair.left, pair.right)
+    cold, warm_one = matcher.match(pair.left, pair.right), StereoMatcher(CONFIG)
     assert_same(cold, matcher.match(pair.left, pair.right))
     assert matcher.state is None
+    warm_one.match(pair.left, pair.right)
+    matcher.restore(warm_one.state)
+    assert_same(cold, matcher.match(pair.left, pair.right))
+
+
+def test_consecutive_frames_are_counted():
+    pair, matcher, numbers = scene(), StereoMatcher(CONFIG), []
+    for _ in range(3):
+        matcher.match(pair.left, pair.right)
+        numbers.append(matcher.state.frame)
+    assert numbers == [0, 1, 2]
+    matcher.reset()
+    matcher.match(pair.left, pair.right)
+    assert matcher.state.frame == 0
 
 
 @pytest.mark.parametrize('stamped', [False, True])

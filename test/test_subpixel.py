@@ -90,6 +90,19 @@ def test_confidence_is_0_where_not_consistent_and_never_below_or_above_1():
             assert confidence.max() <= 1
 
 
+def test_a_pixel_as_sure_as_the_threshold_stays_valid():
+    labels = np.full((4, 5), 7, np.uint8)
+    nothing = np.zeros((4, 5), np.uint8)
+    chosen = SimpleNamespace(labels=labels, offsets=nothing.astype(np.int8), sums=nothing,
+                             margins=nothing)
+    refinement = Refinement(4, 5, 64, np.uint8)
+    refinement.labels[:] = labels
+    disparity, confidence = (np.full((4, 5), 99, np.float32) for _ in range(2))
+    refinement.express(CREW, chosen, MatcherConfig(), disparity, confidence)
+    assert not confidence.any()
+    assert np.all(disparity == 7)
+
+
 def test_a_fill_leaves_nothing_invalid():
     disparity, confidence, *_ = expressed((8, 9), 64, fill=True, verdict=REFUSED,
                                           confidence_threshold=1.0)

@@ -95,6 +95,18 @@ def test_a_cut_between_pairs_of_2006_does_no_harm(before, after):
     assert worst_after_cut(first, second, 80) <= MARGIN
 
 
+@pytest.mark.parametrize('grey', [0, 128, 255])
+@pytest.mark.xfail(reason='the previous best stays on 93 % of the pixels, up to 0.8 sure')
+def test_a_camera_that_is_covered_is_not_sure_of_what_it_saw_before(grey):
+    pair = made_pair(300, 400, 24, noise=2.0)
+    covered = np.full((300, 400), grey, np.uint8)
+    matcher = StereoMatcher(MatcherConfig(disparities=24, threads=2))
+    matcher.match(pair.left, pair.right)
+    match = matcher.match(covered, covered)
+    assert match.warm
+    assert match.confidence.mean() < 0.05
+
+
 def test_at_road_speed_the_fourth_frame_is_no_worse_than_cold():
     frames, truth = kitti_frames('000027', (7, 8, 9, 10))
     cold, = disparities_of(frames[-1:], 96, warm=False)
