@@ -25,10 +25,8 @@ def fill_rows(labels, verdict, filled, first, last):
             filled[row, column] = label
             known = column
         if known < 0:
-            if row > first:
-                filled[row] = filled[row - 1]
-            else:
-                filled[row] = 0
+            for column in range(columns):
+                filled[row, column] = filled[row - 1, column] if row > first else 0
         else:
             filled[row, known + 1:columns] = labels[row, known]
 
@@ -42,7 +40,8 @@ def fill_columns(labels, verdict, by_rows, filled, below):
     memory.
     """
     rows, columns = labels.shape
-    filled[0] = by_rows[0]
+    for column in range(columns):
+        filled[0, column] = by_rows[0, column]
     for row in range(1, rows):
         for column in range(columns):
             if verdict[row, column] != REFUSED:
@@ -51,7 +50,8 @@ def fill_columns(labels, verdict, by_rows, filled, below):
                 filled[row, column] = labels[row - 1, column]
             else:
                 filled[row, column] = filled[row - 1, column]
-    below[:] = by_rows[rows - 1]
+    for column in range(columns):
+        below[column] = by_rows[rows - 1, column]
     for row in range(rows - 1, -1, -1):
         for column in range(columns):
             if verdict[row, column] != REFUSED:

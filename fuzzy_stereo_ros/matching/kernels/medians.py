@@ -20,10 +20,9 @@ def pad_map(values, columns, padded, first, last):
     """Copy the columns of a map into one with RADIUS pixels around, its border repeated."""
     rows = padded.shape[0] - 2 * RADIUS
     for row in range(first, last):
-        inside = padded[row + RADIUS]
-        inside[RADIUS:RADIUS + columns] = values[row, :columns]
-        inside[:RADIUS] = values[row, 0]
-        inside[RADIUS + columns:] = values[row, columns - 1]
+        inside, line = padded[row + RADIUS], values[row]
+        for column in range(inside.size):
+            inside[column] = line[min(max(column - RADIUS, 0), columns - 1)]
         for edge in range(RADIUS):
             if row == 0:
                 padded[edge] = inside

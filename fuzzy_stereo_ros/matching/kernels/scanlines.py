@@ -58,6 +58,13 @@ def gather(path, at, blocks, sums, sum_at):
 
 
 @njit(nogil=True, cache=True)
+def copy(paths, target):
+    """Copy paths, whole vectors of them."""
+    for at in range(0, paths.size - LANES + 1, LANES):
+        store(target, at, load(paths, at))
+
+
+@njit(nogil=True, cache=True)
 def clear(path, at, blocks):
     """Start paths anew: cost 0 for each label."""
     for block in range(blocks):

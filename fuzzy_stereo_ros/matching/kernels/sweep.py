@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.kernels.choice import (
     best_label, equiangular, least_elsewhere, offer_to_target, total_of)
 from fuzzy_stereo_ros.matching.kernels.costs import box_row, cost_row, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines import (
-    across, advance, gather, realign_rows, ROWS_AT_ONCE, step)
+    across, advance, copy, gather, realign_rows, ROWS_AT_ONCE, step)
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest,
     minimum, peek, saturating_add, splat, store, subtract)
@@ -142,7 +142,7 @@ def downwards(features, box, half_prior, previous_prior, windows, volume, penalt
         if row > start and row % windows.height == 0:
             realign_rows(scratch.paths, scratch.other_paths, windows, tile_row - 1, tile_row,
                          columns, scratch.labels)
-            scratch.paths[:] = scratch.other_paths
+            copy(scratch.other_paths, scratch.paths)
         inside = row >= first
         count, costs, at = 1, scratch.outside, 0
         if inside:
@@ -262,7 +262,7 @@ def upwards(features, windows, volume, penalties, first, last, overlap, scratch,
         if row < start and (row + 1) % windows.height == 0:
             realign_rows(scratch.paths, scratch.other_paths, windows, tile_row + 1, tile_row,
                          columns, scratch.labels)
-            scratch.paths[:] = scratch.other_paths
+            copy(scratch.other_paths, scratch.paths)
         size = windows.row_size[tile_row]
         at = windows.base[tile_row] + (row - tile_row * windows.height) * size
         below = min(row + 1, rows - 1)

@@ -70,7 +70,8 @@ def keep_unmoved_tiles(costs, moved_costs, maps, moved_maps):
     costs, moved_costs: float32 by tile, on this frame, the cheaper remain in moved_costs; maps,
     moved_maps: (R, C) labels and verdict each.
     """
-    rows, columns = maps[0].shape
+    (labels, verdict), (moved_labels, moved_verdict) = maps, moved_maps
+    rows, columns = labels.shape
     for tile_row in range(costs.shape[0]):
         top, bottom = tile_row * TILE, min((tile_row + 1) * TILE, rows)
         for tile_column in range(costs.shape[1]):
@@ -78,8 +79,9 @@ def keep_unmoved_tiles(costs, moved_costs, maps, moved_maps):
                 continue
             begin, end = tile_column * TILE, min((tile_column + 1) * TILE, columns)
             for row in range(top, bottom):
-                moved_maps[0][row, begin:end] = maps[0][row, begin:end]
-                moved_maps[1][row, begin:end] = maps[1][row, begin:end]
+                for column in range(begin, end):
+                    moved_labels[row, column] = labels[row, column]
+                    moved_verdict[row, column] = verdict[row, column]
             moved_costs[tile_row, tile_column] = costs[tile_row, tile_column]
 
 
