@@ -341,14 +341,18 @@ def test_a_warm_match_crosses_with_the_previous_best():
 
 @pytest.mark.parametrize('population', [2, 3, 5])
 def test_the_observer_sees_every_generation_s_population(population):
-    pair, seen = scene(), []
-    match = StereoMatcher(replace(CONFIG, population=population)).match(
-        pair.left, pair.right, observe=lambda number, members: seen.append(
-            (number, members.shape, members.dtype)))
-    assert [number for number, *_ in seen] == [row.number for row in match.history]
-    assert all(shape[0] >= 2 and shape[1:] == (60, 100) and dtype == np.uint8
-               for _, shape, dtype in seen)
-    assert seen[-1][1][0] == population
+    pair, matcher = scene(), StereoMatcher(replace(CONFIG, population=population))
+    for warm in (False, True):
+        seen = []
+        match = matcher.match(pair.left, pair.right, None,
+                              lambda *told, seen=seen: seen.append(told))
+        assert match.warm == warm
+        assert [number for number, _ in seen] == [row.number for row in match.history]
+        members = [chromosomes for _, chromosomes in seen]
+        assert all(chromosomes.shape[1:] == (60, 100) for chromosomes in members)
+        assert all(chromosomes.dtype == np.uint8 for chromosomes in members)
+        assert len(members[0]) == min(2 + warm, population)
+        assert len(members[-1]) == population
 
 
 def test_times_are_told_by_stage_and_sum_up_to_the_total():
