@@ -6,7 +6,6 @@ Warm start: the same matcher with and without its previous frame, error and flic
 Cold means that the matcher forgets the frame before each one.
 """
 from dataclasses import dataclass
-import time
 
 from fuzzy_stereo_ros.benchmarks.datasets import bad_percent
 from fuzzy_stereo_ros.benchmarks.report import environment, Report, Table
@@ -26,13 +25,12 @@ class Course:
 
     bad: {contestant: percent, mean of the scored frames}, NaN where none has a truth.
     flickers: {contestant: percent of pixels that change by more than 1 px}, the mean from the
-    first scored frame on. times: {contestant: milliseconds, minimum over the frames}.
+    first scored frame on.
     """
 
     sequence: Sequence
     bad: dict
     flickers: dict
-    times: dict
 
 
 def run(request):
@@ -64,16 +62,12 @@ def measure(sequence, request):
     matchers = {name: request.matcher(sequence.disparities, warm_start=True)
                 for name in (COLD, WARM)}
     rival = next(rival for rival in tuned_rivals(sequence.family) if rival.algorithm == RIVAL)
-    maps, times = ({name: [] for name in (RIVAL, *matchers)} for _ in range(2))
-    for matcher in matchers.values():
-        matcher.warm_up(*frames[0].left.shape[:2])
+    maps = {name: [] for name in (RIVAL, *matchers)}
     for known in frames:
         for name, matcher in matchers.items():
             if name == COLD:
                 matcher.reset()
-            start = time.perf_counter()
             maps[name].append(matcher.match(known.left, known.right).disparity)
-            times[name].append(1000 * (time.perf_counter() - start))
         maps[RIVAL].append(dense(rival.match(known.left, known.right, sequence.disparities)))
     first = max(1, sequence.scored.start)
     return Course(
@@ -83,8 +77,7 @@ def measure(sequence, request):
          for name, found in maps.items()},
         {name: _mean(flicker(found[number - 1], found[number], (0, -sequence.pan))
                      for number in range(first, len(frames)) if sequence.flickers)
-         for name, found in maps.items()},
-        {name: min(taken) for name, taken in times.items() if taken})
+         for name, found in maps.items()})
 
 
 def tables(courses):
