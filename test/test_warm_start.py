@@ -56,8 +56,7 @@ def test_a_cut_between_made_scenes_does_no_harm(seed, noise):
     assert worst_after_cut(before, after, 48) <= MARGIN
 
 
-@pytest.mark.parametrize('seed', [
-    pytest.param(0, marks=missed('0.32 points in the third frame')), 1, 2, 3])
+@pytest.mark.parametrize('seed', SCENES)
 def test_objects_that_appear_do_no_harm(seed):
     assert _after_a_change_of_objects(2, 5, seed) <= MARGIN
 
@@ -88,7 +87,7 @@ def test_a_cut_between_pairs_of_middlebury_does_no_harm(before, after):
 @pytest.mark.parametrize('before, after', [
     ('Aloe', 'Baby1'), ('Baby1', 'Bowling1'), ('Bowling1', 'Cloth1'), ('Cloth1', 'Flowerpots'),
     ('Flowerpots', 'Lampshade1'),
-    pytest.param('Lampshade1', 'Midd1', marks=missed('0.52 points in the first frame')),
+    ('Lampshade1', 'Midd1'),
     ('Midd1', 'Wood1'), ('Wood1', 'Aloe')])
 def test_a_cut_between_pairs_of_2006_does_no_harm(before, after):
     first, second = (third_size(name, 370, 413)[:4] for name in (before, after))
@@ -96,7 +95,6 @@ def test_a_cut_between_pairs_of_2006_does_no_harm(before, after):
 
 
 @pytest.mark.parametrize('grey', [0, 128, 255])
-@pytest.mark.xfail(reason='the previous best stays on 93 % of the pixels, up to 0.8 sure')
 def test_a_camera_that_is_covered_is_not_sure_of_what_it_saw_before(grey):
     pair = made_pair(300, 400, 24, noise=2.0)
     covered = np.full((300, 400), grey, np.uint8)
@@ -163,9 +161,9 @@ def test_no_made_scene_is_more_wrong_warm(seed, noise):
 
 
 @pytest.mark.parametrize('noise', [
-    pytest.param(0.0, marks=missed('1.19 cold, 1.22 warm')),
-    pytest.param(3.0, marks=missed('1.28 cold, 1.31 warm')),
-    pytest.param(6.0, marks=missed('1.42 cold, 1.46 warm'))])
+    pytest.param(0.0, marks=missed('1.19 cold, 1.21 warm')),
+    pytest.param(3.0, marks=missed('1.28 cold, 1.29 warm')),
+    pytest.param(6.0, marks=missed('1.417 cold, 1.424 warm', narrowly=True))])
 def test_a_made_moving_scene_has_fewer_wrong_pixels_warm(noise):
     assert made_mean(noise, True).wrong < made_mean(noise, False).wrong
 
@@ -191,8 +189,8 @@ def test_the_motorcycle_through_a_moving_window_has_fewer_wrong_pixels_warm(pan,
 
 
 @pytest.mark.parametrize('pan, noise', [
-    pytest.param(2, 0.0, marks=missed('0.32 cold, 0.41 warm')),
-    pytest.param(8, 0.0, marks=missed('0.40 cold, 0.55 warm')),
+    pytest.param(2, 0.0, marks=missed('0.32 cold, 0.39 warm')),
+    pytest.param(8, 0.0, marks=missed('0.40 cold, 0.53 warm')),
     (0, 3.0), (2, 3.0), (8, 3.0), (0, 6.0), (2, 6.0), (8, 6.0)])
 def test_the_motorcycle_through_a_moving_window_flickers_less_warm(pan, noise):
     assert motorcycle_course(pan, noise, True).flicker < motorcycle_course(

@@ -18,10 +18,11 @@ from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of
 import numpy as np
 
 DEARER, TOLERANCE = 1.3, -0.3   # a trusted tile costs at most DEARER times as then + TOLERANCE
-CHANGED = 3          # grey levels by which a tile that is still the same may brighten or darken
+CHANGED = 6          # grey levels by which a tile that is still the same may brighten or darken
+CUT_SHARE = 0.7      # share of changed tiles beyond which it is another scene altogether
 DISTANCE = 2         # px that a trusted gene may differ from the half map
 FLAT = 0             # largest range of trusted labels in 3 x 3 half-size pixels
-DEAD_ZONE, CUT = 0, 2   # of the prior: each label away from the previous one costs 1, at most 2
+DEAD_ZONE, CUT = 0, 1   # of the prior: a label that is not the previous one costs 1 more
 LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
 
@@ -114,7 +115,8 @@ class WarmStart:
             trust.keep_unmoved_tiles(self._costs, self._moved_costs, maps, self._moved)
             self._costs[:] = self._moved_costs
             maps = self._moved
-        self._costs[changed > CHANGED] = np.inf
+        changed = changed > CHANGED
+        self._costs[changed | (changed.mean() > CUT_SHARE)] = np.inf
         return *maps, costs_then
 
     def _cost(self, crew, possibility, labels, first_inside, costs):
