@@ -5,6 +5,7 @@ from pathlib import Path
 import re
 import shlex
 
+from fuzzy_stereo_ros.benchmark_command import BENCHMARKS
 from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.demo_table import Phase, table
 from fuzzy_stereo_ros.made_scenes import made_pair
@@ -67,11 +68,16 @@ def test_every_match_example_works_as_it_is_written(tmp_path, monkeypatch):
     pair = made_pair(60, 100, 64)
     write_image('left.png', pair.left)
     write_image('right.png', pair.right)
-    examples = commands('fuzzy-stereo')
+    examples = commands('fuzzy-stereo match')
     assert examples
     for words in examples:
         assert main(words[1:]) == 0
     assert read_disparity('disparity.pfm').shape == pair.truth.shape
+
+
+def test_the_benchmarks_that_are_named_exist_and_no_other_command_is():
+    named = [words[1:] for words in commands('fuzzy-stereo') if words[1] != 'match']
+    assert {tuple(words) for words in named} == {('benchmark', name) for name in BENCHMARKS}
 
 
 def test_the_launch_example_names_a_launch_file_and_an_argument_of_it():
