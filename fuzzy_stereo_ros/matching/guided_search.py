@@ -101,17 +101,13 @@ class GuidedSearch:
             full.right.read(right, shift, places, band[1], band[2])
 
         def halve(band):
-            full.describe(band[1], band[2])
-
-        def describe(band):
-            half.describe(band[1], band[2])
-        bands = self._guess.bands
+            full.left.halve(half.left, band[1], band[2])
+            full.right.halve(half.right, band[1], band[2])
+        bands, half_bands = self._guess.bands, self._coarse.bands
         self._crew.each(read, bands)
-        self._crew.each(halve, bands)
-        half_bands = self._coarse.bands
-        self._crew.each(lambda band: (full.left.halve(half.left, band[1], band[2]),
-                                      full.right.halve(half.right, band[1], band[2])), half_bands)
-        self._crew.each(describe, half_bands)
+        self._crew.each(lambda band: full.describe(band[1], band[2]), bands)
+        self._crew.each(halve, half_bands)
+        self._crew.each(lambda band: half.describe(band[1], band[2]), half_bands)
 
     def _seed(self):
         """Make the first members: refused cells take background genes by rows, by columns."""

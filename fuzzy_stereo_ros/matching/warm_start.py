@@ -125,11 +125,6 @@ class WarmStart:
             possibility.features, labels, first_inside, costs, band[1], band[2]),
             self._tile_bands)
 
-    @property
-    def trusted(self):
-        """Share of the pixels where the previous best is leant on."""
-        return np.count_nonzero(self._weights) / self._weights.size
-
     def hand_on(self, crew, labels, verdict, possibility, first_inside, config, stamp, frame):
         """Return the state of this frame for the next one."""
         costs = np.empty_like(self._costs)
