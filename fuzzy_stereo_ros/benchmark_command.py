@@ -5,14 +5,16 @@ from functools import partial
 import json
 import sys
 
-from fuzzy_stereo_ros.benchmarks import accuracy, paper_tables, speed, warm
+from fuzzy_stereo_ros.benchmarks import (
+    ablation, accuracy, anytime, cost, paper_tables, speed, warm)
 from fuzzy_stereo_ros.benchmarks.datasets import data_folder, DATA_VARIABLE, USUAL_DATA
 from fuzzy_stereo_ros.benchmarks.progress import follow
 from fuzzy_stereo_ros.benchmarks.report import check_page, for_json, markdown, write_section
 from fuzzy_stereo_ros.benchmarks.request import Request
 
 BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
-              'paper': paper_tables.run}
+              'paper': paper_tables.run, 'ablation': ablation.run, 'anytime': anytime.run,
+              'cost': cost.run}
 REPEATS = 15
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
 
@@ -21,7 +23,12 @@ DESCRIPTION = (
     '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
     '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads\n'
     '  warm      with and without the previous frame: error and flicker on sequences\n'
-    '  paper     the tables and figure of the paper beside what is really reached\n\n'
+    '  paper     the tables and figure of the paper beside what is really reached\n'
+    '  ablation  each part of the matcher removed or replaced: error, fitness, time; and\n'
+    '            whether a fitter map is a better one\n'
+    '  anytime   error and fitness against milliseconds, from chance, data, scanlines and the\n'
+    '            frame before; with --output a picture beside the page\n'
+    '  cost      time over pixels and disparities, memory, threads, deadline, compiling\n\n'
     "Scenes that every machine has are made, or come with scikit-image; Middlebury's and\n"
     "KITTI's are read where --data has them, and said to be skipped where it has not.")
 EXAMPLE = ('example:\n'

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the node says about itself: throttled sentences, figures, why no pair comes."""
 from collections import Counter, deque
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 import re
 import threading
+import traceback
 
+from fuzzy_stereo_ros.parameter_table import ros_name
 import numpy as np
 
 RECENT = 200    # pairs that medians and percentiles look back on
@@ -143,6 +145,25 @@ def verdict(ready, subscribed, quiet, rates):
     if rates['pairs refused']:
         return 'WARN', f"refusing {rates['pairs refused']:.1f} pairs/s"
     return 'OK', f"matching {rates['pairs matched']:.1f} pairs/s"
+
+
+def change_of(in_use, wanted):
+    """Return in words how a wanted MatcherConfig differs from the one in use."""
+    pairs = [(ros_name(field.name), getattr(wanted, field.name), getattr(in_use, field.name))
+             for field in fields(in_use)]
+    return ', '.join(f'{name} = {new} (in use: {old})'
+                     for name, new, old in pairs if new != old) or 'what is in use'
+
+
+def change_values(in_use, wanted, state):
+    """Return {key: text} of the MatcherConfigs in use and wanted, state as of a Preparation."""
+    return {'disparity_range in use': str(in_use.disparities),
+            'change of parameters': f'{state}: {change_of(in_use, wanted)}' if state else 'none'}
+
+
+def trace(error):
+    """Return an exception with its traceback, as Python prints it."""
+    return ''.join(traceback.format_exception(error)).rstrip()
 
 
 @dataclass(frozen=True)

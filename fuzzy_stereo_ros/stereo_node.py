@@ -6,16 +6,17 @@ import os
 import signal
 import sys
 import time
-import traceback
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.node_reports import (
-    counts_of, Figures, kind_of, no_pair_report, Rates, Throttle, TopicState, verdict)
+    change_of, change_values, counts_of, Figures, kind_of, no_pair_report, Rates, Throttle,
+    TopicState, trace, verdict)
 from fuzzy_stereo_ros.pairs.messages import (
     DISPARITY_STEP, fill_confidence, fill_disparity, read_pair, stamp_of)
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameter_table import in_ros_words
+from fuzzy_stereo_ros.preparation import Preparation
 from fuzzy_stereo_ros.ros_parameters import RosParameters
 from fuzzy_stereo_ros.worker import Worker
 import rclpy
@@ -53,10 +54,12 @@ class DisparityNode(Node):
         self.exit_code = 0
         self._declared = RosParameters(self, self._use)
         self._settings, self._config = self._declared.settings, self._declared.config
+        self._preparation = Preparation(self._prepare, self._prepared)
         self._synchroniser = Synchroniser(
             TOPICS, self._settings['queue_size'], self._declared.tolerance())
         self._throttle, self._figures = Throttle(), Figures()
         self._matcher, self._forget, self._remarks = None, False, set()
+        self._shape = WARM_UP_SIZE
         self._ready, self._inputs, self._incompatible = False, [], {}
         self._quiet_since, self._received_before, self._told_quiet = 0.0, {}, False
         self._rates = Rates(time.monotonic())
@@ -79,7 +82,9 @@ class DisparityNode(Node):
 
     def destroy_node(self):
         """End matching for this node, then destroy it; return whether nothing runs any more."""
+        last = time.monotonic() + PATIENCE
         ended = self._worker.close_lane(self._lane, PATIENCE)
+        ended = self._preparation.close(max(last - time.monotonic(), 0)) and ended
         super().destroy_node()
         return ended
 
@@ -95,13 +100,29 @@ class DisparityNode(Node):
         self.context.try_shutdown()
 
     def _use(self, config):
-        """Match from the next pair on with another MatcherConfig."""
-        self._config = config
+        """Match with another MatcherConfig once its kernels and its memory are there."""
+        self._preparation.ask(config)
+
+    # In the thread of the preparation.
+
+    def _prepare(self, config):
+        matcher = StereoMatcher(config)
+        matcher.warm_up(*self._shape)
+        return matcher
+
+    def _prepared(self, config, error):
+        if not self.context.ok():
+            return      # it is the end that it failed of
+        change = change_of(self._config, config)
+        if error is None:
+            self.get_logger().info(f'prepared, from the next pair on: {change}')
+        else:
+            self.get_logger().error(f'cannot be prepared: {change}: {trace(error)}')
 
     # In the worker's thread.
 
     def _warm_up(self):
-        StereoMatcher(self._config).warm_up(*WARM_UP_SIZE)
+        self._matcher = self._prepare(self._config)
         if not self.context.ok():
             return      # the end came first
         self._ready = True
@@ -111,10 +132,10 @@ class DisparityNode(Node):
 
     def _match(self, arrival):
         found, arrived = arrival
-        config, forget, self._forget = self._config, self._forget, False
-        if self._matcher is None or self._matcher.config is not config:
-            self._matcher = StereoMatcher(config)
-        elif forget:
+        forget, self._forget = self._forget, False
+        self._matcher = self._preparation.take() or self._matcher
+        config = self._config = self._matcher.config
+        if forget:
             self._matcher.reset()
         pair = read_pair(*found.messages)
         for remark in pair.calibration.remarks:
@@ -122,6 +143,7 @@ class DisparityNode(Node):
                 self._remarks.add(kind_of(remark))
                 self.get_logger().warning(remark)
         match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp)
+        self._shape = pair.left.shape[:2]
         if self._disparity.get_subscription_count():
             step = WHOLE_PIXEL if config.search == 'paper' else DISPARITY_STEP
             self._disparity.publish(fill_disparity(DisparityImage(), match, pair, config, step))
@@ -133,12 +155,12 @@ class DisparityNode(Node):
         if not self.context.ok():
             return      # it is the end that it failed of
         if arrival is None:
-            self._give_up(BROKEN, 'the kernels do not work here: ' + _trace(error))
+            self._give_up(BROKEN, 'the kernels do not work here: ' + trace(error))
             return
         reason = getattr(error, 'reason', 'match')
         sentence = f'pair dropped: {in_ros_words(str(error))}'
         if not isinstance(error, ValueError):
-            reason, sentence = 'fault', 'pair dropped by a fault of this package: ' + _trace(error)
+            reason, sentence = 'fault', 'pair dropped by a fault of this package: ' + trace(error)
         self._figures.refuse(reason)
         line = self._throttle.note(sentence, time.monotonic())
         if line:
@@ -226,6 +248,7 @@ class DisparityNode(Node):
         rates = self._rates.since(now, counts)
         level, sentence = verdict(self._ready, bool(self._inputs), quiet, rates)
         values = {**counts,
+                  **change_values(self._config, self._declared.config, self._preparation.state),
                   'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
                   'output rate': f"{rates['pairs matched']:.1f} pairs/s",
                   **self._figures.values()}
@@ -237,10 +260,6 @@ class DisparityNode(Node):
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
-
-
-def _trace(error):
-    return ''.join(traceback.format_exception(error)).rstrip()
 
 
 def main(arguments=None):

@@ -3,8 +3,9 @@
 """
 The one thread of a process that calls kernels, shared by all rigs in it, the newest pair first.
 
-numba's `workqueue` layer aborts the process when two Python threads call parallel kernels, so
-all matching of a process goes through `Worker.of_this_process()`.
+All matching of a process goes through `Worker.of_this_process()`. Beside it `preparation.py` warms
+kernels up: no kernel may be parallel, as numba's `workqueue` layer aborts the process when two
+Python threads call such ones.
 """
 from collections import deque
 import threading

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small pairs, and what the kernels and the twins see of them."""
 from fuzzy_stereo_ros.matching.census_possibility import (
-    CensusPossibility, fine_places, FULL_SIZE)
+    CensusPossibility, extra_columns, fine_places, FULL_SIZE, View)
 import numpy as np
 import reference_census as twins
 
@@ -25,25 +25,37 @@ def small_pair(rows, columns, disparity=3, seed=0, channels=0, dtype=np.uint8):
 
 def seen(left, right, disparities, min_disparity=0, model=FULL_SIZE):
     """Return the possibility of a pair, as the search makes it."""
-    possibility = CensusPossibility(*left.shape[:2], disparities, model)
+    possibility = CensusPossibility(*left.shape[:2], disparities, model,
+                                    extra_columns(min_disparity, disparities))
     places = fine_places(left, right)
     possibility.left.read(left, 0, places, 0, possibility.rows)
-    possibility.right.read(right, min_disparity, places, 0, possibility.rows)
+    read_moved(possibility.right, right, min_disparity, places)
     possibility.describe(0, possibility.rows)
     return possibility
 
 
-def twin_features(left, right, min_disparity=0):
+def read_moved(view, right, min_disparity, places):
+    """Let the view of the target read the right image, moved, as the search does."""
+    if min_disparity >= 0:
+        view.read(right, min_disparity, places, 0, view.rows)
+        return
+    narrow = View(*right.shape[:2], True, 0)
+    narrow.read(right, 0, places, 0, view.rows)
+    view.spread(narrow, -min_disparity, 0, view.rows)
+
+
+def twin_features(left, right, min_disparity=0, extra=0):
     """Return ((census, slopes) of the left image, those of the moved right one)."""
     places = fine_places(left, right)
-    fine = [twins.fine_grey(left, 0, places), twins.fine_grey(right, min_disparity, places)]
+    fine = [twins.fine_grey(left, 0, places),
+            twins.fine_grey(right, min_disparity, places, extra)]
     return [(twins.census(view), twins.gradient(twins.eight_bits(view))) for view in fine]
 
 
 def twin_costs(left, right, labels, min_disparity=0, model=FULL_SIZE):
     """Return the cost of each label of each pixel, without priors: int64 (R, C, labels)."""
-    return twins.match_costs(*twin_features(left, right, min_disparity), labels,
-                             (model.census_cut, model.slope_cut))
+    features = twin_features(left, right, min_disparity, extra_columns(min_disparity, labels))
+    return twins.match_costs(*features, labels, model)
 
 
 def random_map(shape, limit, seed=0, dtype=np.uint8):

@@ -5,6 +5,7 @@ Plain twins of what the guided search sees of a pair: features, costs, scanline 
 
 Nothing is mirrored, padded or packed here: column c of an array is column c of the image, and
 label d of a pixel points at column c - d of the target, at its first column where that is outside.
+A target wider than the image has its extra columns before column 0.
 """
 from fractions import Fraction
 import math
@@ -14,13 +15,17 @@ import numpy as np
 # ---- features ----
 
 
-def fine_grey(image, shift, places):
-    """Return (B + 2 G + R, or the one channel) * 2**places of the shifted image: int64 (R, C)."""
+def fine_grey(image, shift, places, extra=0):
+    """
+    Return (B + 2 G + R, or the one channel) * 2**places of the shifted image.
+
+    extra: columns before column 0; int64 (R, extra + C).
+    """
     weights = (1,) if image.ndim == 2 else (1, 2, 1)
     channels = image.reshape(*image.shape[:2], len(weights))
-    fine = np.zeros(image.shape[:2], np.int64)
+    fine = np.zeros((len(image), extra + image.shape[1]), np.int64)
     for row, column in np.ndindex(fine.shape):
-        source = min(max(column - shift, 0), fine.shape[1] - 1)
+        source = min(max(column - extra - shift, 0), image.shape[1] - 1)
         value = sum(weight * int(channels[row, source, channel])
                     for channel, weight in enumerate(weights))
         fine[row, column] = math.floor(value * 2.0**places)
@@ -40,11 +45,16 @@ def halved(values, rounded):
 
 
 def census(fine):
-    """Return a code of 24 bits a pixel: bit i is set where neighbour i of 5 x 5 is darker."""
+    """
+    Return a code of 24 bits a pixel: a bit is set where a neighbour in 5 x 5 is darker.
+
+    The nearest eight neighbours have the lowest bits; both kinds come row by row.
+    """
     around = np.pad(fine, 2, 'edge')
     rows, columns = fine.shape
     codes = np.zeros(fine.shape, np.int64)
-    places = [place for place in np.ndindex(5, 5) if place != (2, 2)]
+    near = [(down, right) for down in (1, 2, 3) for right in (1, 2, 3) if (down, right) != (2, 2)]
+    places = near + [place for place in np.ndindex(5, 5) if place not in [(2, 2), *near]]
     for bit, (down, right) in enumerate(places):
         codes += (around[down:down + rows, right:right + columns] < fine) * 2**bit
     return codes
@@ -81,21 +91,23 @@ def jump_penalties(grey, table):
 # ---- costs ----
 
 
-def match_costs(features, target, labels, cuts):
+def match_costs(features, target, labels, model):
     """
     Return the costs of the labels 0 .. labels - 1 of every pixel: int64 (R, C, labels).
 
-    features, target: (census codes, slopes) of an image; cuts: beyond these a Hamming distance,
-    a difference of slopes say no more.
+    features, target: (census codes, slopes) of an image; model: beyond its cuts a Hamming
+    distance, a difference of slopes say no more; its near_weight is that of the lowest eight bits.
     """
     columns = np.arange(features[0].shape[1])
+    extra = target[0].shape[1] - columns.size
     volume = []
     for label in range(labels):
-        seen = np.maximum(columns - label, 0)
+        seen = np.maximum(extra + columns - label, 0)
         differing = features[0] ^ target[0][:, seen]
-        distance = sum(differing >> bit & 1 for bit in range(24))
+        distance = sum((differing >> bit & 1) * (model.near_weight if bit < 8 else 1)
+                       for bit in range(24))
         step = abs(features[1] - target[1][:, seen])
-        volume.append(np.minimum(distance, cuts[0]) + np.minimum(step, cuts[1]))
+        volume.append(np.minimum(distance, model.census_cut) + np.minimum(step, model.slope_cut))
     return np.stack(volume, axis=2)
 
 
@@ -130,28 +142,29 @@ def pass_along(costs, jumps, small, closed=None):
     Return L(p, d) of paths along the second axis: int64 (lines, pixels, D), at most 255.
 
     jumps: (lines, pixels), P2 between a pixel and the one before it; closed: bool (lines, pixels,
-    D), labels that a pixel does not look at in the pixel before it, except for the least.
+    D), labels of a pixel that none of the pixels beside it looks at, and that look at no other.
     """
     paths = np.minimum(costs, 255)
     for place in range(1, costs.shape[1]):
-        before = paths[:, place - 1]
-        least = before.min(axis=1, keepdims=True)
+        # how much dearer than the least each path is
+        before = paths[:, place - 1] - paths[:, place - 1].min(axis=1, keepdims=True)
         if closed is not None:
-            before = np.where(closed[:, place], 255, before)
+            before[closed[:, place - 1] | closed[:, place]] = 255
         beside = np.pad(before, ((0, 0), (1, 1)), constant_values=255)
         cheapest = np.minimum.reduce([
-            before, np.broadcast_to(least + jumps[:, place, None], before.shape),
+            before, np.broadcast_to(jumps[:, place, None], before.shape),
             beside[:, :-2] + small, beside[:, 2:] + small])
-        paths[:, place] = np.minimum(costs[:, place] + cheapest - least, 255)
+        paths[:, place] = np.minimum(costs[:, place] + cheapest, 255)
     return paths
 
 
-def summed_passes(costs, closed, across, down, small, bands, overlap):
+def summed_passes(costs, closed, across, down, small, bands, strip, overlap):
     """
     Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255.
 
-    closed: bool (R, C, D), labels outside of a pixel's window; bands: (first, last) rows; the
-    vertical passes of a band start `overlap` rows outside of it.
+    closed: bool (R, C, D), labels outside of a pixel's window; bands: (first, last) rows. The
+    downward pass of a band starts `overlap` rows above it, and the upward pass of each `strip`
+    rows of a band so many below them.
     """
     rows = len(across)
     costs = np.where(closed, 255, costs)
@@ -161,12 +174,16 @@ def summed_passes(costs, closed, across, down, small, bands, overlap):
         costs[:, ::-1], after[:, ::-1], small, closed[:, ::-1])[:, ::-1]
     below = np.pad(down, ((0, 1), (0, 0)))[1:]
     for first, last in bands:
-        above, under = np.s_[max(first - overlap, 0):last], np.s_[first:min(last + overlap, rows)]
-        downwards = pass_along(*(values[above].swapaxes(0, 1) for values in (costs, down)),
-                               small, closed[above].swapaxes(0, 1)).swapaxes(0, 1)
-        upwards = pass_along(*(values[under][::-1].swapaxes(0, 1) for values in (costs, below)),
-                             small, closed[under][::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1]
-        sums[first:last] += downwards[first - last:] + upwards[:last - first]
+        above = np.s_[max(first - overlap, 0):last]
+        sums[first:last] += pass_along(
+            *(values[above].swapaxes(0, 1) for values in (costs, down)), small,
+            closed[above].swapaxes(0, 1)).swapaxes(0, 1)[first - above.start:]
+        for top in range(first, last, strip):
+            end = min(top + strip, last)
+            under = np.s_[top:min(end + overlap, rows)]
+            sums[top:end] += pass_along(
+                *(values[under][::-1].swapaxes(0, 1) for values in (costs, below)), small,
+                closed[under][::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1][:end - top]
     return np.minimum(sums, 255)
 
 
@@ -216,20 +233,18 @@ def chosen(sums, low, high, tile):
     return maps
 
 
-def chosen_by_target(sums, low, high, tile):
+def chosen_by_target(labels, sums, extra=0):
     """
-    Return the label of least sum that points at each target pixel, the largest of equals.
+    Return the target's labels modulo 256, 0 where no pixel points: int64 (R, extra + C).
 
-    -1 where none does whose sum is below 255.
+    labels, sums: (R, C), what each pixel chose; extra: target columns before column 0. Of the
+    pixels that point at the same place the one of the least sum wins, of equals that of the
+    largest label modulo 256.
     """
-    rows, columns = sums.shape[:2]
-    target = np.full((rows, columns), -1)
+    target = np.zeros((len(labels), extra + labels.shape[1]), np.int64)
     for row, pointed in np.ndindex(target.shape):
-        least = 254
-        for column in range(pointed, columns):
-            label = column - pointed
-            tile_at = row // tile, column // tile
-            if low[tile_at] <= label < high[tile_at] and sums[row, column, label] <= least:
-                least = sums[row, column, label]
-                target[row, pointed] = label
+        pointing = [(int(sums[row, column]), -(int(labels[row, column]) % 256))
+                    for column in range(labels.shape[1])
+                    if extra + column - int(labels[row, column]) == pointed]
+        target[row, pointed] = -min(pointing, default=(0, 0))[1]
     return target

@@ -10,15 +10,20 @@ CONSISTENT, OUTSIDE, REFUSED = 0, 1, 2
 # ---- verdicts ----
 
 
-def verdicts(labels, target, first_inside):
-    """Return whether the target, known modulo 256, chose what points back, within one pixel."""
+def verdicts(labels, target, inside):
+    """
+    Return whether the target, known modulo 256, chose what points back, within one pixel.
+
+    inside: its first and last column that exist; any extra columns come before column 0.
+    """
+    extra = target.shape[1] - labels.shape[1]
     verdict = np.zeros(labels.shape, np.uint8)
     for row, column in np.ndindex(labels.shape):
         pointed = column - int(labels[row, column])
-        if pointed < first_inside:
+        if not inside[0] <= pointed <= inside[1]:
             verdict[row, column] = OUTSIDE
         else:
-            away = (int(labels[row, column]) - int(target[row, pointed])) % 256
+            away = (int(labels[row, column]) - int(target[row, extra + pointed])) % 256
             verdict[row, column] = CONSISTENT if away in (255, 0, 1) else REFUSED
     return verdict
 
@@ -61,7 +66,7 @@ def without_speckles(labels, verdict, step, smallest):
 
 
 def filled_by_rows(labels, verdict):
-    """Return the labels, refused ones from the farther of the nearest two on the row."""
+    """Return the labels, refused ones from behind a hiding strip, else from the nearer end."""
     filled = labels.copy()
     for row in range(labels.shape[0]):
         known = np.flatnonzero(verdict[row] != REFUSED)
@@ -69,8 +74,13 @@ def filled_by_rows(labels, verdict):
             filled[row] = filled[row - 1] if row else 0
             continue
         for column in np.flatnonzero(verdict[row] == REFUSED):
-            ends = [*known[known < column][-1:], *known[known > column][:1]]
-            filled[row, column] = min(labels[row, end] for end in ends)
+            left, right = known[known < column][-1:], known[known > column][:1]
+            ends = [*left, *right]
+            if len(ends) == 2:
+                jump = int(labels[row, right[0]]) - int(labels[row, left[0]])
+                hidden = jump > 0 and right[0] - left[0] - 1 <= 3 * jump + 2
+                ends = left if hidden or 2 * column <= left[0] + right[0] else right
+            filled[row, column] = labels[row, ends[0]]
     return filled
 
 

@@ -3,7 +3,7 @@
 """Plain twins of what guides the search and of how its chromosomes are measured and joined."""
 import numpy as np
 from reference import mixed
-from reference_refinement import components, CONSISTENT, REFUSED
+from reference_refinement import components, REFUSED
 
 # ---- what the half map says ----
 
@@ -17,12 +17,6 @@ def labels_around_tile(half, tile, at, grow):
                 and left - grow <= 2 * column and 2 * column + 1 < left + tile + grow):
             found += [2 * int(half[row, column]), 2 * int(half[row, column]) + 1]
     return found
-
-
-def trusted_in_tile(previous, trusted, tile, at):
-    """Return the previous labels leant on in a tile, at every other row and column."""
-    window = np.s_[at[0] * tile:(at[0] + 1) * tile:2, at[1] * tile:(at[1] + 1) * tile:2]
-    return previous[window][trusted[window] > 0].tolist()
 
 
 def weak_texture(grey, limit):
@@ -54,50 +48,22 @@ def doubled(half, shape):
     return half[rows][:, columns]
 
 
-# ---- where the previous best is trusted ----
-
-
-def tile_costs(volume, labels, first_inside, tile=16):
-    """Return the mean cost of a map by tile, on every other pixel of each fourth row: float32."""
-    rows, columns = labels.shape
-    totals = np.zeros((2, -(-rows // tile), -(-columns // tile)))
-    for row in range(0, rows, 4):
-        for column in range(columns):
-            label = int(labels[row, column])
-            if column % 2 == row // 4 % 2 and column - label >= first_inside:
-                totals[:, row // tile, column // tile] += volume[row, column, label], 1
-    return (totals[0] / np.maximum(totals[1], 1)).astype(np.float32)
-
-
-def trusted(labels, verdict, half, half_verdict, costs_now, costs_then, tolerance, distance,
-            tile=16):
-    """Return the half pixels where the previous best was consistent, is not dearer nor denied."""
-    found = np.zeros(half.shape, bool)
-    for row, column in np.ndindex(half.shape):
-        label = int(labels[2 * row, 2 * column])
-        at = 2 * row // tile, 2 * column // tile
-        denied = half_verdict[row, column] == CONSISTENT and abs(
-            2 * int(half[row, column]) - label) > distance
-        found[row, column] = (verdict[2 * row, 2 * column] == CONSISTENT and not denied
-                              and costs_now[at] <= costs_then[at] + np.float32(tolerance))
-    return found
-
-
 # ---- the fitness ----
 
 
-def gene_costs(volume, chromosome, verdict, target, first_inside, hidden, contradicted):
+def gene_costs(volume, chromosome, verdict, target, inside, hidden, contradicted):
     """Return what genes cost: their match, or what the target says where there is none."""
     costs = np.zeros(chromosome.shape, np.int64)
+    extra = target.shape[1] - chromosome.shape[1]
     for row, column in np.ndindex(chromosome.shape):
         label = int(chromosome[row, column])
         pointed = column - label
-        if pointed < first_inside:
+        if not inside[0] <= pointed <= inside[1]:
             costs[row, column] = hidden
             continue
         costs[row, column] = volume[row, column, label]
         if verdict[row, column] == REFUSED:
-            nearer = int(target[row, pointed]) - label
+            nearer = int(target[row, extra + pointed]) - label
             if volume.shape[2] > 256:        # the target's labels are known modulo 256
                 nearer = (nearer + 128) % 256 - 128
             if abs(nearer) > 1:
@@ -120,18 +86,19 @@ def jump_costs(chromosome, small, across, down):
 # ---- partition crossover ----
 
 
-def partition_crossover(cost_of, mother, father):
+def partition_crossover(cost_of, mother, father, advantage=0):
     """
     Try each region of differing genes in the whole mother; keep it where that costs less.
 
-    cost_of: the cost of a whole chromosome. Returns the child.
+    cost_of: the cost of a whole chromosome; advantage: by how much less a cell. Returns the
+    child.
     """
     child = mother.copy()
     for region in components(mother != father, lambda place, near: True):
         tried = mother.copy()
         places = tuple(np.transpose(region))
         tried[places] = father[places]
-        if cost_of(tried) < cost_of(mother):
+        if cost_of(tried) + advantage * len(region) < cost_of(mother):
             child[places] = father[places]
     return child
 

@@ -137,6 +137,13 @@ class Bench(Surroundings):
         result = self._ask(SetParametersAtomically, 'set_parameters_atomically', request).result
         return result.successful, result.reason
 
+    def change(self, **values):
+        """Set parameters of the matcher and return when the next pair is matched with them."""
+        mark = self.node.mark()
+        done = self.set_parameters(**values)
+        self.node.logged('prepared, from the next pair on', after=mark, timeout=START)
+        return done
+
     def parameters(self, *names):
         """Return the values of parameters, None for those that are not set."""
         answer = self._ask(GetParameters, 'get_parameters', GetParameters.Request(names=names))

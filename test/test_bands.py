@@ -8,11 +8,19 @@ from hypothesis import given, strategies as st
 import pytest
 
 
-@given(st.integers(1, 5000))
-def test_bands_cover_each_row_once_and_in_order(rows):
-    bands = cut_bands(rows)
+@given(st.integers(1, 5000), st.integers(1, 300))
+def test_bands_cover_each_row_once_and_in_order_and_end_with_a_row_of_tiles(rows, height):
+    bands = cut_bands(rows, height)
     assert [index for index, _, _ in bands] == list(range(len(bands)))
     assert [row for _, first, last in bands for row in range(first, last)] == list(range(rows))
+    assert all(last % height == 0 or last == rows for _, _, last in bands)
+
+
+@given(st.integers(1, 5000), st.sampled_from([1, 8, 64]))
+def test_bands_are_of_like_size(rows, height):
+    bands = cut_bands(rows, height)
+    for _, first, last in bands:
+        assert abs(last - first - rows / len(bands)) < height + 1
 
 
 @pytest.mark.parametrize('rows, count', [

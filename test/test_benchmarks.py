@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.benchmarks.rivals import (
 from fuzzy_stereo_ros.benchmarks.visibility import cross_checked, seen_by_both, warped_to_right
 from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.made_scenes import made_pair
-from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 import numpy as np
 import pytest
@@ -381,6 +381,15 @@ def test_a_section_is_replaced_and_the_others_stay(tmp_path):
     assert text.index('3.00') < text.index('2.00')
 
 
+def test_a_picture_is_written_beside_the_page_and_left_out_of_json(tmp_path):
+    report = replace(report_of(1.0), pictures={'curves.svg': b'<svg/>'})
+    write_section(tmp_path / 'page.md', report)
+    assert (tmp_path / 'curves.svg').read_bytes() == b'<svg/>'
+    assert '![Accuracy](curves.svg)' in (tmp_path / 'page.md').read_text()
+    assert for_json(report)['pictures'] == {}
+    assert 'curves' not in markdown(report)
+
+
 def test_what_is_no_page_of_benchmarks_is_not_written_to(tmp_path):
     other = tmp_path / 'other.md'
     other.write_text('# Mine\n')
@@ -425,6 +434,10 @@ def test_accuracy_scores_the_dense_output_of_the_configuration_that_is_asked_for
     assert np.isfinite(match.disparity).all()
     row = dict(zip(scenes.columns, scenes.rows[0]))
     assert row['ours'] == bad_percent(match.disparity, known, 1.0)
+    thorough = StereoMatcher(MatcherConfig.from_profile(
+        'quality', disparities=DISPARITIES, fill=True, threads=1)).match(known.left, known.right)
+    assert row[accuracy.QUALITY] == bad_percent(thorough.disparity, known, 1.0)
+    assert row['seconds of quality'] > 0
     rival = tuned_rivals(MIDDLEBURY)[0]
     assert row[rival.name] == bad_percent(
         dense(rival.match(known.left, known.right, DISPARITIES)), known, 1.0)
@@ -496,6 +509,12 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     assert [row[0] for row in first.rows] == [
         'profile paper, right reference', 'profile paper, left reference', 'profile realtime']
     assert ('the paper, as printed', None, 3400, '1.000') in second.rows
+    assert [row[0] for row in second.rows[4:]] == [
+        'profile paper, 4 individuals, 2 generations',
+        'profile realtime, 4 individuals, 2 generations: scanline seeds, partition crossover, '
+        'mutation',
+        'profile realtime, 4 individuals, 2 generations: the same, and a sweep in each',
+        'profile realtime, as it is', 'OpenCV 3WAY tuned, dense']
     assert len(figure.rows) == 4
     assert any('small instead' in sentence for sentence in report.skipped)
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Left-right consistency and speckles."""
 from census_scene import random_map
+from fuzzy_stereo_ros.matching.census_possibility import extra_columns
 from fuzzy_stereo_ros.matching.kernels.consistency import (
     check_consistency, CONSISTENT, OUTSIDE, refuse_speckles, REFUSED)
 from hypothesis import given, settings, strategies as st
@@ -14,10 +15,14 @@ KINDS = [(np.uint8, 256), (np.uint16, 600)]
 verdict_of_pixels = st.sampled_from([CONSISTENT, OUTSIDE, REFUSED])
 
 
-def checked(labels, target, disparities, first_inside):
+def checked(labels, target, disparities, inside):
     verdict = np.full(labels.shape, 9, np.uint8)
-    check_consistency(labels, target, disparities, first_inside, verdict, 0, len(labels))
+    check_consistency(labels, target, disparities, inside, verdict, 0, len(labels))
     return verdict
+
+
+def inside_of(min_disparity, columns):
+    return min_disparity, min_disparity + columns - 1
 
 
 def despeckled(labels, verdict, step, smallest):
@@ -28,14 +33,15 @@ def despeckled(labels, verdict, step, smallest):
 
 
 @settings(max_examples=80, deadline=None)
-@given(st.sampled_from(KINDS), st.integers(1, 5), st.integers(1, 40), st.integers(0, 5),
-       st.integers(1, 30))
-def test_verdicts_are_those_of_the_twin(kind, rows, columns, first_inside, spread):
+@given(st.sampled_from(KINDS), st.integers(1, 5), st.integers(1, 40),
+       st.integers(-50, 5) | st.sampled_from([-200, -2048, 2048]), st.integers(1, 30))
+def test_verdicts_are_those_of_the_twin(kind, rows, columns, min_disparity, spread):
     dtype, limit = kind
+    extra, inside = extra_columns(min_disparity, spread), inside_of(min_disparity, columns)
     labels = random_map((rows, columns), min(spread, limit), 1, dtype)
-    target = random_map((rows, columns), min(spread, 256), 2)
-    np.testing.assert_array_equal(checked(labels, target, limit, first_inside),
-                                  twins.verdicts(labels, target, first_inside))
+    target = random_map((rows, extra + columns), min(spread, 256), 2)
+    np.testing.assert_array_equal(checked(labels, target, limit, inside),
+                                  twins.verdicts(labels, target, inside))
 
 
 @pytest.mark.parametrize('label', [0, 1, 255, 256, 257, 400, 511])
@@ -44,20 +50,24 @@ def test_verdicts_are_those_of_the_twin(kind, rows, columns, first_inside, sprea
 def test_labels_agree_within_one_pixel_modulo_256(label, away, verdict):
     labels = np.full((1, 600), label, np.uint16)
     target = np.full((1, 600), (label + away) % 256, np.uint8)
-    assert checked(labels, target, 600, 0)[0, 599] == verdict
+    assert checked(labels, target, 600, (0, 599))[0, 599] == verdict
 
 
 def test_what_points_beyond_the_target_cannot_be_checked():
     labels = np.full((1, 9), 3, np.uint8)
     target = np.full((1, 9), 3, np.uint8)
-    assert checked(labels, target, 8, 0)[0].tolist() == [OUTSIDE] * 3 + [CONSISTENT] * 6
-    assert checked(labels, target, 8, 2)[0].tolist() == [OUTSIDE] * 5 + [CONSISTENT] * 4
+    assert checked(labels, target, 8, (0, 8))[0].tolist() == [OUTSIDE] * 3 + [CONSISTENT] * 6
+    assert checked(labels, target, 8, (2, 10))[0].tolist() == [OUTSIDE] * 5 + [CONSISTENT] * 4
+    wider = np.full((1, 13), 3, np.uint8)
+    assert checked(labels, wider, 8, (-4, 4))[0].tolist() == [CONSISTENT] * 8 + [OUTSIDE]
+    assert checked(labels, wider, 8, (-2, 6))[0].tolist() == [OUTSIDE] + [CONSISTENT] * 8
+    assert checked(labels, wider, 8, (-50, -42))[0].tolist() == [OUTSIDE] * 9
 
 
 def test_only_the_rows_asked_for_are_checked():
     labels = np.zeros((5, 3), np.uint8)
     verdict = np.full((5, 3), 9, np.uint8)
-    check_consistency(labels, labels, 4, 0, verdict, 1, 3)
+    check_consistency(labels, labels, 4, (0, 2), verdict, 1, 3)
     assert verdict[:, 0].tolist() == [9, CONSISTENT, CONSISTENT, 9, 9]
 
 

@@ -4,9 +4,9 @@
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
 from fuzzy_stereo_ros.matching.kernels.costs import (
-    box_row, cost_row, layout_of, match_cost, raw_row)
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of
+    beyond, box_row, cost_rows, layout_of, match_cost, raw_row)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
+from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of, ScanlineGuess
 from hypothesis import given, settings, strategies as st
 from numba import njit
 import numpy as np
@@ -27,14 +27,35 @@ def some_prior(shape, disparities, seed):
                     random_map(shape, len(RULES) + 1, seed + 1), disparities, *RULES)
 
 
+def costs_of_rows(possibility, priors, row, count, begin, end, low, blocks):
+    """Return what `cost_rows` writes: (count, end - begin, 32 * blocks), and nothing else."""
+    width, pixel, slack = end - begin, LANES * blocks, 5
+    search = ScanlineGuess(possibility, 16).search_by(*priors)
+    costs = np.full((count + 2, width * pixel + slack), 99, np.uint8)
+    codes, leanings = (np.full(planes * count * width + 3, 7, np.uint32) for planes in (4, 2))
+    cost_rows(search, row, count, begin, end, low, blocks, costs.ctypes.data, costs.shape[1],
+              costs.shape[1], codes.ctypes.data, leanings.ctypes.data)
+    assert np.all(costs[[0, -1]] == 99)
+    assert np.all(costs[:, width * pixel:] == 99)
+    assert codes[-3:].tolist() == leanings[-3:].tolist() == [7, 7, 7]
+    return costs[1:-1, :width * pixel].reshape(count, width, pixel)
+
+
 def costs_of_row(possibility, priors, row, begin, end, low, blocks):
-    """Return what `cost_row` writes: (end - begin, 32 * blocks); nothing else may change."""
-    pixel, slack = LANES * blocks, 5
-    costs = np.full(slack + (end - begin) * pixel + slack, 99, np.uint8)
-    cost_row(possibility.features, *priors, row, begin, end, low, blocks, costs, slack)
-    assert np.all(costs[:slack] == 99)
-    assert np.all(costs[-slack:] == 99)
-    return costs[slack:-slack].reshape(end - begin, pixel)
+    return costs_of_rows(possibility, priors, row, 1, begin, end, low, blocks)[0]
+
+
+@njit
+def not_existing(label, disparities, out):
+    store(out, 0, beyond(load(out, 0), label, disparities))
+
+
+@pytest.mark.parametrize('label', [0, 31, 32, 64])
+@pytest.mark.parametrize('disparities', [1, 31, 32, 33, 63, 64, 65, 96, 512])
+def test_labels_that_do_not_exist_are_masked(label, disparities):
+    out = np.full(LANES, 7, np.uint8)
+    not_existing(label, disparities, out)
+    assert out.tolist() == [0 if label + lane < disparities else 255 for lane in range(LANES)]
 
 
 @pytest.mark.parametrize('disparities', DISPARITIES)
@@ -50,14 +71,23 @@ def test_the_costs_of_every_label_are_those_of_the_twin(disparities):
         assert np.all(found[:, disparities:] == 255)
 
 
-@pytest.mark.parametrize('min_disparity', [-40, -3, 0, 5, 40])
+@pytest.mark.parametrize('min_disparity', [-2048, -200, -40, -20, -4, -3, -1, 0, 5, 40])
 def test_costs_from_another_smallest_disparity_are_those_of_the_moved_right_image(min_disparity):
+    """Where the right image moves to the left, both are seen with columns before the first."""
     left, right = small_pair(3, 30)
-    moved = np.stack([right[:, min(max(column - min_disparity, 0), 29)] for column in range(30)],
-                     axis=1)
+    before = max(-min_disparity, 0)
+    moved = right[:, np.clip(np.arange(-before, 30) - min_disparity, 0, 29)]
     possibility = seen(left, right, 9, min_disparity)
     found = costs_of_row(possibility, [no_prior((3, 30), 9)] * 2, 1, 0, 30, 0, 1)
-    np.testing.assert_array_equal(found[:, :9], twin_costs(left, moved, 9)[1])
+    wide = np.pad(left, ((0, 0), (before, 0)), 'edge')
+    expected = twin_costs(wide, moved, 9)[1, before:]
+    known = np.ones(expected.shape, bool)
+    if before:
+        # the gradient of first columns is not known, and what is before them does not exist
+        known = np.arange(30)[:, None] - np.arange(9) > -before
+        known[0] = False
+    np.testing.assert_array_equal(found[:, :9][known], expected[known])
+    np.testing.assert_array_equal(found[:, :9], twin_costs(left, right, 9, min_disparity)[1])
 
 
 @settings(max_examples=60, deadline=None)
@@ -89,9 +119,9 @@ def test_both_priors_are_added_by_weight_and_distance(disparities):
         twins.prior_costs(prior.labels, prior.weights, RULES, disparities)
         for prior in (half, previous))
     blocks = -(-disparities // LANES)
-    for row in range(4):
-        found = costs_of_row(possibility, (half, previous), row, 0, 21, 0, blocks)
-        np.testing.assert_array_equal(found[:, :disparities], expected[row])
+    for row, count in ((0, 4), (1, 2), (3, 1)):
+        found = costs_of_rows(possibility, (half, previous), row, count, 0, 21, 0, blocks)
+        np.testing.assert_array_equal(found[..., :disparities], expected[row:row + count])
 
 
 def test_a_prior_says_nothing_in_its_dead_zone_and_no_more_beyond_its_cut():
@@ -113,11 +143,12 @@ def candidate_costs(features, costs):
             census, target_census, slopes, target_slopes, layout, row, column, label)
 
 
-def test_the_cost_of_one_candidate_is_that_of_its_row():
+@pytest.mark.parametrize('min_disparity', [-200, -20, -3, 2])
+def test_the_cost_of_one_candidate_is_that_of_its_row(min_disparity):
     left, right = small_pair(5, 40, disparity=6)
     costs = np.zeros((5, 40, 40), np.int64)
-    candidate_costs(seen(left, right, 40, min_disparity=2).features, costs)
-    np.testing.assert_array_equal(costs, twin_costs(left, right, 40, min_disparity=2))
+    candidate_costs(seen(left, right, 40, min_disparity).features, costs)
+    np.testing.assert_array_equal(costs, twin_costs(left, right, 40, min_disparity))
 
 
 def test_equal_pixels_cost_nothing_and_no_candidate_more_than_the_largest():
@@ -138,17 +169,22 @@ def test_box_costs_are_sums_of_3_by_3_pixels_with_the_border_repeated(shape, dis
     possibility = seen(left, right, disparities, model=HALF_SIZE)
     (rows, columns), blocks = shape, -(-disparities // LANES)
     size = columns * LANES * blocks
-    raw = np.full((rows, size), 99, np.uint8)
+    search = ScanlineGuess(possibility, 16).search_by(*[no_prior(shape, disparities)] * 2)
+    raw = np.full((rows, size + 5), 99, np.uint8)
+    codes = np.full(4 * columns + 3, 7, np.uint32)
     for row in range(rows):
-        raw_row(possibility.features, row, blocks, raw[row], 0)
+        raw_row(search, row, blocks, raw.ctypes.data, row * raw.shape[1], codes.ctypes.data)
+    assert np.all(raw[:, size:] == 99)
+    assert codes[-3:].tolist() == [7, 7, 7]
     raw_expected = twin_costs(left, right, LANES * blocks, model=HALF_SIZE)
-    np.testing.assert_array_equal(raw.reshape(raw_expected.shape), raw_expected)
+    np.testing.assert_array_equal(raw[:, :size].reshape(raw_expected.shape), raw_expected)
     expected = twins.box_costs(raw_expected, HALF_SIZE.box)
     for row in range(rows):
-        costs = np.full(size + 7, 99, np.uint8)
-        box_row(raw[max(row - 1, 0)], raw[row], raw[min(row + 1, rows - 1)],
-                possibility.features, blocks, HALF_SIZE.box, costs, 7)
-        found = costs[7:].reshape(columns, -1)
+        costs = np.full(size + 14, 99, np.uint8)
+        near = raw[max(row - 1, 0)], raw[row], raw[min(row + 1, rows - 1)]
+        box_row(search, *(line.ctypes.data for line in near), blocks, costs.ctypes.data, 7)
+        found = costs[7:-7].reshape(columns, -1)
         np.testing.assert_array_equal(found[:, :disparities], expected[row, :, :disparities])
         assert np.all(found[:, disparities:] == 255)
         assert np.all(costs[:7] == 99)
+        assert np.all(costs[-7:] == 99)

@@ -23,7 +23,7 @@ class Climber:
     def settled(self):
         return self.settles_after is not None and len(self.numbers) >= self.settles_after
 
-    def generation(self, number):
+    def generation(self, number, in_time):
         self.numbers.append(number)
         self.fitness[self.best] += 1
         return {'step': 1.0}
@@ -66,9 +66,9 @@ def test_nothing_starts_at_or_after_the_deadline(clock):
     search = Climber()
     step = search.generation
 
-    def slow(number):
+    def slow(number, in_time):
         clock.now_ms += 40
-        return step(number)
+        return step(number, in_time)
 
     search.generation = slow
     history = evolve(search, Budget(1000, 80, int(1000e6)))

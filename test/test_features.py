@@ -3,7 +3,7 @@
 """Fine grey, halving, census, gradient and jump penalties."""
 from census_scene import seen, small_pair
 from fuzzy_stereo_ros.matching.census_possibility import (
-    fine_places, FULL_SIZE, View)
+    extra_columns, fine_places, FULL_SIZE, View)
 from fuzzy_stereo_ros.matching.kernels.features import MARGIN, SLACK
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -101,6 +101,35 @@ def test_a_full_range_image_of_more_bits_gives_the_same_grey(extra):
     few, many = view_of(image), view_of(image.astype(np.uint16) << extra)
     np.testing.assert_array_equal(few.fine, many.fine)
     np.testing.assert_array_equal(few.grey, many.grey)
+
+
+# ---- a wider view ----
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (2, 2), (3, 9), (5, 40)])
+@pytest.mark.parametrize('begin, extra', [(1, 2), (3, 4), (4, 4), (20, 6), (20, 20), (200, 8)])
+def test_a_view_is_spread_into_a_wider_one_that_loses_nothing_of_it(shape, begin, extra):
+    image = image_of(shape)
+    narrow, wide = view_of(image, True), View(shape[0], shape[1] + extra, True, REACH)
+    grey = wide.grey.copy()
+    for first, last in ((shape[0] // 2, shape[0]), (0, shape[0] // 2)):
+        wide.spread(narrow, begin, first, last)
+    fine = twins.fine_grey(image, -begin, 8, extra)
+    around = np.pad(fine[:, ::-1], ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
+    np.testing.assert_array_equal(wide.fine, around)
+    np.testing.assert_array_equal(unmirrored(wide.grey, wide), twins.eight_bits(fine))
+    np.testing.assert_array_equal(wide.grey[:, wide.columns:], grey[:, wide.columns:])
+
+
+@pytest.mark.parametrize('min_disparity', [-2048, -200, -64, -63, -20, -3, -1, 0, 5])
+@pytest.mark.parametrize('disparities', [1, 2, 17, 64])
+def test_the_target_has_all_columns_that_labels_reach_and_an_even_number_more(
+        disparities, min_disparity):
+    extra = extra_columns(min_disparity, disparities)
+    assert extra % 2 == 0
+    assert extra >= min(-min_disparity, disparities - 1)
+    assert extra // 2 >= min(-min_disparity // 2, -(-disparities // 2) - 1)
+    assert extra <= max(-min_disparity + 1, 0)
 
 
 # ---- half size ----

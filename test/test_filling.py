@@ -3,7 +3,7 @@
 """Filling of refused pixels from the background, and the previous best's genes."""
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.filling import fill_columns, fill_rows, take_trusted
+from fuzzy_stereo_ros.matching.kernels.filling import fill_columns, fill_rows
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -60,12 +60,20 @@ def test_what_is_not_refused_keeps_its_label(given_maps):
         np.testing.assert_array_equal(filled[verdict != REFUSED], labels[verdict != REFUSED])
 
 
-def test_the_farther_end_fills_a_gap():
-    labels = np.array([[9, 50, 50, 30, 50, 20]], np.uint8)
-    verdict = np.array([[REFUSED, 0, REFUSED, REFUSED, 1, REFUSED]], np.uint8)
-    assert by_rows(labels, verdict).tolist() == [[50, 50, 50, 50, 50, 50]]
-    labels[0, 4] = 40
-    assert by_rows(labels, verdict).tolist() == [[50, 50, 40, 40, 40, 40]]
+@pytest.mark.parametrize('left, right, expected', [
+    (20, 50, [20, 20, 20, 20]), (50, 20, [50, 50, 20, 20]), (49, 50, [49, 49, 49, 49]),
+    (50, 50, [50, 50, 50, 50])])
+def test_a_strip_hidden_by_its_right_end_is_background_else_the_nearer_end_counts(
+        left, right, expected):
+    labels = np.array([[9, left, 9, 9, 9, 9, right, 9]], np.uint8)
+    verdict = np.where(labels == 9, REFUSED, 0).astype(np.uint8)
+    assert by_rows(labels, verdict).tolist() == [[left, left, *expected, right, right]]
+
+
+def test_a_run_much_wider_than_the_jump_is_no_hidden_strip():
+    labels = np.array([[20, *[9] * 6, 21]], np.uint8)
+    verdict = np.where(labels == 9, REFUSED, 0).astype(np.uint8)
+    assert by_rows(labels, verdict).tolist() == [[20, 20, 20, 20, 21, 21, 21, 21]]
 
 
 @pytest.mark.parametrize('first', [0, 2])
@@ -81,14 +89,3 @@ def test_a_row_without_labels_takes_the_one_above_in_its_band(first):
     verdict[:] = REFUSED
     fill_rows(labels, verdict, filled, first, 4)
     assert not filled[first:].any()
-
-
-@settings(max_examples=30, deadline=None)
-@given(maps(), st.integers(0, 1000))
-def test_the_previous_best_s_genes_are_taken_where_it_is_leant_on(given_maps, seed):
-    labels, _ = given_maps
-    previous = random_map(labels.shape, 200, seed, labels.dtype)
-    weights = random_map(labels.shape, 3, seed + 1)
-    taken = np.full_like(labels, 77)
-    take_trusted(labels, previous, weights, taken)
-    np.testing.assert_array_equal(taken, np.where(weights > 0, previous, labels))

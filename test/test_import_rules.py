@@ -42,7 +42,7 @@ PAIRS = Room(libraries=frozenset({'cv2', 'numpy'}),
              libraries_inside_functions=frozenset({'rosbags'}),
              project=(f'{PACKAGE}.pairs',))
 BENCHMARKS = Room(libraries=frozenset({'cv2', 'numpy'}),
-                  libraries_inside_functions=frozenset({'skimage', 'tqdm'}),
+                  libraries_inside_functions=frozenset({'matplotlib', 'skimage', 'tqdm'}),
                   project=tuple(f'{PACKAGE}.{name}' for name in (
                       'benchmarks', 'evaluation', 'made_scenes', 'matching', 'pairs')))
 ROS = Room(libraries=FLAT.libraries,

@@ -1,10 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How the picture moved: one shift of all of it, and which tiles are others now."""
+"""How the picture moved: one shift of all of it; and moving what is known of it."""
+from census_scene import random_map
 import cv2
+from fuzzy_stereo_ros.matching.kernels.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.kernels.motion import (
+    best_shift, bring_forward, glance, move_ages)
+from fuzzy_stereo_ros.matching.kernels.sameness import TILE
 from fuzzy_stereo_ros.matching.motion import Motion
+from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
+import reference_averaging as twins
 
 SHAPE = 300, 470
 
@@ -23,59 +30,83 @@ def seen(picture, down, right, margin=40):
                    margin - right:margin - right + SHAPE[1]]
 
 
-def glances(motion, *images):
-    return [motion.glance(np.ascontiguousarray(image)) for image in images]
+def fine(image):
+    """Return an image as fine grey, and the same with padding around."""
+    grey = image.astype(np.uint16) * np.uint16(256)
+    return grey, np.pad(grey, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
+
+
+def found_between(motion, before, now):
+    return motion.between(fine(before)[0], fine(now)[1])
 
 
 @pytest.mark.parametrize('down, right', [(0, 0), (0, 2), (3, -7), (-12, 16), (20, 30)])
 @pytest.mark.parametrize('noise', [0, 6])
-def test_the_shift_of_a_picture_is_found_within_a_pixel(down, right, noise):
+def test_the_shift_of_a_picture_is_found(down, right, noise):
     motion, picture = Motion(*SHAPE), landscape(1).astype(np.float32)
     chance = np.random.default_rng(2)
     before, now = (np.clip(image + noise * chance.standard_normal(SHAPE), 0, 255).astype(np.uint8)
                    for image in (seen(picture, 0, 0), seen(picture, down, right)))
-    found = motion.between(*glances(motion, before, now))
-    assert abs(found[0] - down) <= 1
-    assert abs(found[1] - right) <= 1
+    assert found_between(motion, before, now) == (down, right)
 
 
 @pytest.mark.parametrize('rows, columns', [(300, 470), (301, 473), (480, 640), (375, 1242)])
 def test_a_picture_that_stays_has_not_moved_whatever_its_size(rows, columns):
-    motion = Motion(rows, columns)
-    one, = glances(motion, landscape(3, (rows, columns))[40:40 + rows, 40:40 + columns])
-    assert motion.between(one, one.copy()) == (0, 0)
+    image = landscape(3, (rows, columns))[40:40 + rows, 40:40 + columns]
+    assert found_between(Motion(rows, columns), image, image) == (0, 0)
 
 
-def test_comparing_leaves_the_glances_as_they_were():
-    motion, picture = Motion(*SHAPE), landscape(4)
-    before, now = glances(motion, seen(picture, 0, 0), seen(picture, 4, 4))
-    copies = before.copy(), now.copy()
-    motion.between(before, now)
-    motion.change(before, now, 4, 4, (19, 30))
-    np.testing.assert_array_equal(before, copies[0])
-    np.testing.assert_array_equal(now, copies[1])
-
-
-def test_no_tile_changed_where_the_picture_moved_or_grew_brighter():
-    motion, picture = Motion(*SHAPE), landscape(5)
-    before, now = glances(motion, seen(picture, 0, 0) // 2, seen(picture, 0, 8) // 2 + 30)
-    change = motion.change(before, now, 0, 8, (19, 30))
-    assert change[:, 1:].max() < 1
-    assert motion.change(before, now, 0, 0, (19, 30)).max() > 3
-
-
-def test_the_tiles_of_a_new_object_changed_and_no_others():
-    motion, before = Motion(*SHAPE), seen(landscape(6), 0, 0)
-    now = before.copy()
-    now[100:180, 200:300] = 250
-    change = motion.change(*glances(motion, before, now), 0, 0, (19, 30))
-    assert change[7:11, 14:18].min() > 10
-    assert np.delete(change, range(5, 13), axis=0).max() < 1
-
-
-@pytest.mark.parametrize('rows, columns', [(2, 2), (63, 400), (400, 63)])
+@pytest.mark.parametrize('rows, columns', [(2, 2), (15, 400), (400, 15)])
 def test_images_too_small_for_a_glance_never_move(rows, columns):
-    motion = Motion(rows, columns)
-    one, = glances(motion, np.zeros((rows, columns), np.uint8))
-    assert motion.between(one, one) == (0, 0)
-    assert not motion.change(one, one, 0, 0, (1, 1)).any()
+    image = np.zeros((rows, columns), np.uint8)
+    assert found_between(Motion(rows, columns), image, image) == (0, 0)
+
+
+@pytest.mark.parametrize('size', [1, 4, 7])
+@pytest.mark.parametrize('margin', [0, MARGIN])
+def test_a_glance_is_the_mean_of_squares(size, margin):
+    picture = fine(landscape(4))[margin > 0]
+    small = np.zeros((30, 40), np.float32)
+    glance(picture, margin, size, small)
+    inside = picture[margin:margin + 30 * size, margin:margin + 40 * size]
+    np.testing.assert_allclose(
+        small, inside.reshape(30, size, 40, size).mean(axis=(1, 3)), rtol=1e-5)
+
+
+@pytest.mark.parametrize('known', [(2, -3), (3, -6), (2, -4), (0, -2)])
+def test_a_shift_that_is_nearly_known_becomes_exact(known):
+    picture = landscape(5)
+    before, now = fine(seen(picture, 0, 0))[0], fine(seen(picture, 2, -4))[1]
+    assert best_shift(now, before, *known, 2, 16) == (2, -4)
+
+
+@pytest.mark.parametrize('known', [(0, 0), (5, -7), (900, 900)])
+def test_a_shift_of_a_picture_without_texture_stays_as_it_is_known(known):
+    flat = np.full(SHAPE, 9, np.uint8)
+    assert best_shift(fine(flat)[1], fine(flat)[0], *known, 2, 16) == known
+
+
+# ---- what moves with it ----
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 5), (4, 1), (5, 6)])
+@pytest.mark.parametrize('shift', [(0, 0), (TILE, -2 * TILE), (8, 4), (-3, 900), (-1, -1)])
+def test_moved_ages_lie_on_lines_between_the_tiles_centres(shape, shift):
+    ages = np.random.default_rng(1).integers(0, 9, shape).astype(np.float32)
+    moved = np.full_like(ages, 99)
+    move_ages(ages, *shift, moved)
+    np.testing.assert_allclose(moved, twins.moved_ages(ages, *shift), atol=1e-5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 40), st.integers(1, 40), st.integers(-50, 50), st.integers(-50, 50),
+       st.integers(0, 99))
+def test_a_map_moves_but_for_the_tiles_that_stayed(rows, columns, down, right, seed):
+    source = random_map((rows, columns), 200, seed)
+    tiles = -(-rows // TILE), -(-columns // TILE)
+    choices = random_map(tiles, 3, seed + 1).astype(np.int8) - np.int8(1)
+    moved = np.full_like(source, 7)
+    for first, last in ((0, 1), (1, tiles[0])):
+        bring_forward(source, choices, down, right, 255, moved, first, last)
+    np.testing.assert_array_equal(
+        moved, twins.brought_forward(source, choices, down, right, 255))

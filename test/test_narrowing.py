@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
-from census_scene import random_map, small_pair
-from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.census_possibility import fine_places, HALF_SIZE
-from fuzzy_stereo_ros.matching.coarse_guess import CoarseGuess, SPECKLE
+from census_scene import random_map, read_moved, small_pair
+from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
+from fuzzy_stereo_ros.matching.census_possibility import (
+    extra_columns, fine_places, HALF_SIZE, View)
+from fuzzy_stereo_ros.matching.coarse_guess import CoarseGuess, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.narrowing import (
     flat, lean_on_half, tile_windows, weak_texture)
@@ -21,10 +22,10 @@ sizes = st.integers(2, 40)
 SHAPES = [(2, 2), (3, 3), (2, 9), (9, 2), (13, 21), (16, 40)]
 
 
-def windows_of(half, previous, trusted, disparities, tile, grow, margin):
-    tiles = -(-previous.shape[0] // tile), -(-previous.shape[1] // tile)
+def windows_of(half, shape, disparities, tile, grow, margin):
+    tiles = -(-shape[0] // tile), -(-shape[1] // tile)
     low, blocks = np.full(tiles, -1), np.full(tiles, -1)
-    tile_windows(half, previous, trusted, disparities, tile, grow, margin, low, blocks)
+    tile_windows(half, disparities, tile, grow, margin, low, blocks)
     return low, blocks
 
 
@@ -36,12 +37,9 @@ def test_a_tile_searches_the_labels_around_it_and_no_block_too_many(
         rows, columns, disparities, tile, grow, margin, spread, seed):
     dtype, spread = gene_type(disparities), min(spread, disparities)
     half = random_map((rows // 2, columns // 2), -(-spread // 2), seed, dtype)
-    previous = random_map((rows, columns), spread, seed + 1, dtype)
-    trusted = (random_map((rows, columns), 20, seed + 2) == 0).astype(np.uint8)
-    low, blocks = windows_of(half, previous, trusted, disparities, tile, grow, margin)
+    low, blocks = windows_of(half, (rows, columns), disparities, tile, grow, margin)
     for at in np.ndindex(low.shape):
         wanted = twins.labels_around_tile(half, tile, at, grow)
-        wanted += twins.trusted_in_tile(previous, trusted, tile, at)
         wanted = wanted or [0, disparities - 1]
         least = max(min(wanted) - margin, 0)
         largest = min(max(wanted) + margin, disparities - 1)
@@ -55,8 +53,7 @@ def test_a_tile_searches_the_labels_around_it_and_no_block_too_many(
 
 def test_a_window_stands_in_the_middle_of_what_it_must_hold():
     half = np.full((8, 8), 50, np.uint8)
-    nothing = np.zeros((16, 16), np.uint8)
-    low, blocks = windows_of(half, nothing, nothing, 256, 16, 0, 4)
+    low, blocks = windows_of(half, (16, 16), 256, 16, 0, 4)
     assert blocks.tolist() == [[1]]
     assert low.tolist() == [[96 - (32 - 10) // 2]]       # 96 .. 105 are wanted
 
@@ -88,57 +85,66 @@ def test_flat_is_that_of_the_twin(shape, dtype, most):
 def test_the_half_map_is_leant_on_where_texture_is_weak_and_it_is_flat_and_not_refused(
         shape, dtype):
     size = shape[0] // 2, shape[1] // 2
-    half = random_map(size, 128, 1, np.uint8)
+    half = 1 + random_map(size, 120, 1, np.uint8)
     verdict, weak, smooth = (random_map(size, limit, limit) for limit in (3, 2, 2))
+    chosen = np.where(random_map(size, 2, 4) == 1, half, 100)
+    offsets = random_map(size, 16, 5, np.int8) - np.int8(8)
     labels, weights = np.full(shape, 9, dtype), np.full(shape, 9, np.uint8)
-    lean_on_half(half, verdict, weak, smooth, labels, weights)
-    np.testing.assert_array_equal(labels, twins.doubled(2 * half, shape))
-    leant = (weak == 1) & (smooth == 1) & (verdict != REFUSED)
+    margins = random_map(size, 9, 6)
+    lean_on_half(half, (chosen, offsets, margins), verdict, weak, smooth, 4, labels, weights)
+    fine = 2 * half + np.where(chosen == half, np.rint(offsets / 8), 0)
+    np.testing.assert_array_equal(labels, twins.doubled(fine, shape))
+    leant = (weak == 1) & (smooth == 1) & (verdict != REFUSED) & (margins >= 4)
     np.testing.assert_array_equal(weights, twins.doubled(leant, shape))
 
 
 # ---- the half-size chromosome as a whole ----
 
 
-def half_map_of_twins(left, right, disparities, places, first_inside):
+def half_map_of_twins(left, right, disparities, places, min_disparity):
     """Return labels, verdict and chosen labels of the half-size search, put together of twins."""
-    halves = []
-    for image in (left, right):
-        fine = reference_census.fine_grey(image, 0, places)
+    halves, extra = [], extra_columns(min_disparity, disparities)
+    for image, moved in ((left, (0, places)), (right, (min_disparity, places, extra))):
+        fine = reference_census.fine_grey(image, *moved)
         halves.append((reference_census.halved(fine, rounded=False), reference_census.halved(
             reference_census.eight_bits(fine), rounded=True)))
     features = [(reference_census.census(fine), reference_census.gradient(grey))
                 for fine, grey in halves]
     half_disparities = -(-disparities // 2)
     costs = reference_census.box_costs(reference_census.match_costs(
-        *features, half_disparities, (HALF_SIZE.census_cut, HALF_SIZE.slope_cut)), HALF_SIZE.box)
+        *features, half_disparities, HALF_SIZE), HALF_SIZE.box)
     across, down = reference_census.jump_penalties(
         halves[0][1], reference_census.jump_table(HALF_SIZE))
     rows = len(costs)
     sums = reference_census.summed_passes(costs, np.zeros(costs.shape, bool), across, down,
-                                          HALF_SIZE.small, [(0, rows)], 0)
+                                          HALF_SIZE.small, [(0, rows)], TILE, OVERLAP)
     everything = np.array([[0]]), np.array([[half_disparities]]), max(costs.shape)
-    labels = reference_census.chosen(sums, *everything)[0].astype(np.uint8)
-    target = reference_census.chosen_by_target(sums, *everything) % 256
-    verdict = reference_refinement.verdicts(labels, target, first_inside // 2)
+    chosen = reference_census.chosen(sums, *everything)
+    labels = chosen[0].astype(np.uint8)
+    target = reference_census.chosen_by_target(labels, chosen[2], extra // 2)
+    inside = min_disparity // 2, (min_disparity + left.shape[1] - 1) // 2
+    verdict = reference_refinement.verdicts(labels, target, inside)
     verdict = reference_refinement.without_speckles(labels, verdict, 1, SPECKLE)
     filled = reference_refinement.filled_by_rows(labels, verdict)
     return reference_refinement.median_of_25(filled), verdict
 
 
-@pytest.mark.parametrize('shape', [(2, 2), (3, 9), (41, 61), (50, 40)])
-@pytest.mark.parametrize('disparities, first_inside', [(1, 0), (17, 5), (70, 0)])
+@pytest.mark.parametrize('shape', [(2, 2), (3, 9), (41, 61), (50, 40), (220, 12)])
+@pytest.mark.parametrize('disparities, min_disparity', [
+    (1, 0), (17, 5), (70, 0), (17, -6), (18, -3), (9, -20), (8, -20), (16, -200), (1, -1)])
 def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
-        shape, disparities, first_inside):
+        shape, disparities, min_disparity):
     left, right = small_pair(*shape, channels=3)
     places = fine_places(left, right)
-    coarse, half = CoarseGuess(*shape, disparities), (shape[0] // 2, shape[1] // 2)
-    for view, image in ((coarse.possibility.left, left), (coarse.possibility.right, right)):
-        full = type(view)(*shape, view.mirrored, 96)
-        full.read(image, 0, places, 0, shape[0])
-        full.halve(view, 0, half[0])
-    coarse.possibility.describe(0, half[0])
-    coarse.search(Crew(1), first_inside)
-    labels, verdict = half_map_of_twins(left, right, disparities, places, first_inside)
+    extra = extra_columns(min_disparity, disparities)
+    coarse, half_rows = CoarseGuess(*shape, disparities, extra), shape[0] // 2
+    full = View(*shape, False, 96), View(shape[0], shape[1] + extra, True, 96)
+    full[0].read(left, 0, places, 0, shape[0])
+    read_moved(full[1], right, min_disparity, places)
+    for view, half in zip(full, (coarse.possibility.left, coarse.possibility.right)):
+        view.halve(half, 0, half_rows)
+    coarse.possibility.describe(0, half_rows)
+    coarse.search(Crew(1), (min_disparity, min_disparity + shape[1] - 1))
+    labels, verdict = half_map_of_twins(left, right, disparities, places, min_disparity)
     np.testing.assert_array_equal(coarse.verdict, verdict)
     np.testing.assert_array_equal(coarse.labels, labels)

@@ -78,14 +78,38 @@ def test_a_descriptor_has_the_sentence_the_range_and_whether_it_is_fixed(bench):
     assert 'ignored' in bench.descriptor('P1').description
 
 
-def test_a_change_is_in_force_from_the_next_pair_on(bench):
+def test_a_change_is_in_force_once_it_is_prepared(bench):
     assert bench.match(*PAIR).max_disparity == 15.0
-    assert bench.set_parameters(disparity_range=24, min_disparity=-4) == (True, '')
+    assert bench.change(disparity_range=24, min_disparity=-4) == (True, '')
     message = bench.match(*PAIR)
     assert (message.min_disparity, message.max_disparity) == (-4.0, 19.0)
     near = np.abs(values_of(message.image)[:, 19:] - 7) < 0.5
     assert near.mean() > 0.95
-    assert bench.set_parameters(disparity_range=16, min_disparity=0) == (True, '')
+    assert bench.change(disparity_range=16, min_disparity=0) == (True, '')
+
+
+def test_while_a_change_is_prepared_pairs_are_matched_with_the_old_value_and_none_is_lost(bench):
+    assert bench.match(*PAIR).max_disparity == 15.0
+    before, mark = bench.counts(), bench.node.mark()
+    assert before['disparity_range in use'] == '16'
+    assert before['change of parameters'] == 'none'
+    assert bench.set_parameters(disparity_range=32) == (True, '')
+    assert bench.parameters('disparity_range') == [32]
+    found = []
+    while not found or found[-1] == 15.0:
+        prepared = 'prepared, from the next pair on' in bench.node.log(mark)
+        found.append(bench.match(*PAIR).max_disparity)
+        assert found[-1] == 31.0 or not prepared
+    found += [bench.match(*PAIR).max_disparity for _ in range(3)]
+    assert found == sorted(found)
+    assert set(found) <= {15.0, 31.0}
+    after = bench.counts()
+    assert after['disparity_range in use'] == '32'
+    assert after['change of parameters'] == 'none'
+    assert int(after['pairs matched']) - int(before['pairs matched']) == len(found)
+    for lost in ('pairs dropped', 'pairs refused', 'pairs waiting'):
+        assert after[lost] == before[lost]
+    assert bench.change(disparity_range=16) == (True, '')
 
 
 def test_a_change_that_is_not_allowed_changes_nothing(bench):
@@ -112,12 +136,12 @@ def test_a_refusal_says_why(bench, change, reason):
 def test_a_profile_presets_what_is_not_set_along_with_it(bench):
     names = ('population', 'generations', 'search', 'disparity_range')
     before = bench.parameters(*names)
-    assert bench.set_parameters(profile='paper', population=4, generations=1) == (True, '')
+    assert bench.change(profile='paper', population=4, generations=1) == (True, '')
     assert bench.parameters(*names) == [4, 1, 'paper', 16]
     message = bench.match(*PAIR)
     assert message.delta_d == 1.0
     assert message.max_disparity == 15.0
-    assert bench.set_parameters(profile='realtime') == (True, '')
+    assert bench.change(profile='realtime') == (True, '')
     assert bench.parameters(*names) == before
     assert bench.match(*PAIR).delta_d == 1 / 16
 

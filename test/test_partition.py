@@ -4,13 +4,13 @@
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.census_fitness import (
-    CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
+    ADVANTAGE, CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
 from fuzzy_stereo_ros.matching.kernels.aimed_mutation import count_costs, mutate_patches
 from fuzzy_stereo_ros.matching.kernels.chance import key_of
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, REFUSED
-from fuzzy_stereo_ros.matching.kernels.gene_cost import gene_costs, Scene
-from fuzzy_stereo_ros.matching.kernels.partition import partition_crossover
-from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
+from fuzzy_stereo_ros.matching.kernels.gene_cost import cell_costs, gene_costs, Scene
+from fuzzy_stereo_ros.matching.kernels.partition import differing_cells, partition_crossover
+from fuzzy_stereo_ros.matching.kernels.volume import Penalties
 from fuzzy_stereo_ros.matching.scanline_guess import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -24,40 +24,41 @@ sizes = st.integers(1, 9)
 # ---- what genes cost ----
 
 
-def scene_of(shape, disparities, first_inside, seed=0):
+def scene_of(shape, disparities, min_disparity, seed=0):
     """Return a Scene with a random verdict, and the twin's cost of its chromosomes."""
     left, right = small_pair(*shape, seed=seed)
     dtype = gene_type(disparities)
-    verdict, target = random_map(shape, 3, seed + 1), random_map(shape, 256, seed + 2)
+    possibility = seen(left, right, disparities, min_disparity)
+    verdict, target = random_map(shape, 3, seed + 1), random_map(
+        (shape[0], possibility.right.columns), 256, seed + 2)
     nothing = np.zeros(shape, np.uint8)
-    possibility = seen(left, right, disparities)
+    inside = min_disparity, min_disparity + shape[1] - 1
     scene = Scene(possibility.features, Penalties(3, nothing, nothing), verdict, target,
-                  first_inside, HIDDEN, CONTRADICTED)
-    volume = twin_costs(left, right, disparities)
+                  inside, HIDDEN, CONTRADICTED)
+    volume = twin_costs(left, right, disparities, min_disparity)
     return scene, dtype, lambda chromosome: twins.gene_costs(
-        volume, chromosome, verdict, target, first_inside, HIDDEN, CONTRADICTED)
+        volume, chromosome, verdict, target, inside, HIDDEN, CONTRADICTED)
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (1, 40), (5, 1), (2, 2), (4, 40)])
 @pytest.mark.parametrize('disparities', [1, 33, 256, 300])
-@pytest.mark.parametrize('first_inside', [0, 3])
-def test_genes_cost_what_the_twin_says(shape, disparities, first_inside):
-    scene, dtype, twin = scene_of(shape, disparities, first_inside)
+@pytest.mark.parametrize('min_disparity', [-2048, -200, -20, -3, 0, 3])
+def test_genes_cost_what_the_twin_says(shape, disparities, min_disparity):
+    scene, dtype, twin = scene_of(shape, disparities, min_disparity)
     for seed, spread in enumerate((disparities, min(disparities, 20))):
         chromosome = random_map(shape, spread, seed, dtype)
         costs = np.full(shape, 99, np.uint8)
-        gene_costs(scene, chromosome, np.zeros((0, 0), dtype), costs, 1, 0, shape[0])
+        gene_costs(scene, chromosome, costs, 1, 0, shape[0])
         np.testing.assert_array_equal(costs, twin(chromosome))
 
 
-def test_only_genes_that_differ_from_another_chromosome_s_are_looked_at():
+def test_the_genes_of_some_cells_cost_what_they_do_among_all():
     scene, dtype, twin = scene_of((6, 30), 25, 0)
     mother, father = (random_map((6, 30), 3, seed, dtype) for seed in (1, 2))
-    costs = np.full((6, 30), 99, np.uint8)
-    gene_costs(scene, father, mother, costs, 1, 1, 5)
-    expected = np.where(mother == father, 99, twin(father))
-    expected[[0, 5]] = 99
-    np.testing.assert_array_equal(costs, expected)
+    cells, costs = np.zeros(181, np.int32), np.full((6, 30), 99, np.uint8)
+    number = differing_cells(mother, father, cells)
+    cell_costs(scene, father, cells[:number], costs)
+    np.testing.assert_array_equal(costs, np.where(mother == father, 99, twin(father)))
 
 
 @pytest.mark.parametrize('first, last, looked_at', [(0, 9, [0, 4, 8]), (1, 8, [4]), (5, 8, [])])
@@ -65,7 +66,7 @@ def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, look
     scene, dtype, twin = scene_of((9, 30), 25, 0)
     chromosome = random_map((9, 30), 9, 1, dtype)
     costs = np.full((9, 30), 99, np.uint8)
-    gene_costs(scene, chromosome, np.zeros((0, 0), dtype), costs, 4, first, last)
+    gene_costs(scene, chromosome, costs, 4, first, last)
     expected = np.full((9, 30), 99)
     expected[looked_at] = twin(chromosome)[looked_at]
     np.testing.assert_array_equal(costs, expected)
@@ -79,7 +80,7 @@ def test_a_refused_gene_is_hidden_behind_what_is_nearer_and_contradicts_what_is_
     scene, dtype, _ = scene_of((1, 320), disparities, 0)
     scene.verdict[:], scene.target[:] = REFUSED, (label + nearer) % 256
     costs = np.zeros((1, 320), np.uint8)
-    gene_costs(scene, np.full((1, 320), label, dtype), np.zeros((0, 0), dtype), costs, 1, 0, 1)
+    gene_costs(scene, np.full((1, 320), label, dtype), costs, 1, 0, 1)
     assert np.all(costs[0, label:] == cost)
     assert np.all(costs[0, :label] == HIDDEN)       # outside of the target
 
@@ -111,23 +112,29 @@ def cost_of(crossing):
     return cost
 
 
-def crossed(crossing):
+def crossed(crossing, advantage=0):
     mother, father, mother_costs, father_costs, penalties = crossing
     child, costs = mother.copy(), mother_costs.copy()
-    parent, change = (np.full(mother.size // 2 + 2, -7, np.int32) for _ in range(2))
+    parent, change, size = (np.full(mother.size // 2 + 2, -7, np.int32) for _ in range(3))
+    cells, regions = np.zeros(mother.size + 1, np.int32), np.zeros(mother.shape, np.int32)
+    number = differing_cells(mother, father, cells)
+    np.testing.assert_array_equal(cells[:number], np.flatnonzero(mother != father))
     saved, dearer = partition_crossover(
-        penalties, child, costs, father, father_costs, np.full(mother.shape, -7, np.int32),
-        parent, change)
+        penalties, child, costs, father, father_costs, cells[:number], advantage, regions, parent,
+        change, size)
+    assert not regions.any()
     return child, costs, saved, dearer
 
 
 @settings(max_examples=200, deadline=None)
-@given(crossings())
-def test_each_region_is_that_of_the_fitter_parent_as_found_by_trying_them_all(crossing):
+@given(crossings(), st.sampled_from([0, 1, 3]))
+def test_each_region_is_that_of_the_fitter_parent_as_found_by_trying_them_all(
+        crossing, advantage):
     mother, father = crossing[:2]
     cost = cost_of(crossing)
-    child, costs, saved, dearer = crossed(crossing)
-    np.testing.assert_array_equal(child, twins.partition_crossover(cost, mother, father))
+    child, costs, saved, dearer = crossed(crossing, advantage)
+    np.testing.assert_array_equal(
+        child, twins.partition_crossover(cost, mother, father, advantage))
     np.testing.assert_array_equal(costs, np.where(child == mother, *crossing[2:4]))
     assert saved == cost(mother) - cost(child)
     assert dearer == cost(father) - cost(mother)
@@ -160,16 +167,16 @@ def fitness_of(shape, disparities, min_disparity=0, seed=0):
     """Return a CensusFitness on a pair with a random verdict, and twins of genes and fitness."""
     left, right = small_pair(*shape, seed=seed)
     possibility = seen(left, right, disparities, min_disparity)
-    verdict, target = random_map(shape, 3, seed + 1), random_map(shape, disparities, seed + 2)
+    verdict, target = random_map(shape, 3, seed + 1), random_map(
+        (shape[0], possibility.right.columns), disparities, seed + 2)
     measured = CensusFitness(possibility, verdict, target)
-    first_inside = max(min_disparity, 0)
-    measured.look(CREW, first_inside)
+    inside = min_disparity, min_disparity + shape[1] - 1
+    measured.look(CREW, inside)
     volume = twin_costs(left, right, disparities, min_disparity)
     penalties = possibility.penalties
 
     def gene_costs_of(chromosome):
-        return twins.gene_costs(volume, chromosome, verdict, target, first_inside, HIDDEN,
-                                CONTRADICTED)
+        return twins.gene_costs(volume, chromosome, verdict, target, inside, HIDDEN, CONTRADICTED)
 
     def fitness(chromosome, every=1):
         costs = gene_costs_of(chromosome) + twins.jump_costs(
@@ -179,7 +186,7 @@ def fitness_of(shape, disparities, min_disparity=0, seed=0):
     return measured, fitness, gene_costs_of
 
 
-@pytest.mark.parametrize('min_disparity', [-3, 0, 4])
+@pytest.mark.parametrize('min_disparity', [-200, -20, -3, 0, 4])
 @pytest.mark.parametrize('shape', [(1, 1), (1, 20), (2, 2), (9, 21), (130, 5)])
 def test_fitness_is_1_less_what_a_sample_costs_and_gains_are_those_of_all_genes(
         shape, min_disparity):
@@ -192,7 +199,8 @@ def test_fitness_is_1_less_what_a_sample_costs_and_gains_are_those_of_all_genes(
     assert gained >= 0
     assert before + gained == pytest.approx(twin(mother), abs=1e-12)
     assert before + ahead == pytest.approx(father_fitness, abs=1e-12)
-    assert twin(mother) >= max(before, father_fitness) - 1e-12
+    least = father_fitness - ADVANTAGE / measured.dearest      # all cells differ at the most
+    assert twin(mother) >= max(before, least) - 1e-12
 
 
 @settings(max_examples=30, deadline=None)
@@ -205,7 +213,7 @@ def test_crossing_again_and_again_never_loses_fitness(rows, columns, disparities
     for father_seed in range(3):
         father = random_map((rows, columns), disparities, seed + 10 + father_seed)
         gained, ahead = measured.join(CREW, mother, father)
-        assert gained >= max(ahead, 0)
+        assert gained >= max(ahead - ADVANTAGE / measured.dearest, 0)
         fitness += gained
         assert fitness == pytest.approx(twin(mother), abs=1e-12)
 
@@ -214,7 +222,7 @@ def test_an_equal_pair_seen_as_it_is_has_fitness_1():
     left, _ = small_pair(12, 20)
     nothing = np.zeros((12, 20), np.uint8)
     measured = CensusFitness(seen(left, left, 8), nothing + CONSISTENT, nothing)
-    measured.look(CREW, 0)
+    measured.look(CREW, (0, 19))
     assert measured.adopt(CREW, nothing.copy()) == 1
 
 
@@ -247,12 +255,12 @@ def test_mutation_strikes_only_its_share_of_the_cells_the_least_possible_ones(ra
     measured, _, gene_costs_of = fitness_of(shape, 17)
     mother = random_map(shape, 17, 3)
     costs = gene_costs_of(mother)
-    measured.adopt(CREW, mother)
+    measured.aim(CREW, mother, rate)
     looked_at = costs[::SAMPLE_STEP, ::SAMPLE_STEP]
     level = next(level for level in range(1, 257) if np.mean(looked_at >= level) <= rate)
     mutants = [mother.copy() for _ in range(2)]
     for word, mutant in enumerate(mutants):
-        measured.mutate(CREW, mother, mutant, rate, 2, 16, 4000, key_of(word))
+        measured.mutate(mother, mutant, 2, 16, 4000, key_of(word))
     struck = mutants[0] != mother
     assert not struck[costs < level].any()
     if np.any(costs >= level):

@@ -12,11 +12,14 @@ from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameter_page import renewed
+from fuzzy_stereo_ros.quoted_tables import QUOTE, renewed as requoted, table_of
 import pytest
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
-ARCHITECTURE = (ROOT / 'docs' / 'architecture.md').read_text(encoding='utf-8')
+ARCHITECTURE, ALGORITHM, FIGURES = (
+    (ROOT / 'docs' / f'{name}.md').read_text(encoding='utf-8')
+    for name in ('architecture', 'algorithm', 'benchmarks'))
 
 
 def commands(start):
@@ -80,6 +83,26 @@ def test_the_benchmarks_that_are_named_exist_and_no_other_command_is():
     assert {tuple(words) for words in named} == {('benchmark', name) for name in BENCHMARKS}
 
 
+def test_the_algorithm_page_quotes_the_page_of_benchmarks():
+    assert len(QUOTE.findall(ALGORITHM)) == ALGORITHM.count('<!-- quote ')
+    assert requoted(ALGORITHM, FIGURES) == ALGORITHM, \
+        'renew them: python -m fuzzy_stereo_ros.quoted_tables docs/algorithm.md'
+    for name in re.findall(r'`fuzzy-stereo benchmark (\w+)`', ALGORITHM):
+        assert name in BENCHMARKS
+
+
+def test_a_table_is_quoted_from_the_section_of_its_benchmark():
+    page = ('<!-- begin of one -->\n### Title\n\n| a |\n|---|\n| 1 |\n\nNote.\n'
+            '<!-- end of one -->\n<!-- begin of two -->\n<!-- end of two -->\n')
+    assert table_of(page, 'one', 'Title') == '| a |\n|---|\n| 1 |\n'
+    text = 'x\n<!-- quote one: Title -->\nold\n<!-- end of quote -->\ny'
+    assert requoted(text, page) == (
+        'x\n<!-- quote one: Title -->\n| a |\n|---|\n| 1 |\n<!-- end of quote -->\ny')
+    for missing in (('two', 'Title'), ('one', 'Titl'), ('three', 'Title')):
+        with pytest.raises(ValueError, match=f"no table '{missing[1]}' of {missing[0]}"):
+            table_of(page, *missing)
+
+
 def test_the_launch_example_names_a_launch_file_and_an_argument_of_it():
     (words,) = commands('ros2 launch')
     assert words[2] == 'fuzzy_stereo_ros'
@@ -96,17 +119,18 @@ def test_the_executable_and_the_dds_profile_that_are_named_exist():
 
 
 def test_every_link_leads_to_a_file():
-    for name, folder in (('README.md', ROOT), ('docs/architecture.md', ROOT / 'docs')):
+    for name, folder in (('README.md', ROOT), ('docs/architecture.md', ROOT / 'docs'),
+                         ('docs/algorithm.md', ROOT / 'docs')):
         text = (ROOT / name).read_text(encoding='utf-8')
         for target in re.findall(r'\]\(([^)#:]+)\)', text):
             assert (folder / target).exists(), f'{name} links to {target}'
 
 
-def test_every_module_that_the_architecture_names_exists():
+def test_every_module_that_the_pages_name_exists():
     package = ROOT / 'fuzzy_stereo_ros'
     modules = {file.relative_to(package).as_posix() for file in package.rglob('*.py')}
     short = {name.split('/')[-1] for name in modules}
-    for named in re.findall(r'[\w/]+\.py\b', ARCHITECTURE):
+    for named in re.findall(r'[\w/]+\.py\b', ARCHITECTURE + ALGORITHM):
         if not named.startswith('test/'):
             assert named in (modules if '/' in named else short), named
 

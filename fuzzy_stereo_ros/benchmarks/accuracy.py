@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.benchmarks.rivals import (
     default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
 import numpy as np
 
-OURS = 'ours'
+OURS, QUALITY = 'ours', 'ours, profile quality'
 FINE_LIMIT = 0.5
 MUCH_WORSE = 1.5
 
@@ -29,7 +29,7 @@ class Result:
     bad, fine: {contestant: percent} off by more than the scene's limit, and by more than 0.5 px.
     raw_bad, raw_fine: the same without rounding, where the truth has whole pixels; else None.
     own, other, ideal: `Sparsification` by our confidence, by the difference of left and right
-    map, and by the error itself.
+    map, and by the error itself. quality_seconds: what the profile `quality` took.
     """
 
     scene: Scene
@@ -40,6 +40,7 @@ class Result:
     own: tuple
     other: tuple
     ideal: tuple
+    quality_seconds: float
 
 
 def run(request):
@@ -67,7 +68,9 @@ def measure(scene, request):
     known = scene.read()
     match = request.matcher(scene.disparities).match(known.left, known.right)
     right = request.matcher(scene.disparities, reference='right').match(known.left, known.right)
-    maps = {OURS: match.disparity}
+    quality = replace(request, profile='quality', changes={}).matcher(scene.disparities).match(
+        known.left, known.right)
+    maps = {OURS: match.disparity, QUALITY: quality.disparity}
     for rival in (*default_rivals(), *tuned_rivals(scene.family), strictest_rival(scene.family)):
         maps[rival.name] = dense(rival.match(known.left, known.right, scene.disparities))
 
@@ -85,12 +88,13 @@ def measure(scene, request):
         figures(unrounded, scene.limit) if known.whole_pixel else None,
         figures(unrounded, FINE_LIMIT) if known.whole_pixel else None,
         sparsification(wrong, match.confidence[counts]),
-        sparsification(wrong, sureness[counts]), sparsification(wrong, -error))
+        sparsification(wrong, sureness[counts]), sparsification(wrong, -error),
+        quality.times['total'] / 1000)
 
 
 def tables(results):
     """Return the tables of a list of `Result`s."""
-    contestants = (OURS, *(rival.name for rival in (
+    contestants = (OURS, QUALITY, *(rival.name for rival in (
         *default_rivals(), *tuned_rivals(MIDDLEBURY), strictest_rival(MIDDLEBURY))))
     tuned = tuple(name for name in contestants if 'tuned' in name)
     groups = grouped(results)
@@ -107,18 +111,18 @@ def tables(results):
               '*0 refused*: a disparity of 0 is filled as well, which helps where nothing is '
               'infinitely far.'),
         Table('Odd and even scenes of each group, mean error in percent',
-              ('', *(f'{name}, {half}' for name in (OURS, *tuned[-3:])
+              ('', *(f'{name}, {half}' for name in (OURS, QUALITY, *tuned[-3:])
                      for half in ('odd', 'even'))),
-              [(group, *(_mean(part, 'bad', name) for name in (OURS, *tuned[-3:])
+              [(group, *(_mean(part, 'bad', name) for name in (OURS, QUALITY, *tuned[-3:])
                          for part in (found[::2], found[1::2])))
                for group, found in groups.items() if len(found) > 1]),
         Table('Off by more than 0.5 px, scenes with sub-pixel truth, percent', columns,
               [(_title(group, found), *_means(found, 'fine', contestants))
                for group, found in fine.items()]),
         _confidence(groups),
-        Table('Scenes, error in percent', columns,
-              [(result.scene.path, *(result.bad.get(name) for name in contestants))
-               for result in results], _much_worse(results, tuned)),
+        Table('Scenes, error in percent', (*columns, 'seconds of quality'),
+              [(result.scene.path, *(result.bad.get(name) for name in contestants),
+                result.quality_seconds) for result in results], _much_worse(results, tuned)),
     ]
     if whole:
         made.insert(3, Table(

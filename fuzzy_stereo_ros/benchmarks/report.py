@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Figures as a page: Markdown for people, JSON for programs, and where they were taken."""
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib import metadata
 import math
 import os
@@ -40,6 +40,7 @@ class Report:
     What one benchmark found.
 
     settings: {what: how}, everything that the figures depend on. skipped: sentences.
+    pictures: {name of a file: its bytes}; they are written beside a page.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Report:
     settings: dict
     tables: list
     skipped: list = field(default_factory=list)
+    pictures: dict = field(default_factory=dict)
 
 
 def environment(threads):
@@ -77,8 +79,8 @@ def markdown(report):
 
 
 def for_json(report):
-    """Return a report as JSON can hold it; a figure over nothing is null."""
-    return _without_nan(asdict(report))
+    """Return a report as JSON can hold it: without pictures; a figure over nothing is null."""
+    return _without_nan(asdict(replace(report, pictures={})))
 
 
 def write_section(path, report):
@@ -90,12 +92,15 @@ def write_section(path, report):
     check_page(path)
     page = Path(path).read_text(encoding='utf-8') if Path(path).exists() else HEADING
     begin, end = (f'<!-- {edge} of {report.name} -->' for edge in ('begin', 'end'))
-    section = f'{begin}\n{markdown(report)}{end}\n'
+    shown = ''.join(f'\n![{report.title}]({name})\n' for name in report.pictures)
+    section = f'{begin}\n{markdown(report)}{shown}{end}\n'
     pattern = re.compile(f'{re.escape(begin)}\n.*?{re.escape(end)}\n', re.DOTALL)
     if pattern.search(page):
         page = pattern.sub(lambda _: section, page)
     else:
         page = f'{page.rstrip()}\n\n{section}'
+    for name, content in report.pictures.items():
+        write_whole(Path(path).with_name(name), content)
     write_whole(path, page.encode())
 
 

@@ -31,13 +31,15 @@ class Crew:
             self._pool.shutdown()
 
 
-def cut_bands(rows):
+def cut_bands(rows, height=1):
     """
     Return the bands of an image of a number of rows as (index, first, last) tuples.
 
-    There are 1, 2, 4 or 8 of them: two from 128 rows, four from 640, eight from 1280.
+    There are 1, 2, 4 or 8 of them: two from 128 rows, four from 640, eight from 1280; each but
+    the last has a multiple of `height` rows.
     """
     count = 8 if rows >= 20 * _FEWEST_ROWS else 4 if rows >= 10 * _FEWEST_ROWS else \
         2 if rows >= 2 * _FEWEST_ROWS else 1
-    edges = [rows * index // count for index in range(count + 1)]
+    edges = [min(-(-rows * index // (count * height)) * height, rows)
+             for index in range(count + 1)]
     return [(index, edges[index], edges[index + 1]) for index in range(count)]

@@ -12,13 +12,14 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels import features
 from fuzzy_stereo_ros.matching.kernels.costs import Features
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
+from fuzzy_stereo_ros.matching.kernels.volume import Penalties
 import numpy as np
 
 
 class Model(NamedTuple):
     """The numbers of the possibility and of the smoothness, in cost units, for one image size."""
 
+    near_weight: int        # how often the nearest eight neighbours of the census count: 1 or 2
     census_cut: int         # a Hamming distance beyond says no more
     slope_cut: int          # nor does a difference of gradients, in half grey levels
     box: int                # 0, or costs are sums of 3 x 3 pixels / 2**box
@@ -32,8 +33,10 @@ class Model(NamedTuple):
         return self.census_cut + self.slope_cut
 
 
-FULL_SIZE = Model(census_cut=12, slope_cut=3, box=0, small=13, jump=62, jump_at_edge=20)
-HALF_SIZE = Model(census_cut=12, slope_cut=4, box=2, small=22, jump=105, jump_at_edge=34)
+FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, jump=83,
+                  jump_at_edge=26)
+HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
+                  jump_at_edge=34)
 EDGE = 20           # grey levels of 8 bits
 
 
@@ -60,6 +63,11 @@ class View:
         read = features.fine_grey_of_mono if image.ndim == 2 else features.fine_grey_of_colour
         read(image, shift, places, self.mirrored, self.fine, self.grey, first, last)
 
+    def spread(self, narrow, begin, first, last):
+        """Copy the rows of a view, from column `begin` on, and repeat its border around them."""
+        features.spread(narrow.fine, narrow.grey, narrow.columns, begin, self.fine, self.grey,
+                        self.columns, first, last)
+
     def halve(self, half, first, last):
         """Fill the rows of the half-size view."""
         offset = self.columns - 2 * half.columns if self.mirrored else 0
@@ -75,16 +83,21 @@ class View:
 class CensusPossibility:
     """The possibility of all matches of a pair at one size, as features to compute costs from."""
 
-    def __init__(self, rows, columns, disparities, model):
-        """Allocate for images of a size and a number of disparities."""
+    def __init__(self, rows, columns, disparities, model, extra=0):
+        """
+        Allocate for images of a size and a number of disparities.
+
+        extra: columns that the target begins before column 0, see `extra_columns`.
+        """
         self.model, self.rows, self.columns, self.disparities = model, rows, columns, disparities
         reach = -(-disparities // 32) * 32
         self.left = View(rows, columns, False, 0)
-        self.right = View(rows, columns, True, reach)
+        self.right = View(rows, columns + extra, True, reach)
         self.features = Features(
-            columns, disparities, model.census_cut, model.slope_cut, self.left.census.reshape(-1),
-            self.left.slopes, self.right.census.reshape(-1), self.right.slopes.reshape(-1),
-            self.left.census.shape[2], self.right.census.shape[2])
+            columns, disparities, model.near_weight, model.census_cut, model.slope_cut,
+            *(plane.reshape(-1) for view in (self.left, self.right)
+              for plane in (view.census, view.slopes)),
+            self.left.census.shape[2], self.left.slopes.shape[1], self.right.census.shape[2])
         self.penalties = Penalties(model.small, np.zeros((rows, columns), np.uint8),
                                    np.zeros((rows, columns), np.uint8))
 
@@ -97,6 +110,17 @@ class CensusPossibility:
             self.left.grey, model.jump, model.jump_at_edge,
             -(-256 * (model.jump - model.jump_at_edge) // EDGE), self.columns,
             self.penalties.across, self.penalties.down, first, last)
+
+
+def extra_columns(min_disparity, disparities):
+    """
+    Return how many columns the target needs before column 0, where the right image now begins.
+
+    Moved by a negative disparity it begins outside. No more than labels reach are needed, and an
+    even number, so that the half-size views are those of the same columns.
+    """
+    needed = max(min(-min_disparity, disparities + 2 * features.MARGIN), 0)
+    return needed + needed % 2
 
 
 def fine_places(left, right):

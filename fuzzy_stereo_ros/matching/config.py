@@ -61,8 +61,9 @@ class MatcherConfig:
         0, 0, 1000000, '',
         'stop after so many generations without a fitter best; 0 runs them all')
     search: str = _choice(
-        'guided', ('guided', 'paper'),
-        'guesses from the data and the previous frame, or the random search of the paper')
+        'guided', ('guided', 'thorough', 'paper'),
+        'guesses from the data and the previous frame, members of several possibility models, or '
+        'the random search of the paper')
     sweeps: int = _number(
         0, 0, 100, '',
         'memetic sweeps of the fittest in each generation after the first (guided search)')
@@ -107,6 +108,11 @@ class MatcherConfig:
 
 PROFILES = {
     'realtime': {},
+    'quality': {
+        'warm_start': False,
+        'generations': 4,
+        'search': 'thorough',
+    },
     'paper': {
         'reference': 'right',
         'warm_start': False,

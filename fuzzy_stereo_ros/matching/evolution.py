@@ -29,10 +29,15 @@ class Budget:
         return self._deadline_ns is None or time.perf_counter_ns() < self._deadline_ns
 
 
+def always():
+    """Return that an operator may start: what `in_time` is without a deadline."""
+    return True
+
+
 @dataclass(frozen=True)
 class Generation:
     """
-    A row of the history.
+    A row of the history; one that the deadline cut short is there as far as it came.
 
     number: from 1; best_fitness, mean_fitness: after the generation, higher is fitter
     diversity: mean share of cells in which a chromosome differs from the fittest, 0 to 1
@@ -67,7 +72,8 @@ def evolve(search, budget, observe=None):
     Run generations until the search has settled or the budget is spent; return the history.
 
     search: has `population` (P, R, C), `fitness` float64 (P,), `best`, `settled`, and
-    `generation(number)`, which makes the next generation and returns its gains
+    `generation(number, in_time)`, which makes the next generation, starts an operator only while
+    in_time() is true, and returns its gains
     budget: says whether a generation may start; observe: called with number and population
     after each, a view that the next generation overwrites
     """
@@ -75,7 +81,7 @@ def evolve(search, budget, observe=None):
     number = 1
     while budget.allows(number) and not search.settled:
         started = time.perf_counter_ns()
-        gains = search.generation(number)
+        gains = search.generation(number, budget.in_time)
         milliseconds = (time.perf_counter_ns() - started) / 1e6
         history.append(Generation(
             number, float(search.fitness[search.best]), float(search.fitness.mean()),

@@ -5,16 +5,18 @@ The search of the profile `realtime`: guesses from the data and the previous fra
 
 One frame: the half-size chromosome says where to look; the scanline chromosome is the best guess;
 its refused cells, the least possible ones, take background genes in two ways, which makes two
-members; the previous best, where trusted, is a third. The first generation crosses the fittest
-with the others, later ones with mutants and memetic sweeps of itself; the fitter regions stay.
+members. The first generation crosses them, later ones the fittest with mutants and memetic sweeps
+of itself; the fitter regions stay. What the previous frame gives is in the views and in the guess.
 """
+from functools import partial
 import time
 
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.census_fitness import CensusFitness
 from fuzzy_stereo_ros.matching.census_possibility import (
-    CensusPossibility, fine_places, FULL_SIZE)
+    CensusPossibility, extra_columns, fine_places, FULL_SIZE, View)
 from fuzzy_stereo_ros.matching.coarse_guess import CoarseGuess
+from fuzzy_stereo_ros.matching.evolution import always
 from fuzzy_stereo_ros.matching.kernels import filling
 from fuzzy_stereo_ros.matching.kernels.chance import key_of
 from fuzzy_stereo_ros.matching.refinement import Refinement
@@ -42,8 +44,13 @@ class GuidedSearch:
         """Allocate all that pairs of one size need."""
         self._config, self._shape = config, (rows, columns)
         self._crew = Crew(config.threads)
-        self._possibility = CensusPossibility(rows, columns, config.disparities, FULL_SIZE)
-        self._coarse = CoarseGuess(rows, columns, config.disparities)
+        extra = extra_columns(config.min_disparity, config.disparities)
+        self._possibility = CensusPossibility(
+            rows, columns, config.disparities, FULL_SIZE, extra)
+        # the right image as it is read and averaged
+        self._right = View(rows, columns, True, 0) if extra else self._possibility.right
+        self._inside = config.min_disparity, config.min_disparity + columns - 1
+        self._coarse = CoarseGuess(rows, columns, config.disparities, extra)
         self._guess = ScanlineGuess(self._possibility, TILE)
         self._warm = WarmStart(rows, columns, config.disparities)
         labels_type = self._guess.chosen.labels.dtype
@@ -68,20 +75,18 @@ class GuidedSearch:
         or None; seed_words: whole numbers that chance is made of.
         """
         self._seed_words, self._state = seed_words, state
-        self._first_inside = max(self._config.min_disparity, 0)
         self.times, self._clock = {}, time.perf_counter_ns()
         self._see(left, right)
         self._took('possibility')
-        self._coarse.search(self._crew, self._first_inside)
+        self._coarse.search(self._crew, self._inside)
         self._coarse.guide(self._possibility.left.grey)
-        self._warm.judge(self._crew, state, self._possibility, self._first_inside, self._coarse)
+        self._warm.judge(self._crew, state, self._coarse)
         self._took('coarse')
-        self._coarse.narrow(self._guess, self._warm.prior, self._config.disparities)
-        self._guess.search(self._crew, self._coarse.prior, self._warm.prior)
+        self._guess_from(self._warm.prior)
         self._took('scanlines')
-        self._refinement.refuse(self._crew, self._guess.chosen, self._first_inside,
+        self._refinement.refuse(self._crew, self._guess.chosen, self._inside,
                                 self._config.speckle_size, self._config.speckle_range)
-        self._fitness.look(self._crew, self._first_inside)
+        self._fitness.look(self._crew, self._inside)
         self._seed()
         self._took('seeds')
 
@@ -92,22 +97,37 @@ class GuidedSearch:
         self._clock = now
 
     def _see(self, left, right):
-        """Read the pair at both sizes. The right image is moved by the smallest disparity."""
+        """
+        Read the pair, averaged with the previous ones, at both sizes.
+
+        The right image is moved by the smallest disparity: to the right as it is read, to the left
+        into a wider view, so that none of it is lost.
+        """
         full, half = self._possibility, self._coarse.possibility
         places, shift = fine_places(left, right), self._config.min_disparity
 
         def read(band):
             full.left.read(left, 0, places, band[1], band[2])
-            full.right.read(right, shift, places, band[1], band[2])
+            self._right.read(right, max(shift, 0), places, band[1], band[2])
 
         def halve(band):
             full.left.halve(half.left, band[1], band[2])
             full.right.halve(half.right, band[1], band[2])
         bands, half_bands = self._guess.bands, self._coarse.bands
         self._crew.each(read, bands)
+        if self._config.warm_start:
+            self._warm.average(self._crew, self._state, full.left, self._right)
+        if shift < 0:
+            self._crew.each(lambda band: full.right.spread(
+                self._right, -shift, band[1], band[2]), bands)
         self._crew.each(lambda band: full.describe(band[1], band[2]), bands)
         self._crew.each(halve, half_bands)
         self._crew.each(lambda band: half.describe(band[1], band[2]), half_bands)
+
+    def _guess_from(self, previous):
+        """Make the scanline chromosome, leaning on the half map and a prior from the past."""
+        self._coarse.narrow(self._guess, self._config.disparities)
+        self._guess.search(self._crew, self._coarse.prior, previous)
 
     def _seed(self):
         """Make the first members: refused cells take background genes by rows, by columns."""
@@ -116,42 +136,54 @@ class GuidedSearch:
         self._crew.each(lambda band: filling.fill_rows(
             labels, verdict, by_rows, band[1], band[2]), self._guess.bands)
         filling.fill_columns(labels, verdict, by_rows, by_columns, self._below)
-        members = 2
         self.warm = self._state is not None
-        if self.warm and self._config.population > members:
-            filling.take_trusted(by_rows, self._warm.prior.labels, self._warm.prior.weights,
-                                 self._members[members])
-            members += 1
-        self.fitness = np.full(members, self._fitness.adopt(self._crew, by_rows))
+        self.fitness = np.full(2, self._fitness.adopt(self._crew, by_rows))
 
-    def generation(self, number):
-        """Cross the fittest with the others, or with what came of itself; return the gains."""
+    def generation(self, number, in_time=always):
+        """
+        Cross the first two, or the fittest with what came of it; return the gains.
+
+        in_time(): whether an operator may start; false ends the generation.
+        """
         if number == 1:
-            gains = {}
-            for father, name in zip(range(1, len(self.fitness)), ('crossover', 'previous_best')):
-                gains[name] = self._cross(father)
-            return gains
+            return {'crossover': self._cross(1) if in_time() else 0.0}
         gains = {'mutation': 0.0}
-        if len(self.fitness) < self._config.population:
-            self.fitness = np.resize(self.fitness, self._config.population)
+        if in_time():
+            self._fitness.aim(self._crew, self._members[0], self._config.mutation_rate)
         for slot in range(1, self._config.population):
-            gains['mutation'] += self._mutate(slot, number)
+            gains['mutation'] += self._breed(
+                slot, partial(self._mutate, slot, number), in_time)
         for _ in range(self._config.sweeps):
-            self._members[1][:] = self._members[0]
-            self._guess.polish(self._crew, self._fitness.penalties, self._members[1])
-            gains['sweep'] = gains.get('sweep', 0.0) + self._cross(1)
+            gains['sweep'] = gains.get('sweep', 0.0) + self._breed(1, self._sweep, in_time)
         return gains
 
-    def _mutate(self, slot, number):
-        """Let a mutant of the fittest take a place and cross them; return the fitness gained."""
+    def _breed(self, slot, change, in_time):
+        """Let a changed copy of the fittest take a place; cross them; return what was gained."""
+        if not in_time():
+            return 0.0
+        self._copy_fittest(slot)
+        change(self._members[slot])
+        if in_time():
+            return self._cross(slot)
+        self._copy_fittest(slot)        # only crossing tells what the changed one is worth
+        return 0.0
+
+    def _copy_fittest(self, slot):
+        self._members[slot][:] = self._members[0]
+        if slot == len(self.fitness):
+            self.fitness = np.append(self.fitness, 0.0)
+        self.fitness[slot] = self.fitness[0]
+
+    def _mutate(self, slot, number, mutant):
+        """Throw patches at a copy of the fittest."""
         rows, columns = self._shape
-        mutant = self._members[slot]
-        mutant[:] = self._members[0]
         self._fitness.mutate(
-            self._crew, self._members[0], mutant, self._config.mutation_rate,
-            self._config.neighbourhood // 2, REACH, rows * columns // CELLS_A_PATCH,
-            key_of(*self._seed_words, number, slot))
-        return self._cross(slot)
+            self._members[0], mutant, self._config.neighbourhood // 2, REACH,
+            rows * columns // CELLS_A_PATCH, key_of(*self._seed_words, number, slot))
+
+    def _sweep(self, member):
+        """Bring every row of a copy of the fittest to its optimum."""
+        self._guess.polish(self._crew, self._fitness.penalties, member)
 
     def _cross(self, father):
         """Cross the fittest with another member; return the fitness gained."""
@@ -175,7 +207,6 @@ class GuidedSearch:
         if not self._config.warm_start:
             return None
         state = self._warm.hand_on(
-            self._crew, self._refinement.labels, self._refinement.verdict, self._possibility,
-            self._first_inside, self._config, stamp, frame)
+            self._refinement.labels, self._refinement.verdict, self._config, stamp, frame)
         self._took('handing_on')
         return state

@@ -9,10 +9,11 @@ from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve
 from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
 from fuzzy_stereo_ros.matching.paper_search import PaperSearch
+from fuzzy_stereo_ros.matching.thorough_search import ThoroughSearch
 import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
-SEARCHES = {'guided': GuidedSearch, 'paper': PaperSearch}
+SEARCHES = {'guided': GuidedSearch, 'thorough': ThoroughSearch, 'paper': PaperSearch}
 
 
 @dataclass(frozen=True)
@@ -39,12 +40,22 @@ class Match:
 
 
 class StereoMatcher:
-    """Matches pairs one after the other, each warm-started with the last."""
+    """
+    Matches pairs one after the other, each warm-started with the last.
 
-    def __init__(self, config=None):
-        """config: a MatcherConfig; the profile `realtime` if none."""
+    search: what evolved the last pair, to be looked into; None before the first.
+    """
+
+    def __init__(self, config=None, search_type=None):
+        """
+        Prepare for pairs; memory is taken when the first one comes.
+
+        config: a MatcherConfig; the profile `realtime` if none. search_type: class of the search,
+        that of the configuration if none.
+        """
         self.config = config or MatcherConfig()
-        self._search, self._shape = None, None
+        self._search_type = search_type or SEARCHES[self.config.search]
+        self.search, self._shape = None, None
         self.reset()
 
     def match(self, left, right, stamp=None, observe=None):
@@ -83,7 +94,7 @@ class StereoMatcher:
 
     def warm_up(self, rows, columns):
         """
-        Compile the kernels, or load them from the cache, and allocate for images of a size.
+        Compile the kernels, or load them from the cache, and take memory for images of a size.
 
         Every kind of image is matched once, cold and warm, on a matcher that is thrown away.
         """
@@ -97,7 +108,11 @@ class StereoMatcher:
                 matcher = StereoMatcher(small)
                 matcher.match(image, image)
                 matcher.match(image, image)
-        self._search_of((rows, columns))
+        search = self._search_of((rows, columns))
+        if self.state is None and self.config.disparities <= columns:
+            # The system gives memory when it is written to: not in the first frame.
+            blank = np.zeros((rows, columns), np.uint8)
+            search.start(blank, blank, None, (self.config.seed, 0))
 
     def _previous(self, shape, stamp):
         """Return the previous frame's state where this pair may start from it, else None."""
@@ -109,9 +124,9 @@ class StereoMatcher:
     def _search_of(self, shape):
         """Return the search of an image size, made anew when the size changes."""
         if shape != self._shape:
-            self._search = SEARCHES[self.config.search](self.config, *shape)
+            self.search = self._search_type(self.config, *shape)
             self._shape = shape
-        return self._search
+        return self.search
 
 
 def _mirrored(image):

@@ -7,56 +7,42 @@ Not in the paper. A camera that turns moves everything alike; whether a part of 
 with the rest, stayed, or is another one now is judged tile by tile.
 """
 import cv2
+from fuzzy_stereo_ros.matching.kernels.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.motion import best_shift, glance
 import numpy as np
 
-REDUCTION = 4        # the glance that frames are compared by is so much smaller, or a bit more
+GLANCE = 60          # rows of the small pictures that are correlated, about, and at the least
 SMALLEST = 16        # rows and columns of a glance that phase correlation can work with
+REACH = 2            # px by which the correlation may be wrong
+SAMPLED = 16         # one row in so many shows which shift is exact
 
 
 class Motion:
-    """Compares the pictures of two frames of one image size, by glances at them."""
+    """Compares the pictures of two frames of one image size."""
 
     def __init__(self, rows, columns):
         """Prepare for images of a size; those too small for a glance count as never moving."""
-        self._rows, self._columns = rows, columns
-        self._size = _even_size(columns // REDUCTION), _even_size(rows // REDUCTION)
-        self._usable = min(self._size) >= SMALLEST
-        if self._usable:
-            self._window = cv2.createHanningWindow(self._size, cv2.CV_32F)
-
-    def glance(self, grey):
-        """Return a small float32 picture of an image, uint8 (R, C + slack)."""
-        if not self._usable:
-            return np.zeros((0, 0), np.float32)
-        return cv2.resize(grey[:, :self._columns], self._size,
-                          interpolation=cv2.INTER_AREA).astype(np.float32)
+        self._scale = max(min(rows, columns) // GLANCE, 1)
+        size = [_even_size(pixels // self._scale) for pixels in (rows, columns)]
+        self._usable = min(size) >= SMALLEST
+        self._before, self._now = (np.zeros(size, np.float32) for _ in range(2))
+        self._window = cv2.createHanningWindow(size[::-1], cv2.CV_32F) if self._usable else None
 
     def between(self, before, now):
-        """Return how far the picture moved down and to the right, in whole pixels."""
+        """
+        Return how far the picture moved down and to the right, in whole pixels.
+
+        before: uint16 (R, C), fine grey; now: uint16, the same, padded.
+        """
         if not self._usable:
             return 0, 0
+        glance(before, 0, self._scale, self._before)
+        glance(now, MARGIN, self._scale, self._now)
         # the window is applied here: OpenCV would apply it to the arrays themselves
-        (right, down), _ = cv2.phaseCorrelate(before * self._window, now * self._window)
-        across, along = self._scale()
-        return round(down * along), round(right * across)
-
-    def change(self, before, now, down, right, tiles):
-        """
-        Return by how many grey levels each tile became brighter or darker than all did.
-
-        before, now: glances; down, right: px that the picture is taken to have moved; tiles:
-        (rows, columns) of the result, float32.
-        """
-        if not self._usable:
-            return np.zeros(tiles, np.float32)
-        across, along = self._scale()
-        shift = np.float32([[1, 0, right / across], [0, 1, down / along]])
-        moved = cv2.warpAffine(before, shift, self._size, borderMode=cv2.BORDER_REPLICATE)
-        change = cv2.resize(now - moved, tiles[::-1], interpolation=cv2.INTER_AREA)
-        return np.abs(change - np.median(change))
-
-    def _scale(self):
-        return self._columns / self._size[0], self._rows / self._size[1]
+        (right, down), _ = cv2.phaseCorrelate(self._before * self._window,
+                                              self._now * self._window)
+        return best_shift(now, before, round(down * self._scale),
+                          round(right * self._scale), REACH, SAMPLED)
 
 
 def _even_size(size):

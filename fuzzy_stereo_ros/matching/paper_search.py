@@ -1,10 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The search of the paper, assembled: random maps, cut crossover, patch mutation, Eq. 3."""
+from itertools import count
 import time
 
 from fuzzy_stereo_ros.matching import operators
 from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.evolution import always
 from fuzzy_stereo_ros.matching.fitness import FuzzyFitness
 from fuzzy_stereo_ros.matching.kernels.chance import fill_uniform, key_of
 from fuzzy_stereo_ros.matching.paper_population import PaperPopulation
@@ -18,7 +20,7 @@ class PaperSearch:
 
     The paper's right reference is had by mirroring and exchanging the images above.
 
-    fitness: float64 (P,), Eq. 3, higher is fitter
+    fitness: float64 (P,), Eq. 3, higher is fitter; P is smaller after a generation cut short
     settled: whether `patience` generations went by without a fitter best: the stop condition
     times: milliseconds by stage; warm: never, the paper knows no previous frame
     """
@@ -42,7 +44,7 @@ class PaperSearch:
     @property
     def population(self):
         """The living generation: uint16 (P, R, C), a view that the next but one overwrites."""
-        return self._living.genes
+        return self._living.genes[:self.fitness.size]
 
     @property
     def best(self):
@@ -70,18 +72,20 @@ class PaperSearch:
         self._seed_words = seed_words
         self._measure.take(left, right)
         self._took('possibility')
-        self._share(lambda slot, scratch: self._living.be_born(
+        self._share(self._config.population, lambda slot, scratch: self._living.be_born(
             slot, key_of(*seed_words, 0, slot), scratch))
         self.fitness = self._living.fitness()
         self._without_gain = 0
         self.settled = False
         self._took('seeds')
 
-    def generation(self, number):
+    def generation(self, number, in_time=always):
         """
         Let the elite live on, and children of the survivors take the place of all others.
 
         Return what crossover and mutation gave the new fittest: together the rise of the best.
+        in_time(): whether an operator may start; false ends the generation with those it has,
+        the fittest first.
         """
         living, coming = self._living, self._coming
         elite = operators.fittest_first(self.fitness)[:self._elites]
@@ -93,12 +97,15 @@ class PaperSearch:
                 return
             self._crossed_fitness[slot] = coming.be_crossed(
                 slot, living, parents[slot], lines[slot], scratch)
-            key = key_of(*self._seed_words, number, slot)
-            coming.be_mutated(slot, key, patches[slot], scratch)
+            if in_time():
+                key = key_of(*self._seed_words, number, slot)
+                coming.be_mutated(slot, key, patches[slot], scratch)
 
-        self._share(succeed)
-        self._living, self._coming = coming, living
-        best_before, self.fitness = self.fitness.max(), coming.fitness()
+        made = self._share(self.fitness.size, succeed, in_time)
+        best_before = self.fitness.max()
+        if made:
+            self._living, self._coming = coming, living
+            self.fitness = coming.fitness()[:made]
         return self._gains(best_before)
 
     def finish(self, stamp, frame, disparity, confidence):
@@ -144,12 +151,18 @@ class PaperSearch:
         return {'crossover': float(self._crossed_fitness[best] - best_before),
                 'mutation': float(self.fitness[best] - self._crossed_fitness[best])}
 
-    def _share(self, work):
-        """Call work(slot, scratch) for every slot of the population, shared among threads."""
-        size, workers = self.fitness.size, self._crew.threads
+    def _share(self, size, work, in_time=always):
+        """
+        Call work(slot, scratch) for the slots of a population in turn, shared among threads.
+
+        Return for how many: those from 0 up to where in_time() became false.
+        """
+        slots, made = iter(range(size)), count()
 
         def of_worker(worker):
-            for slot in range(worker, size, workers):
+            while in_time() and (slot := next(slots, None)) is not None:
                 work(slot, self._scratches[worker])
+                next(made)
 
-        self._crew.each(of_worker, range(workers))
+        self._crew.each(of_worker, range(self._crew.threads))
+        return next(made)

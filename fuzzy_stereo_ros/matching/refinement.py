@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.kernels.consistency import check_consistency, ref
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
-ALIKE = 10           # grey levels within which neighbours belong to a pixel's class
+ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty is a pixel's confidence
 
 
@@ -30,15 +30,15 @@ class Refinement:
         self._median = np.zeros((rows, columns + 2 * LANES), labels_type)
         self.labels = np.zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
-        self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS), fine_type)
-        self._fine = np.zeros((rows, columns), fine_type)
+        self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
+        self._fine = np.zeros((rows, columns + LANES), fine_type)
         self._certain, self._blurred = (np.zeros((rows, columns), np.float32) for _ in range(2))
-        self._rows = [np.zeros((2, columns), fine_type) for _ in self._bands]
+        self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
-    def refuse(self, crew, chosen, first_inside, speckle_size, speckle_range):
+    def refuse(self, crew, chosen, inside, speckle_size, speckle_range):
         """Give the verdict on each pixel: left-right consistency and speckles."""
         crew.each(lambda band: check_consistency(
-            chosen.labels, chosen.target, self._disparities, first_inside, self.verdict,
+            chosen.labels, chosen.target, self._disparities, inside, self.verdict,
             band[1], band[2]), self._bands)
         if speckle_size > 1:
             refuse_speckles(chosen.labels.reshape(-1), self.verdict.reshape(-1),

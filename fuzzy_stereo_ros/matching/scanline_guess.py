@@ -11,9 +11,14 @@ from fuzzy_stereo_ros.matching.kernels import sweep
 from fuzzy_stereo_ros.matching.kernels.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.polish import polish_rows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.kernels.tile_paths import ROWS_AT_ONCE
+from fuzzy_stereo_ros.matching.kernels.volume import Chosen, Scratch, Search, Windows
 import numpy as np
 
-_SLACK = 64
+_SLACK = 64          # bytes behind an array that a vector may read or write
+# Rows and arrays that lie a multiple of a page apart push each other out of the cache.
+PAGE = 4096          # bytes
+SHIFT = 448          # bytes
 
 
 def gene_type(disparities):
@@ -39,23 +44,27 @@ class ScanlineGuess:
     """Scanline optima for one image size: memory, windows of labels, and what was chosen."""
 
     def __init__(self, possibility, tile):
-        """tile: pixels of a side of the tiles that search labels of their own; 0 for one tile."""
+        """
+        Allocate for the size of a possibility.
+
+        tile: pixels of a side, 1 or more, of the tiles that search labels of their own. Costs
+        are kept for as many rows of tiles only as a tile and the overlap reach into.
+        """
         rows, columns = possibility.rows, possibility.columns
-        self.possibility, self.bands = possibility, cut_bands(rows)
+        target_columns = possibility.right.columns
+        self.possibility, self.tile, self.bands = possibility, tile, cut_bands(rows, tile)
         self.most_blocks = -(-possibility.disparities // LANES)
-        row_size = columns * LANES * self.most_blocks
-        self._volume = sweep.Volume(np.zeros(rows * row_size + _SLACK, np.uint8),
-                                    np.zeros(rows * row_size + _SLACK, np.uint8))
-        self._scratch = [_scratch(columns, self.most_blocks) for _ in self.bands]
+        tiles = -(-rows // tile), -(-columns // tile)
+        height, kept = min(tile, rows), min(1 + -(-OVERLAP // tile), tiles[0])
+        self._scratch, self._memory = zip(*(
+            _scratch(columns, target_columns, self.most_blocks, height, kept) for _ in self.bands))
         self._winners = [np.zeros(columns, np.int64) for _ in self.bands]
-        self.chosen = sweep.Chosen(
+        self.chosen = Chosen(
             np.zeros((rows, columns), gene_type(possibility.disparities)),
             np.zeros((rows, columns), np.int8), *(
-                np.zeros((rows, columns), np.uint8) for _ in range(3)))
-        tile = tile or max(rows, columns)
-        self.windows = sweep.Windows(tile, tile, *(
-            np.zeros((-(-rows // tile), -(-columns // tile)), np.int64) for _ in range(3)), *(
-                np.zeros(-(-rows // tile), np.int64) for _ in range(2)))
+                np.zeros((rows, width), np.uint8) for width in (columns, columns, target_columns)))
+        self.windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)),
+                               np.zeros(tiles[0], np.int64))
         self.no_prior = prior_of(
             np.zeros((rows, columns), self.chosen.labels.dtype),
             np.zeros((rows, columns), np.uint8), possibility.disparities)
@@ -68,43 +77,89 @@ class ScanlineGuess:
         self.pack()
 
     def pack(self):
-        """Lay the tiles' windows one behind the other in the volume."""
-        rows, columns = self.chosen.labels.shape
-        windows = self.windows
-        tile_rows, tile_columns = windows.low.shape
-        widths = np.minimum(windows.width, columns - np.arange(tile_columns) * windows.width)
-        heights = np.minimum(windows.height, rows - np.arange(tile_rows) * windows.height)
+        """Lay the tiles' windows one behind the other in a row of pixels."""
+        columns, windows = self.chosen.labels.shape[1], self.windows
+        widths = np.minimum(self.tile, columns - np.arange(0, columns, self.tile))
         sizes = windows.blocks * LANES * widths
         windows.offset[:] = np.cumsum(sizes, axis=1) - sizes
-        windows.row_size[:] = sizes.sum(axis=1)
-        windows.base[:] = np.cumsum(windows.row_size * heights) - windows.row_size * heights
+        used = sizes.sum(axis=1)
+        windows.row_size[:] = used + (SHIFT - used) % PAGE
 
     def search(self, crew, half_prior=None, previous_prior=None):
         """Run the passes; the result is in `chosen`. Priors default to none."""
-        possibility, model = self.possibility, self.possibility.model
-        priors = half_prior or self.no_prior, previous_prior or self.no_prior
-        crew.each(lambda band: sweep.downwards(
-            possibility.features, model.box, *priors, self.windows, self._volume,
-            possibility.penalties, band[1], band[2], OVERLAP, self._scratch[band[0]]), self.bands)
-        crew.each(lambda band: sweep.upwards(
-            possibility.features, self.windows, self._volume, possibility.penalties,
-            band[1], band[2], OVERLAP, self._scratch[band[0]], self.chosen), self.bands)
+        # kept because what was searched last, and is polished by, has only their addresses
+        self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
+        self._last = self.search_by(*self._priors)
+        crew.each(lambda band: self._search_band(self._last, *band), self.bands)
+
+    def _search_band(self, search, band, first, last):
+        """Sweep down and up through one row of tiles after the other."""
+        scratch, start, priced = self._scratch[band], max(first - OVERLAP, 0), first
+        sweep.outside(search, scratch, start, first, True)
+        for strip in range(first, last, self.tile):
+            end = min(strip + self.tile, last)
+            below = min(end + OVERLAP, search.rows)
+            sweep.downwards(search, scratch, start, priced, min(below, last))
+            sweep.outside(search, scratch, max(priced, min(below, last)), below, False)
+            sweep.upwards(search, scratch, strip, end, below - 1)
+            priced = below
+
+    def search_by(self, half_prior, previous_prior):
+        """Return what the sweeps work on; its arrays belong to this object or its arguments."""
+        seen, model = self.possibility.features, self.possibility.model
+        penalties, windows, chosen = self.possibility.penalties, self.windows, self.chosen
+        return Search(
+            *chosen.labels.shape, seen.disparities, chosen.labels.itemsize, model.box,
+            seen.near_weight, seen.census_cut, seen.slope_cut, penalties.small, *map(_address, (
+                penalties.across, penalties.down, seen.census, seen.slopes, seen.target_census,
+                seen.target_slopes)),
+            seen.census_stride, seen.slope_stride, seen.target_stride,
+            chosen.target.shape[1], *_leaning(half_prior), *_leaning(previous_prior), self.tile,
+            windows.low.shape[1], *map(_address, windows), *map(_address, chosen))
 
     def polish(self, crew, penalties, chromosome):
-        """Sweep a chromosome, in place: even rows, then odd ones, each to its exact optimum."""
+        """
+        Sweep a chromosome, in place: even rows, then odd ones, each to its exact optimum.
+
+        By the costs of the last search; penalties: those of the fitness; chromosome: (R, C).
+        """
         for parity in (0, 1):
             crew.each(lambda band, parity=parity: polish_rows(
-                self._volume.costs, self.windows, penalties, chromosome, parity, band[1], band[2],
-                self._scratch[band[0]].paths, self._winners[band[0]],
-                self._scratch[band[0]].labels, self._scratch[band[0]].chains), self.bands)
+                self._last, self._scratch[band[0]], penalties, chromosome, parity, band[1],
+                band[2], self._winners[band[0]]), self.bands)
 
 
-def _scratch(columns, blocks):
-    row = columns * LANES * blocks
+def _address(array):
+    """Return where an array begins that kernels are to walk through."""
+    if not array.flags.c_contiguous:
+        raise ValueError(f'an array {array.shape} of strides {array.strides} is not contiguous')
+    return array.ctypes.data
+
+
+def _leaning(prior):
+    """Return what a Search holds of a prior."""
+    return (*map(_address, (prior.labels, prior.weights, prior.table)), prior.reach)
+
+
+def _scratch(columns, target_columns, blocks, height, kept):
+    """
+    Return the working memory of a band: a Scratch and the array that its addresses lie in.
+
+    blocks: of a window at most; height: rows of a row of tiles; kept: rows of tiles.
+    """
+    row, words, labels = columns * LANES * blocks + PAGE, columns + LANES, LANES * blocks
     sizes = {
-        'paths': row, 'other_paths': row, 'least': columns, 'chains': 4 * LANES * blocks,
-        'labels': LANES * blocks + 2 * _SLACK, 'outside': row, 'ring': 3 * row,
-        'best_sums': columns + LANES * blocks + _SLACK,
-        'best_labels': columns + LANES * blocks + _SLACK}
-    return sweep.Scratch(**{name: np.zeros(size + _SLACK, np.uint8)
-                            for name, size in sizes.items()})
+        'costs': kept * height * row, 'sums': kept * height * row, 'down': row, 'up': row,
+        'carried': row, 'chains': ROWS_AT_ONCE * labels, 'labels': max(labels, 256) + 128,
+        'outside': labels, 'ring': 3 * row, 'codes': 4 * 4 * ROWS_AT_ONCE * words,
+        'leanings': 4 * 2 * ROWS_AT_ONCE * words, 'across': 4 * ROWS_AT_ONCE * words,
+        'below': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns,
+        'least_below': columns, 'least_above': columns, 'rivals': 2 * target_columns}
+    places, end = {}, 0
+    for name, size in sizes.items():
+        places[name] = end
+        end += -(-(size + _SLACK) // PAGE) * PAGE + SHIFT
+    memory = np.zeros(end + PAGE, np.uint8)
+    start = memory.ctypes.data + -memory.ctypes.data % PAGE
+    return Scratch(height * row, kept, labels, words,
+                   **{name: start + place for name, place in places.items()}), memory

@@ -1,28 +1,27 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The previous frame's best chromosome: when to take it, and where to trust it.
+What the previous frame is good for: pictures to average with, and its best chromosome.
 
 Not in the paper. A fit map is no proof of freshness: where nothing denies it, a stale previous
-best would freeze the picture. So it leans on the search of this frame only tile by tile, where it
-was consistent on its own frame, looks the same and costs no more on this one, and agrees with the
-half map.
+best would freeze the picture. So both count only in the tiles that show the same, but for noise,
+as they did; and the chromosome only where it was consistent, is flat and agrees with the half
+map, the cold witness. Without noise it has nothing to add, and is not asked.
 """
 from dataclasses import dataclass
 
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.averaging import Averaging
 from fuzzy_stereo_ros.matching.kernels import narrowing, trust
 from fuzzy_stereo_ros.matching.kernels.consistency import OUTSIDE
-from fuzzy_stereo_ros.matching.motion import Motion
+from fuzzy_stereo_ros.matching.kernels.motion import bring_forward
 from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of
 import numpy as np
 
-DEARER, TOLERANCE = 1.3, -0.3   # a trusted tile costs at most DEARER times as then + TOLERANCE
-CHANGED = 6          # grey levels by which a tile that is still the same may brighten or darken
-CUT_SHARE = 0.7      # share of changed tiles beyond which it is another scene altogether
-DISTANCE = 2         # px that a trusted gene may differ from the half map
-FLAT = 0             # largest range of trusted labels in 3 x 3 half-size pixels
-DEAD_ZONE, CUT = 0, 1   # of the prior: a label that is not the previous one costs 1 more
+QUIET = 0.2          # grey levels of noise below which the previous best is not asked
+DISTANCE = 3         # px that a trusted gene may differ from the half map
+FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
+DEAD_ZONE = 0        # of the prior
+CUTS = 1, 2, 4       # what another label costs more at the most, by frames that a tile survived
 LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
 
@@ -32,14 +31,15 @@ class FrameState:
     What a frame hands on to the next one; plain arrays, so that it can be saved.
 
     labels: uint8 or uint16 (R, C), the best chromosome; verdict: uint8 (R, C), 0 = consistent;
-    costs: float32 by tile, what the chromosome cost; glance: float32, a small picture of the
-    frame; stamp: ns or None; frame: its number; disparities, min_disparity: what labels mean.
+    pictures: uint16 (2, R, C), fine grey of both views, averaged, the right one mirrored; ages:
+    float32 (2, tile rows, tile columns), of how many frames; stamp: ns or None; frame: its
+    number; disparities, min_disparity: what labels mean.
     """
 
     labels: np.ndarray
     verdict: np.ndarray
-    costs: np.ndarray
-    glance: np.ndarray
+    pictures: np.ndarray
+    ages: np.ndarray
     stamp: int | None
     frame: int
     disparities: int
@@ -56,78 +56,53 @@ class FrameState:
 
 
 class WarmStart:
-    """The trust in the previous best on this frame, as a prior of the scanline guess."""
+    """What the previous frame gives to this one: averaged views, and a prior of the guess."""
 
     def __init__(self, rows, columns, disparities):
         """Allocate for images of a size and a number of disparities."""
         half = rows // 2, columns // 2
-        tiles = -(-rows // trust.TILE), -(-columns // trust.TILE)
-        self._bands, self._tile_bands = cut_bands(rows), cut_bands(tiles[0])
-        self._motion = Motion(rows, columns)
-        self._costs, self._moved_costs, self._costs_then = (
-            np.zeros(tiles, np.float32) for _ in range(3))
-        self._labels = np.zeros(half, gene_type(disparities))
+        self._averaging = Averaging(rows, columns)
+        self._half_labels = np.zeros(half, gene_type(disparities))
         self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
-        self._nothing = np.zeros((rows, columns), self._labels.dtype)
+        self._nothing = np.zeros((rows, columns), self._half_labels.dtype)
         self._moved = np.zeros_like(self._nothing), np.zeros((rows, columns), np.uint8)
         self._weights = np.zeros((rows, columns), np.uint8)
-        self._glance = np.zeros((0, 0), np.float32)
-        self.prior = prior_of(self._nothing, self._weights, disparities, (DEAD_ZONE, CUT))
+        self._strengths = np.zeros_like(self._averaging.seen[0].choices, np.uint8)
+        self.prior = prior_of(self._nothing, self._weights, disparities,
+                              *((DEAD_ZONE, cut) for cut in CUTS))
 
-    def judge(self, crew, state, possibility, first_inside, coarse):
-        """Make the prior from the previous frame's state, or an empty one from None."""
-        self._glance = self._motion.glance(possibility.left.grey)
+    def average(self, crew, state, *views):
+        """Average the left and the right view with those of a state; from None, start anew."""
         if state is None:
+            self._averaging.begin(crew, views)
+        else:
+            self._averaging.average(crew, views, state.pictures, state.ages)
+
+    def judge(self, crew, state, coarse):
+        """Make the prior from the previous best of a state: an empty one where there is none."""
+        left, bands = self._averaging.seen[0], self._averaging.bands
+        trust.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
+        if self._averaging.noise < QUIET or not self._strengths.any():
             self._weights[:] = 0
             self.prior = self.prior._replace(labels=self._nothing)
             return
-        labels, verdict, costs_then = self._bring_forward(
-            crew, state, possibility, first_inside)
-        trust.trusted_cells(labels, verdict, coarse.labels, coarse.verdict, self._costs,
-                            costs_then * DEARER, TOLERANCE, DISTANCE, self._labels, self._trusted)
-        narrowing.flat(self._labels, FLAT, self._smooth)
+        labels, verdict, shift = state.labels, state.verdict, self._averaging.shift
+        if any(shift):
+            def move(band):
+                for source, outside, moved in zip((labels, verdict), (0, OUTSIDE), self._moved):
+                    bring_forward(source, left.choices, *shift, outside, moved,
+                                  band[1], band[2])
+            crew.each(move, bands)
+            labels, verdict = self._moved
+        trust.trusted_cells(labels, verdict, coarse.labels, DISTANCE, self._half_labels,
+                            self._trusted, 0, len(self._trusted))
+        narrowing.flat(self._half_labels, FLAT, self._smooth)
         crew.each(lambda band: trust.lean_on_previous(
-            self._trusted, self._smooth, self._weights, band[1], band[2]), self._bands)
+            self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
         self.prior = self.prior._replace(labels=labels)
 
-    def _bring_forward(self, crew, state, possibility, first_inside):
-        """
-        Move the previous best with the picture, tile by tile where that makes it fitter.
-
-        Returns labels, verdict and what the tiles cost then; `_costs` is what they cost now.
-        """
-        maps, tiles = (state.labels, state.verdict), self._costs.shape
-        self._cost(crew, possibility, maps[0], first_inside, self._costs)
-        changed = self._motion.change(state.glance, self._glance, 0, 0, tiles)
-        costs_then = state.costs
-        down, right = self._motion.between(state.glance, self._glance)
-        if (down, right) != (0, 0):
-            def move(band):
-                for source, outside, moved in zip(maps, (0, OUTSIDE), self._moved):
-                    trust.move_map(source, down, right, outside, moved, band[1], band[2])
-            crew.each(move, self._bands)
-            self._cost(crew, possibility, self._moved[0], first_inside, self._moved_costs)
-            unmoved = self._costs <= self._moved_costs
-            trust.move_tile_costs(state.costs, down, right, self._costs_then)
-            costs_then = np.where(unmoved, state.costs, self._costs_then)
-            changed = np.where(unmoved, changed, self._motion.change(
-                state.glance, self._glance, down, right, tiles))
-            trust.keep_unmoved_tiles(self._costs, self._moved_costs, maps, self._moved)
-            self._costs[:] = self._moved_costs
-            maps = self._moved
-        changed = changed > CHANGED
-        self._costs[changed | (changed.mean() > CUT_SHARE)] = np.inf
-        return *maps, costs_then
-
-    def _cost(self, crew, possibility, labels, first_inside, costs):
-        """Fill what the tiles of a map cost on this frame."""
-        crew.each(lambda band: trust.tile_costs(
-            possibility.features, labels, first_inside, costs, band[1], band[2]),
-            self._tile_bands)
-
-    def hand_on(self, crew, labels, verdict, possibility, first_inside, config, stamp, frame):
+    def hand_on(self, labels, verdict, config, stamp, frame):
         """Return the state of this frame for the next one."""
-        costs = np.empty_like(self._costs)
-        self._cost(crew, possibility, labels, first_inside, costs)
-        return FrameState(labels.copy(), verdict.copy(), costs, self._glance, stamp, frame,
-                          config.disparities, config.min_disparity)
+        return FrameState(labels.copy(), verdict.copy(), self._averaging.pictures,
+                          self._averaging.ages, stamp, frame, config.disparities,
+                          config.min_disparity)

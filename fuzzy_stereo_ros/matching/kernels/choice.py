@@ -6,48 +6,59 @@ Winner takes all: the label of least summed cost, seen from the reference and fr
 With it come the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001) and how much worse
 the best label elsewhere would be.
 """
+from fuzzy_stereo_ros.matching.kernels.addresses import peek, peek_short, poke, poke_short
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, bit_or, choose, equal_bits, first_set, lane_numbers, LANES, load, lowest,
-    minimum, saturating_add, splat, store, subtract)
+    at_most, bit_or, equal_bits, first_set, lane_numbers, LANES, load, lowest, minimum, splat,
+    subtract)
 from numba import njit
 import numpy as np
 
 STEPS = 16       # sub-pixel steps in a pixel
+# loaded from MIDDLE - best on, it has 255 in the lanes best - 1, best and best + 1
+MIDDLE = 2 * LANES
+NEAR = np.zeros(3 * MIDDLE, np.uint8)
+NEAR[MIDDLE - 1:MIDDLE + 2] = 255
 
 
-@njit(nogil=True, cache=True, error_model='numpy')
-def equiangular(below, here, above):
-    """Return the offset of the minimum of two lines of equal slope, in 1 / STEPS px."""
-    rise = max(below, above) - here
-    if rise <= 0:
-        return 0
-    # rounded half away from zero; no branch on the sign, which is a toss-up
-    half = (2 * np.int64(below > above) - 1) * (rise >> 1)
-    return int(np.float32(STEPS // 2 * (below - above) + half) / np.float32(rise))
+@njit(inline='always')
+def fit_offsets(below, least, above, width, offsets):
+    """
+    Write the minima of two lines of equal slope through three sums, in 1 / STEPS px.
+
+    below, least, above: addresses of uint8 (width,), the sums beside and at the best label;
+    offsets: the address of int8 (width,).
+    """
+    for column in range(width):
+        low, high = np.int32(peek(below, column)), np.int32(peek(above, column))
+        step, rise = low - high, max(low, high) - np.int32(peek(least, column))
+        # rounded half away from zero
+        half = rise >> 1 if step > 0 else -(rise >> 1)
+        poke(offsets, column, np.int32(
+            np.float32(STEPS // 2 * step + half) / np.float32(max(rise, 1))))
 
 
-@njit(nogil=True, cache=True)
-def best_label(sums, blocks):
-    """Return the index of the first of the least sums, and that sum."""
+@njit(inline='always')
+def best_label(sums, at, blocks):
+    """Return the index of the first of the least sums from `at` on, and that sum."""
     smallest = splat(np.uint8(255))
     for block in range(blocks):
-        smallest = minimum(smallest, load(sums, LANES * block))
+        smallest = minimum(smallest, load(sums, at + LANES * block))
     least = lowest(smallest)
     for block in range(blocks):
-        bits = equal_bits(load(sums, LANES * block), splat(least))
+        bits = equal_bits(load(sums, at + LANES * block), splat(least))
         if bits != 0:
             return LANES * block + first_set(bits), least
     return 0, least
 
 
-@njit(nogil=True, cache=True)
-def least_elsewhere(sums, blocks, best):
-    """Return the least sum of the labels that are not best or next to it."""
+@njit(inline='always')
+def least_elsewhere(sums, at, blocks, best):
+    """Return the least sum, from `at` on, of the labels that are not best or next to it."""
     smallest = splat(np.uint8(255))
-    lanes = lane_numbers()
+    lanes = lane_numbers(smallest)
     for block in range(blocks):
         before = best - 1 - LANES * block
-        total = load(sums, LANES * block)
+        total = load(sums, at + LANES * block)
         if -3 < before < LANES:
             beyond = subtract(lanes, splat(np.uint8(before & 255)))
             total = bit_or(total, at_most(beyond, splat(np.uint8(2))))
@@ -55,27 +66,26 @@ def least_elsewhere(sums, blocks, best):
     return lowest(smallest)
 
 
-@njit(nogil=True, cache=True)
-def offer_to_target(sums, blocks, label, at, best_sums, best_labels):
+@njit(inline='always')
+def choose_of_target(labels, label_bytes, sums, columns, rivals, target, target_columns):
     """
-    Let a pixel's labels compete for the target pixels that they point at.
+    Give each target pixel the label of the cheapest pixel that points at it.
 
-    best_sums, best_labels: uint8, the mirrored target row; `at` is where the first label points;
-    labels are kept modulo 256.
+    All but the sizes are addresses of a row. labels: of 1 or 2 bytes; sums: uint8; rivals:
+    uint16, working memory; target: uint8, labels modulo 256, 0 where no pixel points; its last
+    columns are those of the pixels, any more come before them. Which of equals is the nearest is
+    told by labels modulo 256, too.
     """
-    lanes = lane_numbers()
-    for block in range(blocks):
-        place = at + LANES * block
-        total, rival = load(sums, LANES * block), load(best_sums, place)
-        labels = add(lanes, splat(np.uint8((label + LANES * block) & 255)))
-        store(best_labels, place, choose(at_most(total, rival), labels, load(best_labels, place)))
-        store(best_sums, place, minimum(total, rival))
-
-
-@njit(nogil=True, cache=True)
-def total_of(sums, sum_at, path, path_at, blocks, totals):
-    """Add the last path to the sums of a pixel: totals, uint8, for all of its labels."""
-    for block in range(blocks):
-        offset = LANES * block
-        store(totals, offset,
-              saturating_add(load(sums, sum_at + offset), load(path, path_at + offset)))
+    extra = target_columns - columns
+    for column in range(target_columns):
+        poke_short(rivals, column, np.uint16(2**16 - 1))
+    for column in range(columns):
+        label = np.int64(peek(labels, column)) if label_bytes == 1 else np.int64(
+            peek_short(labels, column))
+        pointed = column - label + extra
+        if pointed >= 0:
+            offer = 256 * np.int64(peek(sums, column)) + 255 - (label & 255)
+            rival = np.int64(peek_short(rivals, pointed))
+            poke_short(rivals, pointed, min(offer, rival))
+    for column in range(target_columns):
+        poke(target, column, 255 - np.int64(peek_short(rivals, column) & 255))

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels to refuse: left-right consistency and small components (speckles)."""
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    bit_or, equal_bits, first_set, LANES, load, saturating_subtract, splat, splat_like)
 from numba import njit
 import numpy as np
 
@@ -8,23 +10,28 @@ CONSISTENT, OUTSIDE, REFUSED = 0, 1, 2
 
 
 @njit(nogil=True, cache=True)
-def check_consistency(labels, target, disparities, first_inside, verdict, first, last):
+def check_consistency(labels, target, disparities, inside, verdict, first, last):
     """
     Compare each pixel with what the target pixel that it points at chose.
 
-    labels: uint8 or uint16 (R, C); target: uint8 (R, C), labels modulo 256; first_inside: the
-    first column of the (moved) target that exists; verdict: uint8 (R, C), CONSISTENT, OUTSIDE
-    (points beyond the target image, cannot be checked) or REFUSED.
+    labels: uint8 or uint16 (R, C); target: uint8 (R, extra + C), labels modulo 256, from column
+    -extra on; inside: the first and the last column of the (moved) target that exist; verdict:
+    uint8 (R, C), CONSISTENT, OUTSIDE (points beyond the target image, cannot be checked) or
+    REFUSED.
     """
     columns = labels.shape[1]
+    extra = target.shape[1] - columns
+    begin, end = max(inside[0] + extra, 0), min(inside[1] + 1 + extra, target.shape[1])
+    # unsigned, one comparison tells both ends and an index needs no test of its sign
+    width = np.uint64(max(end - begin, 0))
     for row in range(first, last):
         for column in range(columns):
             label = np.int64(labels[row, column])
-            pointed = column - label
-            if pointed < first_inside:
+            pointed = column + extra - label
+            if np.uint64(pointed - begin) >= width:
                 verdict[row, column] = OUTSIDE
                 continue
-            difference = (label - np.int64(target[row, pointed]) + 1) & 255
+            difference = (label - np.int64(target[row, np.uint64(pointed)]) + 1) & 255
             verdict[row, column] = CONSISTENT if difference <= 2 else REFUSED
 
 
@@ -42,19 +49,45 @@ def _near(labels, one, two, step):
     return abs(np.int64(labels[one]) - np.int64(labels[two])) <= step
 
 
-@njit(nogil=True, cache=True)
-def _runs_of_row(labels, verdict, begin, end, place, stop, step, known):
-    """Append the runs of a row: neighbours not refused whose steps are at most `step`."""
-    while place < stop:
-        if verdict[place] == REFUSED:
-            place += 1
-            continue
-        begin[known] = place
-        place += 1
-        while place < stop and verdict[place] != REFUSED and _near(
-                labels, place, place - 1, step):
-            place += 1
+@njit(inline='always')
+def _end_run(verdict, place, open_at, begin, end, known):
+    """End the run that is open before a place, if any, and open one there unless refused."""
+    if open_at >= 0:
+        begin[known] = open_at
         end[known] = place
+        known += 1
+    return known, place if verdict[place] != REFUSED else np.int64(-1)
+
+
+@njit(nogil=True, cache=True)
+def _runs_of_row(labels, verdict, begin, end, first, stop, step, known):
+    """
+    Append the runs of a row: neighbours not refused whose steps are at most `step`.
+
+    Only where a run ends or begins is looked at one by one.
+    """
+    open_at = np.int64(first) if verdict[first] != REFUSED else np.int64(-1)
+    refused, place = splat(np.uint8(REFUSED)), first + 1
+    while place + LANES <= stop:
+        here, before = load(labels, place), load(labels, place - 1)
+        away = bit_or(saturating_subtract(here, before), saturating_subtract(before, here))
+        joined = equal_bits(saturating_subtract(away, splat_like(here, step)),
+                            splat_like(here, 0))
+        changes = (equal_bits(load(verdict, place), refused)
+                   ^ equal_bits(load(verdict, place - 1), refused)) | ~joined
+        while changes != 0:
+            known, open_at = _end_run(verdict, place + first_set(changes), open_at, begin, end,
+                                      known)
+            changes &= changes - np.uint32(1)
+        place += LANES
+    while place < stop:
+        if ((verdict[place] == REFUSED) != (verdict[place - 1] == REFUSED)
+                or not _near(labels, place, place - 1, step)):
+            known, open_at = _end_run(verdict, place, open_at, begin, end, known)
+        place += 1
+    if open_at >= 0:
+        begin[known] = open_at
+        end[known] = stop
         known += 1
     return known
 

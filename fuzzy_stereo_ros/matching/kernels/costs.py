@@ -4,12 +4,17 @@
 The cost of every candidate of a row: how little possible a match is, 0 = fully possible.
 
 cost = min(hamming(census), census_cut) + min(|slope difference|, slope_cut) + what the priors add
+
+The Hamming distance may count the nearest eight neighbours twice: they blur edges least.
 """
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.addresses import (
+    peek, peek_short, peek_word, poke_word, splat_word)
+from fuzzy_stereo_ros.matching.kernels.scanlines import widen
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, load, minimum,
-    saturating_subtract, shift_right, splat, store, subtract)
+    add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, lanes_of,
+    load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store, subtract)
 from numba import njit
 import numpy as np
 
@@ -19,13 +24,15 @@ class Features(NamedTuple):
 
     columns: int
     disparities: int
+    near_weight: int              # how often the nearest eight neighbours count: once or twice
     census_cut: int
     slope_cut: int
     census: np.ndarray            # uint8 (R * 3 * census_stride,)
-    slopes: np.ndarray            # uint8 (R, stride)
+    slopes: np.ndarray            # uint8 (R * slope_stride,)
     target_census: np.ndarray     # uint8 (R * 3 * target_stride,)
     target_slopes: np.ndarray     # uint8 (R * target_stride,)
     census_stride: int
+    slope_stride: int
     target_stride: int
 
 
@@ -36,104 +43,160 @@ class Prior(NamedTuple):
     The table has a row a weight: what is added by label - prior's label, 0 at index `reach`.
     """
 
-    labels: np.ndarray            # uint16 (R, C)
-    weights: np.ndarray           # uint8 (R, C), row of the table
+    labels: np.ndarray            # uint8 or uint16 (R, C); flat in kernels
+    weights: np.ndarray           # uint8 (R, C), row of the table; flat in kernels
     table: np.ndarray             # uint8 (weights * 2 * reach,)
     reach: int                    # more labels than there are
 
 
 @njit(inline='always')
 def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
-    """Return the costs of LANES candidates of a pixel: census distance and gradient."""
-    distance = add(add(
-        count_bits(bit_xor(code[0], load(target, candidate))),
-        count_bits(bit_xor(code[1], load(target, candidate + stride)))),
-        count_bits(bit_xor(code[2], load(target, candidate + 2 * stride))))
-    other = load(target_slopes, slope_at)
+    """
+    Return the costs of as many candidates of a pixel as there are lanes: census and gradient.
+
+    cuts: vectors of census_cut, slope_cut and a mask, all set where the nearest count twice
+    """
+    near = count_bits(bit_xor(code[0], load_like(slope, target, candidate)))
+    distance = add(add(add(near, bit_and(near, cuts[2])),
+                       count_bits(bit_xor(code[1], load_like(slope, target, candidate + stride)))),
+                   count_bits(bit_xor(code[2], load_like(slope, target, candidate + 2 * stride))))
+    other = load_like(slope, target_slopes, slope_at)
     difference = bit_or(saturating_subtract(slope, other), saturating_subtract(other, slope))
     return add(minimum(distance, cuts[0]), minimum(difference, cuts[1]))
 
 
-@njit(nogil=True, cache=True)
-def _beyond(label, disparities):
-    """255 in the lanes of the labels that do not exist."""
-    inside = max(min(disparities - label, LANES), 0)
-    if inside == LANES:
-        return splat(np.uint8(0))
-    # lane >= inside: max(lane, inside) - lane is 0 there; saturate what is left to 255.
-    lanes = lane_numbers()
-    short = saturating_subtract(splat(np.uint8(inside)), lanes)
-    return subtract(minimum(short, splat(np.uint8(1))), splat(np.uint8(1)))
+@njit(inline='always')
+def cuts_of(search, vector):
+    """Return what the costs are cut by, as vectors like another: see _raw."""
+    return (splat_like(vector, search.census_cut), splat_like(vector, search.slope_cut),
+            splat_like(vector, 255 * (search.near_weight - 1)))
+
+
+@njit(inline='always')
+def beyond(vector, label, disparities):
+    """Return 255 in the lanes of the labels, `label` the first, that do not exist; 0 elsewhere."""
+    inside = max(min(disparities - label, lanes_of(vector)), 0)
+    # what is left of `inside` without the lane's number is 0 where the label does not exist
+    short = saturating_subtract(splat_like(vector, inside), lane_numbers(vector))
+    one = splat_like(vector, 1)
+    return subtract(minimum(short, one), one)
+
+
+@njit(inline='always')
+def _widen_codes(search, row, begin, end, codes, at):
+    """Write what a row of the reference is compared by as words: census planes, then gradients."""
+    width, stride = end - begin, search.census_stride
+    for plane in range(3):
+        first = (3 * row + plane) * stride
+        widen(search.census, first + begin, first + end, codes, at + plane * width)
+    first = row * search.slope_stride
+    widen(search.slopes, first + begin, first + end, codes, at + 3 * width)
+
+
+@njit(inline='always')
+def _lean(labels, label_bytes, weights, reach, first, width, low, leanings, at):
+    """Write, as words, where in the table of a prior what it adds to a row's pixels begins."""
+    base = reach + low
+    if label_bytes == 1:
+        for index in range(width):
+            poke_word(leanings, at + index, 2 * reach * peek(weights, first + index) + base
+                      - peek(labels, first + index))
+    else:
+        for index in range(width):
+            poke_word(leanings, at + index, 2 * reach * peek(weights, first + index) + base
+                      - peek_short(labels, first + index))
 
 
 @njit(nogil=True, cache=True)
-def cost_row(features, half_prior, previous_prior, row, begin, end, low, blocks, costs, at):
+def prepare_costs(search, row, count, begin, end, low, codes, leanings):
     """
-    Write the costs of one row of a tile: labels low .. low + 32 * blocks of columns begin .. end.
+    Gather what the costs of some rows of a tile are computed from.
 
-    costs: uint8, written from index `at`, 32 * blocks a pixel; 255 where a label does not exist.
+    codes: words, four planes of end - begin a row; leanings: words, two times as many a row.
     """
-    cuts = splat(np.uint8(features.census_cut)), splat(np.uint8(features.slope_cut))
-    target, target_slopes = features.target_census, features.target_slopes
-    target_stride = features.target_stride
-    base = row * 3 * features.census_stride
-    first, last = base + begin, base + end
-    codes_0 = features.census[first:last]
-    codes_1 = features.census[first + features.census_stride:last + features.census_stride]
-    codes_2 = features.census[first + 2 * features.census_stride:]
-    slopes = features.slopes[row, begin:end]
-    half_labels, half_weights = (half_prior.labels[row, begin:end],
-                                 half_prior.weights[row, begin:end])
-    labels, weights = previous_prior.labels[row, begin:end], previous_prior.weights[row, begin:end]
-    half_table, half_reach = half_prior.table, half_prior.reach
-    table, reach = previous_prior.table, previous_prior.reach
-    exist = low + LANES * blocks <= features.disparities
-    pointed = features.columns - 1 - begin + low
-    candidate, slope_at = row * 3 * target_stride + pointed, row * target_stride + pointed
-    for index in range(end - begin):
-        code = splat(codes_0[index]), splat(codes_1[index]), splat(codes_2[index])
-        slope = splat(slopes[index])
-        half_at = (2 * np.int64(half_weights[index]) + 1) * half_reach - half_labels[index] + low
-        prior_at = (2 * np.int64(weights[index]) + 1) * reach - labels[index] + low
-        for block in range(blocks):
-            offset = LANES * block
-            cost = _raw(target, candidate - index + offset, target_stride,
-                        target_slopes, slope_at - index + offset, code, slope, cuts)
-            cost = add(cost, add(load(half_table, half_at + offset),
-                                 load(table, prior_at + offset)))
-            if not exist:
-                cost = bit_or(cost, _beyond(low + offset, features.disparities))
-            store(costs, at, cost)
-            at += LANES
+    width = end - begin
+    for near in range(count):
+        _widen_codes(search, row + near, begin, end, codes, 4 * near * width)
+        first = (row + near) * search.columns + begin
+        _lean(search.half_labels, search.label_bytes, search.half_weights, search.half_reach,
+              first, width, low, leanings, 2 * near * width)
+        _lean(search.previous_labels, search.label_bytes, search.previous_weights,
+              search.previous_reach, first, width, low, leanings, (2 * near + 1) * width)
+
+
+@njit(inline='always')
+def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, leanings, lean_at,
+                  offset):
+    """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
+    kind = cuts[0]
+    code = (splat_word(kind, codes, code_at), splat_word(kind, codes, code_at + width),
+            splat_word(kind, codes, code_at + 2 * width))
+    cost = _raw(search.target_census, candidate, search.target_stride, search.target_slopes,
+                slope_at, code, splat_word(kind, codes, code_at + 3 * width), cuts)
+    return add(cost, add(
+        load_like(kind, search.half_table, peek_word(leanings, lean_at) + offset),
+        load_like(kind, search.previous_table, peek_word(leanings, lean_at + width) + offset)))
 
 
 @njit(nogil=True, cache=True)
-def raw_row(features, row, blocks, costs, at):
-    """Write the costs of a whole row, every label, without priors and without a mask."""
-    cuts = splat(np.uint8(features.census_cut)), splat(np.uint8(features.slope_cut))
-    stride, target_stride = features.census_stride, features.target_stride
-    census, slopes = features.census, features.slopes[row]
-    target, target_slopes = features.target_census, features.target_slopes
-    for column in range(features.columns):
-        base = row * 3 * stride + column
-        code = (splat(census[base]), splat(census[base + stride]),
-                splat(census[base + 2 * stride]))
-        pointed = features.columns - 1 - column
+def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, codes, leanings):
+    """
+    Write the costs of some rows of a tile, columns begin .. end: labels low .. low + 32 * blocks.
+
+    costs: bytes, written from index `at`, rows `size` apart, 32 * blocks a pixel; 255 where a
+    label does not exist. codes, leanings: working memory, see prepare_costs.
+    """
+    width, stride = end - begin, search.target_stride
+    prepare_costs(search, row, count, begin, end, low, codes, leanings)
+    cuts = cuts_of(search, splat(np.uint8(0)))
+    pointed = search.columns - 1 - begin + low
+    exist = low + LANES * blocks <= search.disparities
+    for near in range(count):
+        place, slope_at = at + near * size, (row + near) * stride + pointed
+        candidate = (row + near) * 3 * stride + pointed
+        for index in range(width):
+            for block in range(blocks):
+                offset = LANES * block
+                cost = cost_of_block(search, candidate - index + offset, slope_at - index + offset,
+                                     cuts, codes, 4 * near * width + index, width, leanings,
+                                     2 * near * width + index, offset)
+                if not exist:
+                    cost = bit_or(cost, beyond(cost, low + offset, search.disparities))
+                store(costs, place, cost)
+                place += LANES
+
+
+@njit(nogil=True, cache=True)
+def raw_row(search, row, blocks, costs, at, codes):
+    """Write the costs of a row from `at` on, every label, without priors and without a mask."""
+    columns, stride = search.columns, search.target_stride
+    _widen_codes(search, row, 0, columns, codes, 0)
+    cuts = cuts_of(search, splat(np.uint8(0)))
+    target, target_slopes = search.target_census, search.target_slopes
+    for column in range(columns):
+        kind, pointed = cuts[0], columns - 1 - column
+        code = (splat_word(kind, codes, column), splat_word(kind, codes, column + columns),
+                splat_word(kind, codes, column + 2 * columns))
+        slope = splat_word(kind, codes, column + 3 * columns)
         for block in range(blocks):
             label = LANES * block
             store(costs, at, _raw(
-                target, row * 3 * target_stride + pointed + label, target_stride, target_slopes,
-                row * target_stride + pointed + label, code, splat(slopes[column]), cuts))
+                target, row * 3 * stride + pointed + label, stride, target_slopes,
+                row * stride + pointed + label, code, slope, cuts))
             at += LANES
 
 
 @njit(nogil=True, cache=True)
-def box_row(above, here, below, features, blocks, places, costs, at):
-    """Write the sums of raw costs over 3 x 3 pixels / 2**places, borders repeated."""
-    columns, size = features.columns, LANES * blocks
+def box_row(search, above, here, below, blocks, costs, at):
+    """
+    Write the sums of raw costs over 3 x 3 pixels / 2**box from `at` on, borders repeated.
+
+    above, here, below: addresses of rows that raw_row wrote; 255 where a label does not exist.
+    """
+    columns, size, places = search.columns, LANES * blocks, search.box
     for block in range(blocks):
-        mask = _beyond(LANES * block, features.disparities)
         offset = LANES * block
+        mask = beyond(splat(np.uint8(0)), offset, search.disparities)
         middle = add(load(here, offset), add(load(above, offset), load(below, offset)))
         left = middle
         for column in range(columns):
@@ -147,25 +210,29 @@ def box_row(above, here, below, features, blocks, places, costs, at):
 @njit(nogil=True, cache=True)
 def layout_of(features):
     """Return the whole numbers that match_cost needs."""
-    return (features.columns, features.census_stride, features.target_stride,
-            features.census_cut, features.slope_cut)
+    return (features.columns, features.census_stride, features.slope_stride,
+            features.target_stride, features.near_weight, features.census_cut,
+            features.slope_cut)
 
 
 @njit(inline='always')
 def match_cost(census, target_census, slopes, target_slopes, layout, row, column, label):
     """
-    Return the cost of one candidate without priors, as cost_row has it.
+    Return the cost of one candidate without priors, as cost_rows has it.
 
     The arrays are those of the features, unpacked by the caller outside of its loop: unpacking
     an array counts references, which is slow.
     """
-    columns, stride, target_stride, census_cut, slope_cut = layout
+    columns, stride, slope_stride, target_stride, near_weight, census_cut, slope_cut = layout
     mirrored = columns - 1 - column + label
     base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored
     word = np.uint32(0)
     for plane in range(3):
         code = census[base + plane * stride] ^ target_census[candidate + plane * target_stride]
         word |= np.uint32(code) << np.uint32(8 * plane)
-    difference = abs(np.int64(slopes[row, column])
+    difference = abs(np.int64(slopes[row * slope_stride + column])
                      - np.int64(target_slopes[row * target_stride + mirrored]))
-    return min(count_bits_of_word(word), census_cut) + min(difference, slope_cut)
+    distance = count_bits_of_word(word)
+    if near_weight > 1:
+        distance += count_bits_of_word(word & np.uint32(255))
+    return min(distance, census_cut) + min(difference, slope_cut)

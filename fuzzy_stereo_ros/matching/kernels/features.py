@@ -3,17 +3,21 @@
 """
 What the census possibility reads of an image: fine grey, 8-bit grey, census, gradient, edges.
 
-Images of the target are mirrored: its column c lies at index `columns - 1 - c`, so that the
-candidates of a pixel, disparities upwards, are one contiguous load.
+Images of the target are mirrored: its column c, from -extra on, lies at index `columns - 1 - c`,
+so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
+from fuzzy_stereo_ros.matching.kernels.colours import load_colours
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, LANES, less, load, load_colours, narrow, reversed_lanes, shift_left,
+    add, bit_and, bit_or, LANES, less, load, narrow, reversed_lanes, shift_left,
     shift_right, splat, store)
 from numba import njit
 import numpy as np
 
 MARGIN = 2       # pixels around a padded image: half of the census window
 SLACK = 64       # elements behind a row that a vector may read or write
+# The places in 5 x 5 pixels, row by row, of each bit of the census: the nearest eight come first.
+CENSUS_PLACES = np.array([6, 7, 8, 11, 13, 16, 17, 18, 0, 1, 2, 3, 4, 5, 9, 10, 14, 15, 19, 20,
+                          21, 22, 23, 24])
 
 
 @njit(nogil=True, cache=True)
@@ -35,7 +39,7 @@ def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last)
             target = columns - 1 - column if mirrored else column
             fine[row + MARGIN, target + MARGIN] = value
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
-        _pad_row(fine, row, columns)
+        pad_row(fine, row, columns)
 
 
 @njit(nogil=True, cache=True)
@@ -56,7 +60,7 @@ def fine_grey_of_bytes(image, places, mirrored, fine, grey, first, last):
                 column = columns - LANES - column
             store(fine_flat, (row + MARGIN) * fine_stride + column + MARGIN, value)
             store(grey_flat, row * grey_stride + column, rounded)
-        _pad_row(fine, row, columns)
+        pad_row(fine, row, columns)
 
 
 @njit(nogil=True, cache=True)
@@ -70,11 +74,11 @@ def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
             target = columns - 1 - column if mirrored else column
             fine[row + MARGIN, target + MARGIN] = value
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
-        _pad_row(fine, row, columns)
+        pad_row(fine, row, columns)
 
 
 @njit(nogil=True, cache=True)
-def _pad_row(fine, row, columns):
+def pad_row(fine, row, columns):
     """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
     rows = fine.shape[0] - 2 * MARGIN
     line = fine[row + MARGIN]
@@ -85,6 +89,30 @@ def _pad_row(fine, row, columns):
             fine[edge] = line
         if row == rows - 1:
             fine[rows + MARGIN + edge] = line
+
+
+@njit(nogil=True, cache=True)
+def spread(fine, grey, columns, begin, wide_fine, wide_grey, wide_columns, first, last):
+    """
+    Copy an image into a wider one, from its column `begin` on; border pixels fill the rest.
+
+    columns, wide_columns: of the images without what is around them; what is copied beyond
+    `wide_columns` is left out.
+    """
+    for row in range(first, last):
+        _spread_row(fine[row + MARGIN, MARGIN:columns + MARGIN], begin,
+                    wide_fine[row + MARGIN, MARGIN:wide_columns + MARGIN])
+        pad_row(wide_fine, row, wide_columns)
+        _spread_row(grey[row, :columns], begin, wide_grey[row, :wide_columns])
+
+
+@njit(nogil=True, cache=True)
+def _spread_row(line, begin, wide):
+    inside = max(min(len(line), len(wide) - begin), 0)
+    wide[:begin] = line[0]
+    for column in range(inside):
+        wide[begin + column] = line[column]
+    wide[begin + inside:] = line[-1]
 
 
 @njit(nogil=True, cache=True)
@@ -101,7 +129,7 @@ def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
             half_fine[row + MARGIN, column + MARGIN] = (
                 np.uint32(above[left]) + above[left + 1] + below[left] + below[left + 1]
             ) >> np.uint32(2)
-        _pad_row(half_fine, row, columns)
+        pad_row(half_fine, row, columns)
         above_grey, below_grey = grey[2 * row], grey[2 * row + 1]
         for column in range(columns):
             left = 2 * column + offset
@@ -115,8 +143,8 @@ def census(fine, mirrored, columns, codes, first, last):
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
 
-    fine: uint16, padded; codes: uint8 (R, 3, stride), a byte plane for eight neighbours; behind
-    the columns of a mirrored image its last code is repeated.
+    fine: uint16, padded; codes: uint8 (R, 3, stride), a byte plane for eight neighbours, the
+    nearest ones first; behind the columns of a mirrored image its last code is repeated.
     """
     source, target = fine.reshape(-1), codes.reshape(-1)
     fine_stride, stride = fine.shape[1], codes.shape[2]
@@ -124,18 +152,16 @@ def census(fine, mirrored, columns, codes, first, last):
         for column in range(0, columns, LANES):
             centre_index = (row + MARGIN) * fine_stride + column + MARGIN
             centre = load(source, centre_index)
-            neighbour = 0
             for plane in range(3):
                 code = splat(np.uint8(0))
                 for bit in range(8):
-                    position = neighbour if neighbour < 12 else neighbour + 1
-                    down, right = position // 5 - 2, position % 5 - 2
+                    place = CENSUS_PLACES[8 * plane + bit]
+                    down, right = place // 5 - 2, place % 5 - 2
                     if mirrored:
                         right = -right
                     other = load(source, centre_index + down * fine_stride + right)
                     code = bit_or(code, bit_and(
                         narrow(less(other, centre)), splat(np.uint8(1 << bit))))
-                    neighbour += 1
                 store(target, (row * 3 + plane) * stride + column, code)
         for plane in range(3):
             for column in range(columns, stride):

@@ -1,14 +1,23 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fill refused pixels from the background: the farther of the nearest two on the row."""
+"""
+Fill refused pixels from their row and from their column.
+
+Seen from the left image, something nearer hides a strip at its left, as wide as the disparity
+jumps. A refused run that is no such strip is a mismatch: nothing says that it is background.
+"""
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from numba import njit
+import numpy as np
+
+WIDEST = 3       # a run is no hidden strip when it is wider than so many jumps ...
+BESIDE = 2       # ... and the columns beside it that an edge makes inconsistent
 
 
 @njit(nogil=True, cache=True)
 def fill_rows(labels, verdict, filled, first, last):
     """
-    Copy the labels and give each refused run the smaller label of its two ends.
+    Copy the labels and give each refused run the label behind it, or of the nearer of its ends.
 
     A row without any label takes that of the row above, or 0 in the first row of the band.
     """
@@ -19,9 +28,15 @@ def fill_rows(labels, verdict, filled, first, last):
             if verdict[row, column] == REFUSED:
                 continue
             label = labels[row, column]
-            if known < column - 1:
-                background = label if known < 0 else min(label, labels[row, known])
-                filled[row, known + 1:column] = background
+            if known < 0:
+                filled[row, :column] = label
+            elif known < column - 1:
+                behind, middle = labels[row, known], (known + column) // 2 + 1
+                jump = np.int64(label) - np.int64(behind)
+                if jump > 0 and column - known - 1 <= WIDEST * jump + BESIDE:
+                    middle = column
+                filled[row, known + 1:middle] = behind
+                filled[row, middle:column] = label
             filled[row, column] = label
             known = column
         if known < 0:
@@ -58,12 +73,3 @@ def fill_columns(labels, verdict, by_rows, filled, below):
                 below[column] = labels[row, column]
             else:
                 filled[row, column] = min(filled[row, column], below[column])
-
-
-@njit(nogil=True, cache=True)
-def take_trusted(labels, previous, weights, taken):
-    """Copy a map, with the previous best's genes where they are leant on: all (R, C)."""
-    for row in range(labels.shape[0]):
-        for column in range(labels.shape[1]):
-            taken[row, column] = previous[row, column] if weights[row, column] > 0 \
-                else labels[row, column]

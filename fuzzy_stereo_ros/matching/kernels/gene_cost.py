@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.costs import Features, layout_of, match_cost
-from fuzzy_stereo_ros.matching.kernels.sweep import Penalties
+from fuzzy_stereo_ros.matching.kernels.volume import Penalties
 from numba import njit
 import numpy as np
 
@@ -22,8 +22,8 @@ class Scene(NamedTuple):
     features: Features
     penalties: Penalties      # the fitness's own, smaller than those of the passes
     verdict: np.ndarray       # uint8 (R, C), which pixels are refused
-    target: np.ndarray        # uint8 (R, C), the target's labels modulo 256
-    first_inside: int         # first column of the target that exists
+    target: np.ndarray        # uint8 (R, extra + C), the target's labels modulo 256
+    inside: tuple             # first and last column of the target that exist, from -extra on
     hidden: int               # cost of a gene that something nearer hides, or that points outside
     contradicted: int         # cost of a gene that hides what can be seen
 
@@ -37,40 +37,55 @@ def jump_cost(one, other, small, jump):
     return small if difference == 1 else np.int64(jump)
 
 
-@njit(nogil=True, cache=True)
-def gene_costs(scene, chromosome, other, costs, every, first, last):
-    """
-    Write the data cost of the genes of some rows that differ from another chromosome's.
+@njit(inline='always')
+def _gene_cost(scene, features, layout, wide, label, row, column):
+    """Return the data cost of one gene; features: the four arrays that match_cost reads."""
+    pointed = column - label
+    if pointed < scene.inside[0] or pointed > scene.inside[1]:
+        return scene.hidden
+    if scene.verdict[row, column] == REFUSED:
+        extra = scene.target.shape[1] - scene.verdict.shape[1]
+        nearer = np.int64(scene.target[row, pointed + extra]) - label
+        if wide:
+            nearer = ((nearer + 128) & 255) - 128
+        if nearer > 1:
+            return scene.hidden
+        if nearer < -1:
+            return scene.contradicted
+    census, target_census, slopes, target_slopes = features
+    return match_cost(census, target_census, slopes, target_slopes, layout, row, column, label)
 
-    chromosome: (R, C) labels; other: the same, or (0, 0) for all genes; costs: uint8 (R, C);
-    every: 1, or only each row whose number it divides.
+
+@njit(nogil=True, cache=True)
+def gene_costs(scene, chromosome, costs, every, first, last):
     """
-    features, target, verdict = scene.features, scene.target, scene.verdict
-    census, target_census = features.census, features.target_census
-    slopes, target_slopes = features.slopes, features.target_slopes
-    layout = layout_of(features)
-    wide = features.disparities > 256
+    Write the data cost of all genes of each row of first .. last - 1 that `every` divides.
+
+    chromosome: (R, C) labels; costs: uint8 (R, C).
+    """
+    seen = scene.features
+    features = seen.census, seen.target_census, seen.slopes, seen.target_slopes
+    layout, wide = layout_of(seen), seen.disparities > 256
     for row in range(first + -first % every, last, every):
         for column in range(chromosome.shape[1]):
-            label = np.int64(chromosome[row, column])
-            if other.size > 0 and label == np.int64(other[row, column]):
-                continue
-            pointed = column - label
-            if pointed < scene.first_inside:
-                costs[row, column] = scene.hidden
-                continue
-            if verdict[row, column] == REFUSED:
-                nearer = np.int64(target[row, pointed]) - label
-                if wide:
-                    nearer = ((nearer + 128) & 255) - 128
-                if nearer > 1:
-                    costs[row, column] = scene.hidden
-                    continue
-                if nearer < -1:
-                    costs[row, column] = scene.contradicted
-                    continue
-            costs[row, column] = match_cost(census, target_census, slopes, target_slopes,
-                                            layout, row, column, label)
+            costs[row, column] = _gene_cost(
+                scene, features, layout, wide, np.int64(chromosome[row, column]), row, column)
+
+
+@njit(nogil=True, cache=True)
+def cell_costs(scene, chromosome, cells, costs):
+    """Write the data cost of the genes of some cells: int32, row * C + column, ascending."""
+    seen, columns = scene.features, chromosome.shape[1]
+    features = seen.census, seen.target_census, seen.slopes, seen.target_slopes
+    layout, wide = layout_of(seen), seen.disparities > 256
+    row = begin = 0
+    for cell in cells:
+        while cell >= begin + columns:
+            row += 1
+            begin += columns
+        column = cell - begin
+        costs[row, column] = _gene_cost(
+            scene, features, layout, wide, np.int64(chromosome[row, column]), row, column)
 
 
 @njit(nogil=True, cache=True)

@@ -21,8 +21,9 @@ def pad_map(values, columns, padded, first, last):
     rows = padded.shape[0] - 2 * RADIUS
     for row in range(first, last):
         inside, line = padded[row + RADIUS], values[row]
-        for column in range(inside.size):
-            inside[column] = line[min(max(column - RADIUS, 0), columns - 1)]
+        inside[:RADIUS] = line[0]
+        inside[RADIUS:RADIUS + columns] = line[:columns]
+        inside[RADIUS + columns:] = line[columns - 1]
         for edge in range(RADIUS):
             if row == 0:
                 padded[edge] = inside
@@ -31,13 +32,16 @@ def pad_map(values, columns, padded, first, last):
 
 
 @njit(nogil=True, cache=True)
-def _median(labels, count, bits):
-    """Return the median of the `count` smallest of NEIGHBOURS, found bit by bit."""
+def _median(labels, count, span, bits):
+    """Return the median of the `count` smallest of NEIGHBOURS, at most `span`, bit by bit."""
     half = shift_right(count, 1)
     zero = splat_like(count, 0)
     result = zero
     for place in range(bits - 1, -1, -1):
-        candidate = bit_or(result, splat_like(count, 1 << place))
+        bit = splat_like(count, 1 << place)
+        if equal_bits(less(span, bit), zero) == 0:
+            continue
+        candidate = bit_or(result, bit)
         smaller = zero
         for neighbour in range(NEIGHBOURS):
             smaller = subtract(smaller, less(load(labels, LANES * neighbour), candidate))
@@ -79,7 +83,9 @@ def membership_median(padded, padded_grey, reach, bits, columns, out, labels, fi
                                         saturating_subtract(centre_grey, other_grey))
                     unlike = less(alike, difference)
                     count = add(count, add(unlike, one))
-                    store(labels, LANES * neighbour, bit_or(load(source, place), unlike))
+                    store(labels, LANES * neighbour,
+                          bit_or(subtract(load(source, place), low), unlike))
                     neighbour += 1
             store(target, row * out_stride + column,
-                  choose(jump, _median(labels, count, bits), here))
+                  choose(jump, add(low, _median(labels, count, subtract(high, low), bits)),
+                         here))

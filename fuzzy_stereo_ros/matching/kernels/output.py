@@ -33,14 +33,14 @@ def write_out(fine, verdict, certain, min_disparity, disparities, fill, threshol
     """
     Write disparities in pixels and how sure each is.
 
-    fine: int16 or int32 (R, C), 1 / STEPS px; certain: float32 (R, C), of the neighbourhood;
+    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: float32 (R, C), of the area;
     threshold: float32, consistent pixels less sure are NaN unless filled; disparity, confidence:
     float32 (R, C). What is not consistent has confidence 0.
     """
     lowest = np.float32(min_disparity)
     highest = np.float32(min_disparity + disparities - 1)
     for row in range(first, last):
-        for column in range(fine.shape[1]):
+        for column in range(disparity.shape[1]):
             consistent = verdict[row, column] == CONSISTENT
             sure = certain[row, column] if consistent else np.float32(0)
             confidence[row, column] = sure

@@ -15,11 +15,11 @@ LANES = 32
 
 
 class _Vector(types.Type):
-    """The type of a vector of LANES unsigned integers of a number of bits."""
+    """The type of a vector of a number of unsigned integers of a number of bits."""
 
-    def __init__(self, bits):
-        self.bits = bits
-        super().__init__(name=f'Vector{LANES}x{bits}')
+    def __init__(self, bits, lanes=LANES):
+        self.bits, self.lanes = bits, lanes
+        super().__init__(name=f'Vector{lanes}x{bits}')
 
 
 @register_model(_Vector)
@@ -27,66 +27,90 @@ class _VectorModel(models.PrimitiveModel):
     """Vectors live in registers as the LLVM vectors that they are."""
 
     def __init__(self, manager, vector):
-        super().__init__(manager, vector, _llvm(vector.bits))
+        super().__init__(manager, vector, lanes_in_llvm(vector.bits, vector.lanes))
 
 
-def _llvm(bits):
-    return ir.VectorType(ir.IntType(bits), LANES)
+def lanes_in_llvm(bits, lanes=LANES):
+    """Return what LLVM calls a vector of a number of lanes."""
+    return ir.VectorType(ir.IntType(bits), lanes)
 
 
-VECTOR = {8: _Vector(8), 16: _Vector(16)}
+VECTOR = {bits: _Vector(bits) for bits in (8, 16, 32)}
+WIDE = _Vector(8, 2 * LANES)     # two blocks of labels in one value
 
 
-def _broadcast(builder, scalar, bits):
-    kind = _llvm(bits)
-    undefined = ir.Constant(kind, ir.Undefined)
+def broadcast(builder, scalar, lanes=LANES):
+    """Return a vector with a number in every lane."""
+    undefined = ir.Constant(ir.VectorType(scalar.type, lanes), ir.Undefined)
     single = builder.insert_element(undefined, scalar, ir.Constant(ir.IntType(32), 0))
-    return builder.shuffle_vector(
-        single, undefined, ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES))
+    return shuffled(builder, single, undefined, [0] * lanes)
 
 
-def _call(builder, name, result, arguments):
+# What other modules of intrinsics generate code with: lanes_in_llvm and these.
+
+
+def shuffled(builder, one, other, order):
+    """Return the lanes of two vectors in an order: those of the other are numbered on."""
+    return builder.shuffle_vector(one, other, ir.Constant(
+        ir.VectorType(ir.IntType(32), len(order)), order))
+
+
+def called(builder, name, result, arguments):
+    """Return what a function of LLVM returns; result: its type."""
     kind = ir.FunctionType(result, [argument.type for argument in arguments])
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), arguments)
 
 
-def _pointer(context, builder, array_type, array, index, bits):
-    data = cgutils.create_struct_proxy(array_type)(context, builder, array).data
-    return builder.bitcast(builder.gep(data, [index]), _llvm(bits).as_pointer())
+def place_of(context, builder, memory_type, memory, index, kind):
+    """Return a pointer to the element `index`: of an array, or of the bytes at an address."""
+    if isinstance(memory_type, types.Integer):
+        data = builder.inttoptr(memory, ir.IntType(8).as_pointer())
+    else:
+        data = cgutils.create_struct_proxy(memory_type)(context, builder, memory).data
+    return builder.bitcast(builder.gep(data, [index]), kind.as_pointer())
+
+
+def bits_at(memory):
+    """Return the bits of an element of a flat array, or 8 for those at an address."""
+    return 8 if isinstance(memory, types.Integer) else memory.dtype.bitwidth
 
 
 @intrinsic
 def load(typing, array, index):
-    """Return the LANES elements of a flat array from `index` on."""
-    bits = array.dtype.bitwidth
+    """Return the LANES elements of a flat array, or bytes at an address, from `index` on."""
+    bits = bits_at(array)
     signature = VECTOR[bits](array, types.intp)
 
     def generate(context, builder, signature, arguments):
-        value = builder.load(_pointer(context, builder, signature.args[0], *arguments, bits))
+        value = builder.load(
+            place_of(context, builder, signature.args[0], *arguments, lanes_in_llvm(bits)))
         value.align = 1
         return value
     return signature, generate
 
 
 @intrinsic
-def peek(typing, array, index):
-    """Return one element of a flat array, without the test for a negative index."""
-    signature = array.dtype(array, types.intp)
+def load_like(typing, vector, array, index):
+    """Return as many bytes, of a flat array or at an address, as a vector has lanes."""
+    signature = vector(vector, array, types.intp)
 
     def generate(context, builder, signature, arguments):
-        data = cgutils.create_struct_proxy(signature.args[0])(context, builder, arguments[0]).data
-        return builder.load(builder.gep(data, [arguments[1]]))
+        value = builder.load(place_of(context, builder, signature.args[1], *arguments[1:],
+                                      arguments[0].type))
+        value.align = 1
+        return value
     return signature, generate
 
 
 @intrinsic
 def store(typing, array, index, vector):
-    """Write LANES elements of a flat array from `index` on."""
+    """Write LANES elements of a flat array, or bytes at an address, from `index` on."""
     signature = types.void(array, types.intp, vector)
 
     def generate(context, builder, signature, arguments):
-        instruction = builder.store(arguments[2], _pointer(
-            context, builder, signature.args[0], arguments[0], arguments[1], vector.bits))
+        instruction = builder.store(arguments[2], place_of(
+            context, builder, signature.args[0], arguments[0], arguments[1],
+            arguments[2].type))
         instruction.align = 1
         return context.get_dummy_value()
     return signature, generate
@@ -95,11 +119,27 @@ def store(typing, array, index, vector):
 @intrinsic
 def splat(typing, scalar):
     """Return a vector with the same number, uint8 or uint16, in every lane."""
-    bits = scalar.bitwidth
-    signature = VECTOR[bits](scalar)
+    signature = VECTOR[scalar.bitwidth](scalar)
 
     def generate(context, builder, signature, arguments):
-        return _broadcast(builder, arguments[0], bits)
+        return broadcast(builder, arguments[0])
+    return signature, generate
+
+
+@intrinsic
+def splat_wide(typing, scalar):
+    """Return a vector of two blocks with the same uint8 in every lane."""
+    return WIDE(types.uint8), lambda context, builder, signature, arguments: broadcast(
+        builder, arguments[0], WIDE.lanes)
+
+
+@intrinsic
+def lanes_of(typing, vector):
+    """Return how many lanes a vector has."""
+    signature = types.intp(vector)
+
+    def generate(context, builder, signature, arguments):
+        return ir.Constant(ir.IntType(64), vector.lanes)
     return signature, generate
 
 
@@ -110,7 +150,7 @@ def splat_like(typing, vector, number):
 
     def generate(context, builder, signature, arguments):
         scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
-        return _broadcast(builder, scalar, vector.bits)
+        return broadcast(builder, scalar, vector.lanes)
     return signature, generate
 
 
@@ -127,17 +167,30 @@ def _pairwise(generate_value):
 
 
 def _library(name):
-    return _pairwise(lambda builder, a, b: _call(
-        builder, f'llvm.{name}.v{LANES}i{a.type.element.width}', a.type, [a, b]))
+    return _pairwise(lambda builder, a, b: called(
+        builder, f'llvm.{name}.v{a.type.count}i{a.type.element.width}', a.type, [a, b]))
 
 
 def _instruction(name):
     return _pairwise(lambda builder, a, b: getattr(builder, name)(a, b))
 
 
-def _shuffled(order):
-    return _pairwise(lambda builder, a, b: builder.shuffle_vector(
-        a, b, ir.Constant(ir.VectorType(ir.IntType(32), LANES), order)))
+def _in_order(order_of):
+    return _pairwise(lambda builder, a, b: shuffled(
+        builder, a, b, list(order_of(a.type.count))))
+
+
+def _shifted(name):
+    """Return an intrinsic of a vector and by how many places to shift each of its lanes."""
+    @intrinsic
+    def shift(typing, vector, places):
+        signature = vector(vector, types.int64)
+
+        def generate(context, builder, signature, arguments):
+            scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
+            return getattr(builder, name)(arguments[0], broadcast(builder, scalar, vector.lanes))
+        return signature, generate
+    return shift
 
 
 def _compared(relation):
@@ -147,11 +200,14 @@ def _compared(relation):
 
 minimum, maximum = _library('umin'), _library('umax')
 saturating_add, saturating_subtract = _library('uadd.sat'), _library('usub.sat')
-add, subtract = _instruction('add'), _instruction('sub')
+add, subtract, multiply = (_instruction(name) for name in ('add', 'sub', 'mul'))
 bit_and, bit_or, bit_xor = (_instruction(name) for name in ('and_', 'or_', 'xor'))
 # (before, labels) -> every lane gets the label below its own; (labels, after) -> the one above.
-label_below = _shuffled([LANES - 1] + list(range(LANES, 2 * LANES - 1)))
-label_above = _shuffled(list(range(1, LANES)) + [LANES])
+label_below = _in_order(lambda lanes: range(lanes - 1, 2 * lanes - 1))
+label_above = _in_order(lambda lanes: range(1, lanes + 1))
+reversed_lanes = _in_order(lambda lanes: range(lanes - 1, -1, -1))    # of the first of two vectors
+# Each lane divided by, or multiplied by, 2**places and cut to its bits.
+shift_right, shift_left = _shifted('lshr'), _shifted('shl')
 # Comparisons: all bits of a lane set where true, 0 elsewhere.
 equal, at_most, less = _compared('=='), _compared('<='), _compared('<')
 
@@ -162,17 +218,17 @@ def narrow(typing, vector):
     signature = VECTOR[8](VECTOR[16])
 
     def generate(context, builder, signature, arguments):
-        return builder.trunc(arguments[0], _llvm(8))
+        return builder.trunc(arguments[0], lanes_in_llvm(8))
     return signature, generate
 
 
 @intrinsic
 def equal_bits(typing, a, b):
-    """Return a uint32 with a bit set for each equal lane."""
-    signature = types.uint32(a, b)
+    """Return a uint32, of two blocks a uint64, with a bit set for each equal lane."""
+    signature = types.Integer.from_bitwidth(a.lanes, signed=False)(a, b)
 
     def generate(context, builder, signature, arguments):
-        return builder.bitcast(builder.icmp_unsigned('==', *arguments), ir.IntType(32))
+        return builder.bitcast(builder.icmp_unsigned('==', *arguments), ir.IntType(a.lanes))
     return signature, generate
 
 
@@ -182,7 +238,7 @@ def choose(typing, mask, a, b):
     signature = a(mask, a, b)
 
     def generate(context, builder, signature, arguments):
-        zero = ir.Constant(arguments[0].type, [0] * LANES)
+        zero = ir.Constant(arguments[0].type, [0] * arguments[0].type.count)
         condition = builder.icmp_unsigned('!=', arguments[0], zero)
         return builder.select(condition, arguments[1], arguments[2])
     return signature, generate
@@ -191,10 +247,11 @@ def choose(typing, mask, a, b):
 @intrinsic
 def count_bits(typing, vector):
     """Return the number of set bits of each lane."""
-    signature = VECTOR[8](VECTOR[8])
+    signature = vector(vector)
 
     def generate(context, builder, signature, arguments):
-        return _call(builder, f'llvm.ctpop.v{LANES}i8', _llvm(8), [arguments[0]])
+        return called(builder, f'llvm.ctpop.v{vector.lanes}i{vector.bits}', arguments[0].type,
+                      [arguments[0]])
     return signature, generate
 
 
@@ -204,7 +261,7 @@ def count_bits_of_word(typing, word):
     signature = types.int64(types.uint32)
 
     def generate(context, builder, signature, arguments):
-        count = _call(builder, 'llvm.ctpop.i32', ir.IntType(32), [arguments[0]])
+        count = called(builder, 'llvm.ctpop.i32', ir.IntType(32), [arguments[0]])
         return builder.zext(count, ir.IntType(64))
     return signature, generate
 
@@ -212,74 +269,32 @@ def count_bits_of_word(typing, word):
 @intrinsic
 def lowest(typing, vector):
     """Return the smallest lane as a scalar."""
-    signature = types.uint8(VECTOR[8])
+    bits = vector.bits
+    signature = (types.uint8 if bits == 8 else types.uint16)(vector)
 
     def generate(context, builder, signature, arguments):
-        return _call(builder, f'llvm.vector.reduce.umin.v{LANES}i8', ir.IntType(8),
-                     [arguments[0]])
+        return called(builder, f'llvm.vector.reduce.umin.v{vector.lanes}i{bits}', ir.IntType(bits),
+                      [arguments[0]])
     return signature, generate
 
 
 @intrinsic
 def first_set(typing, bits):
-    """Return the index of the lowest set bit of a uint32; 32 for 0."""
-    signature = types.intp(types.uint32)
+    """Return the index of the lowest set bit of a uint32 or uint64; their size for 0."""
+    signature = types.intp(bits)
 
     def generate(context, builder, signature, arguments):
-        false = ir.Constant(ir.IntType(1), 0)
-        index = _call(builder, 'llvm.cttz.i32', ir.IntType(32), [arguments[0], false])
-        return builder.zext(index, ir.IntType(64))
+        kind, false = arguments[0].type, ir.Constant(ir.IntType(1), 0)
+        index = called(builder, f'llvm.cttz.i{kind.width}', kind, [arguments[0], false])
+        return index if kind.width == 64 else builder.zext(index, ir.IntType(64))
     return signature, generate
 
 
 @intrinsic
-def lane_numbers(typing):
-    """Return 0, 1, 2, ... one a lane."""
-    signature = VECTOR[8]()
+def lane_numbers(typing, vector):
+    """Return 0, 1, 2, ... one a lane, in a vector like another."""
+    signature = vector(vector)
 
     def generate(context, builder, signature, arguments):
-        return ir.Constant(_llvm(8), list(range(LANES)))
+        return ir.Constant(arguments[0].type, list(range(vector.lanes)))
     return signature, generate
-
-
-@intrinsic
-def shift_right(typing, vector, places):
-    """Each lane divided by 2**places."""
-    signature = vector(vector, types.int64)
-
-    def generate(context, builder, signature, arguments):
-        scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
-        return builder.lshr(arguments[0], _broadcast(builder, scalar, vector.bits))
-    return signature, generate
-
-
-@intrinsic
-def load_colours(typing, array, index):
-    """Return the blue, green and red of LANES pixels of 8 bits from `index` on, in 16 bits."""
-    signature = types.UniTuple(VECTOR[16], 3)(array, types.intp)
-
-    def generate(context, builder, signature, arguments):
-        wide = ir.VectorType(ir.IntType(8), 3 * LANES)
-        data = cgutils.create_struct_proxy(signature.args[0])(context, builder, arguments[0]).data
-        place = builder.bitcast(builder.gep(data, [arguments[1]]), wide.as_pointer())
-        pixels = builder.load(place)
-        pixels.align = 1
-        channels = [builder.zext(builder.shuffle_vector(pixels, pixels, ir.Constant(
-            ir.VectorType(ir.IntType(32), LANES), [3 * lane + channel for lane in range(LANES)])),
-            _llvm(16)) for channel in range(3)]
-        return context.make_tuple(builder, signature.return_type, channels)
-    return signature, generate
-
-
-@intrinsic
-def shift_left(typing, vector, places):
-    """Each lane times 2**places, cut to its bits."""
-    signature = vector(vector, types.int64)
-
-    def generate(context, builder, signature, arguments):
-        scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
-        return builder.shl(arguments[0], _broadcast(builder, scalar, vector.bits))
-    return signature, generate
-
-
-reversed_lanes = _shuffled(list(range(LANES - 1, -1, -1)))

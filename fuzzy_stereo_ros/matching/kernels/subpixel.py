@@ -3,6 +3,8 @@
 """Sub-pixel disparities: the mean offset of the like neighbours of a pixel."""
 from fuzzy_stereo_ros.matching.kernels.choice import STEPS
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, at_most, bit_and, LANES, load, splat_like, store, subtract)
 from numba import njit
 import numpy as np
 
@@ -15,8 +17,8 @@ def fit(labels, offsets, verdict, fitted, first, last):
     """
     Write the fitted disparities of the pixels not refused, far out of reach for the others.
 
-    labels: uint8 or uint16 (R, C); offsets: int8 (R, C); fitted: int16 or int32 (R, C + 4),
-    1 / STEPS px, with a margin of RADIUS columns.
+    labels: uint8 or uint16 (R, C); offsets: int8 (R, C); fitted: int16 or int32
+    (R, C + 4 + 32), 1 / STEPS px, with a margin of RADIUS columns and slack behind.
     """
     rows, columns = labels.shape
     for row in range(first, last):
@@ -33,26 +35,33 @@ def smooth_offsets(final, fitted, total, count, fine, first, last):
     """
     Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.
 
-    final: uint8 or uint16 (R, C), labels after refinement; total, count: (C,) of the dtype of
-    fitted, working memory; fine: (R, C) of that dtype, 1 / STEPS px.
+    final: uint8 or uint16 (R, C), labels after refinement; total, count: (C + 32,) of the dtype of
+    fitted, working memory; fitted: (R, C + 4 + 32); fine: (R, C + 32) of that dtype, 1 / STEPS px.
     """
     rows, columns = final.shape
-    one = total.dtype.type(STEPS)
+    source, target = fitted.reshape(-1), fine.reshape(-1)
+    stride, fine_stride = fitted.shape[1], fine.shape[1]
     for row in range(first, last):
         centre = fine[row]
         for column in range(columns):
             centre[column] = STEPS * np.int32(final[row, column])
-        total[:] = 0
-        count[:] = 0
-        for other in range(max(row - RADIUS, 0), min(row + RADIUS + 1, rows)):
-            for shift in range(2 * RADIUS + 1):
-                near = fitted[other, shift:shift + columns]
-                for column in range(columns):
-                    difference = near[column] - centre[column]
-                    like = (difference <= one) & (difference >= -one)
-                    total[column] += difference if like else 0
-                    count[column] += 1 if like else 0
+        above, below = max(row - RADIUS, 0), min(row + RADIUS + 1, rows)
+        for column in range(0, columns, LANES):
+            middle = load(target, row * fine_stride + column)
+            one = splat_like(middle, STEPS)
+            lowest, two, zero = subtract(middle, one), add(one, one), subtract(one, one)
+            offset, number = zero, zero
+            for other in range(above, below):
+                place = other * stride + column
+                for shift in range(2 * RADIUS + 1):
+                    beyond = subtract(load(source, place + shift), lowest)
+                    like = at_most(beyond, two)     # unsigned: what is below wraps around
+                    offset = add(offset, bit_and(beyond, like))
+                    number = subtract(number, like)
+            store(total, column, offset)
+            store(count, column, number)
         for column in range(columns):
-            if count[column] > 0:
-                centre[column] += np.int32(np.floor(
-                    np.float32(total[column]) / np.float32(count[column]) + np.float32(0.5)))
+            number = np.int32(count[column])
+            mean = np.float32(np.int32(total[column]) - STEPS * number) / np.float32(
+                max(number, 1))
+            centre[column] += np.int32(np.floor(mean + np.float32(0.5)))

@@ -1,0 +1,203 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Ablation: the matcher as it is, and with each part removed or replaced, on scenes and sequences.
+
+Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
+"""
+from dataclasses import dataclass, field
+
+from fuzzy_stereo_ros.benchmarks import ablation_tables, variants
+from fuzzy_stereo_ros.benchmarks.correlation import Point
+from fuzzy_stereo_ros.benchmarks.datasets import bad_percent, Scene
+from fuzzy_stereo_ros.benchmarks.measured_search import (
+    asked_about_truth, genes_of, MeasuredSearch)
+from fuzzy_stereo_ros.benchmarks.report import environment, Report
+from fuzzy_stereo_ros.benchmarks.rivals import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.benchmarks.sequences import available_sequences, Sequence
+from fuzzy_stereo_ros.evaluation import flicker
+from fuzzy_stereo_ros.matching import StereoMatcher
+import numpy as np
+
+TURNS = 3       # of which the fastest counts
+RIVAL = '3WAY'
+
+
+@dataclass(frozen=True)
+class Variant:
+    """
+    The matcher with a part removed or replaced.
+
+    changes: {parameter: value}; search: the class of its search. still, moving: whether it is
+    another matcher than the default on single scenes, and on sequences. timed: its time tells.
+    """
+
+    name: str
+    changes: dict = field(default_factory=dict)
+    search: type = MeasuredSearch
+    still: bool = True
+    moving: bool = True
+    timed: bool = True
+
+
+DEFAULT = Variant('as it is')
+VARIANTS = (
+    DEFAULT,
+    Variant('no population: the best seed alone', {'generations': 0}),
+    Variant('no partition crossover: the fitter member as a whole',
+            search=variants.WholeMembers),
+    Variant("cut crossover, the paper's, instead", search=variants.CutCrossover),
+    Variant('mutation: 9 generations more', {'generations': 10}),
+    Variant('mutation not aimed: 9 generations more', {'generations': 10, 'mutation_rate': 1.0}),
+    Variant('mutation without partition crossover: 9 generations more', {'generations': 10},
+            variants.WholeMembers, moving=False),
+    Variant('memetic sweep: 1, no mutation', {'generations': 2, 'sweeps': 1}, variants.Unmutated),
+    Variant('memetic sweeps: 2, no mutation', {'generations': 2, 'sweeps': 2},
+            variants.Unmutated),
+    Variant('mutation and a sweep: 9 generations more', {'generations': 10, 'sweeps': 1},
+            moving=False),
+    Variant('no previous frames', {'warm_start': False}, still=False),
+    Variant('previous frames averaged, no previous best as prior', search=variants.WithoutPrior,
+            still=False),
+    Variant("the paper's fitness, Eq. 3, by region", search=variants.PaperFitness, timed=False),
+    Variant("the paper's possibility, three grey classes", search=variants.GreyClasses,
+            timed=False),
+)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a variant reached: error in percent, fitness, milliseconds."""
+
+    error: float
+    fitness: float = float('nan')
+    milliseconds: float = float('nan')
+
+
+@dataclass(frozen=True)
+class StillResult:
+    """
+    What was found on a scene.
+
+    trials: {name of variant or rival: `Trial`}. points: of all different chromosomes that came
+    up; truth: the two figures of `asked_about_truth`.
+    """
+
+    scene: Scene
+    trials: dict
+    points: list
+    truth: tuple
+
+
+@dataclass(frozen=True)
+class MovingResult:
+    """
+    What was found on a sequence.
+
+    trials: {name of variant: `Trial`}, means of the scored frames, the time a median.
+    flickers: {name of variant: percent}.
+    """
+
+    sequence: Sequence
+    trials: dict
+    flickers: dict
+
+
+def run(request):
+    """Return the `Report` of what each part of the matcher earns."""
+    scenes, skipped = request.scenes()
+    sequences, missing = available_sequences(request.data, scenes)
+    sequences = [one for one in sequences if len(one.scored)]
+    with opencv_threads(1):
+        still = [on_scene(scene, request) for scene in request.follow(scenes, 'scenes')]
+        moving = [on_sequence(sequence, request)
+                  for sequence in request.follow(sequences, 'sequences')]
+    settings = {
+        **environment('one each'),
+        'as it is': f'{request.subject}, filled; on single scenes cold',
+        'rival': f'{RIVAL}, tuned for the family, dense; its fitness is that of its map in whole '
+                 'pixels',
+        'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
+                 'cameras see) or 3 px (KITTI; all with truth); after the same refinement',
+        'fitness': 'of the best chromosome before refinement, by the fitness of the matcher as it '
+                   'is, measured everywhere; 1 would be fully possible and smooth',
+        'time': f'all variants in turns; scenes: minimum of {TURNS}; sequences: median of the '
+                'frames after the first; the replaced fitness and possibility are written to '
+                'compare, not to be fast: no times of them',
+        'sequences': 'those of the benchmark `warm`, scored as there',
+    }
+    return Report('ablation', 'Ablation', settings,
+                  ablation_tables.tables(still, moving, VARIANTS), [*skipped, *missing])
+
+
+def on_scene(scene, request):
+    """Return the `StillResult` of one scene."""
+    known = scene.read()
+    matchers = {variant.name: _matcher(variant, scene, request)
+                for variant in VARIANTS if variant.still}
+    seen, matches = {}, {name: [] for name in matchers}
+
+    def observe(_, population):
+        seen.update({member.tobytes(): member.copy() for member in population})
+
+    for turn in range(TURNS + 1):       # the first takes memory and looks, the others are timed
+        for name, matcher in matchers.items():
+            matcher.reset()
+            matches[name].append(matcher.match(known.left, known.right,
+                                               observe=None if turn else observe))
+    judge = matchers[DEFAULT.name].search
+    trials = {}
+    for name, matcher in matchers.items():
+        observe(None, matcher.search.population[:1])
+        trials[name] = Trial(
+            bad_percent(matches[name][-1].disparity, known, scene.limit),
+            judge.fitness_of(matcher.search.population[0]),
+            min(match.times['total'] for match in matches[name][1:]))
+    rival, trials[rival.name] = _rival(scene, known, judge)
+    points = [Point(judge.fitness_of(genes),
+                    bad_percent(genes.astype(np.float32), known, scene.limit))
+              for genes in seen.values()]
+    return StillResult(scene, trials, points, asked_about_truth(scene, known, judge))
+
+
+def _rival(scene, known, judge):
+    """Return OpenCV's matcher and its `Trial`."""
+    rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == RIVAL)
+    found = dense(rival.match(known.left, known.right, scene.disparities))
+    return rival, Trial(bad_percent(found, known, scene.limit),
+                        judge.fitness_of(genes_of(found, judge)))
+
+
+def on_sequence(sequence, request):
+    """Return the `MovingResult` of one sequence."""
+    frames = sequence.read()
+    matchers = {variant.name: _matcher(variant, sequence, request)
+                for variant in VARIANTS if variant.moving}
+    judge = matchers[DEFAULT.name]
+    matches, fitness = ({name: [] for name in matchers} for _ in range(2))
+    for known in frames:
+        for name, matcher in matchers.items():
+            matches[name].append(matcher.match(known.left, known.right))
+            fitness[name].append(judge.search.fitness_of(matcher.search.population[0]))
+    scored = [number for number in sequence.scored if frames[number].truth is not None]
+    first = max(1, sequence.scored.start)
+    return MovingResult(
+        sequence,
+        {name: Trial(_mean(bad_percent(found[number].disparity, frames[number], sequence.limit)
+                           for number in scored),
+                     _mean(fitness[name][number] for number in scored),
+                     float(np.median([match.times['total'] for match in found[1:]])))
+         for name, found in matches.items()},
+        {name: _mean(flicker(found[number - 1].disparity, found[number].disparity,
+                             (0, -sequence.pan))
+                     for number in range(first, len(frames)) if sequence.flickers)
+         for name, found in matches.items()})
+
+
+def _matcher(variant, scene, request):
+    return StereoMatcher(request.config(scene.disparities, **variant.changes), variant.search)
+
+
+def _mean(values):
+    values = list(values)
+    return float(np.mean(values)) if values else float('nan')

@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Anytime: error and fitness against milliseconds, from four kinds of initial population.
+
+What counts is the chromosome itself, before refinement.
+"""
+from dataclasses import dataclass
+
+from fuzzy_stereo_ros.benchmarks.anytime_picture import drawn
+from fuzzy_stereo_ros.benchmarks.correlation import correlation_table, Point
+from fuzzy_stereo_ros.benchmarks.courses import ALLELES, course_of, STARTS
+from fuzzy_stereo_ros.benchmarks.datasets import bad_percent, Scene
+from fuzzy_stereo_ros.benchmarks.measured_search import (
+    asked_about_truth, genes_of, MeasuredSearch)
+from fuzzy_stereo_ros.benchmarks.paper_tables import fastest
+from fuzzy_stereo_ros.benchmarks.report import environment, Report, Table
+from fuzzy_stereo_ros.benchmarks.rivals import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.benchmarks.speed import with_noise
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+import numpy as np
+
+CLASSIC, MODERN, MADE = 'middv2', 'midd2006_third', 'made'
+CHECKPOINTS = (10, 20, 50, 100, 200, 500, 1000, 2000)    # milliseconds
+NOISE = 3           # grey levels, fresh in every frame: else the frame before were this one
+RIVAL, RIVAL_TURNS = '3WAY', 3
+PICTURE = 'anytime.svg'
+
+
+@dataclass(frozen=True)
+class Stand:
+    """What a start had reached after some milliseconds: fitness, and error in percent."""
+
+    milliseconds: float
+    fitness: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Courses:
+    """
+    What was found on a scene: {name of start: list of `Stand`, in order of time}.
+
+    rival: the one `Stand` of OpenCV's matcher. truth: the two figures
+    of `asked_about_truth`.
+    """
+
+    scene: Scene
+    stands: dict
+    rival: Stand
+    truth: tuple
+
+
+def run(request):
+    """Return the `Report` of how soon each kind of population arrives where."""
+    scenes, skipped = request.scenes()
+    shown, reason = _shown(scenes)
+    with opencv_threads(1):
+        found = [measure(scene) for scene in request.follow(shown, 'anytime')]
+    settings = {
+        **environment('one each'),
+        'pairs': f'with fresh noise of {NOISE} grey levels in each frame',
+        'random': 'independent, uniform genes; the search is given the scanline pass for free '
+                  '(windows of labels, which pixels are hidden): it knows more than chance does',
+        'guesses from the data': f'each gene the most possible of {ALLELES} random ones; the '
+                                 'search is given the same',
+        'scanline seeds': 'profile realtime, cold, with generations until time is up',
+        'previous frame': 'the same after two frames of the same scene',
+        'our operators': 'partition crossover with 9 mutants a generation, population 10; '
+                         'mutation strikes any cell where genes come from chance or data, else '
+                         'the 40 % least possible ones; *sweeps*: a memetic sweep a generation',
+        'rival': f'{RIVAL}, tuned for the family, dense, minimum of {RIVAL_TURNS} turns',
+        'error': 'of the chromosome itself, without refinement: percent of pixels off by more '
+                 'than 1 px (Middlebury, made) or 3 px (KITTI)',
+        'fitness': 'that of profile realtime, cold, measured everywhere, of all alike',
+    }
+    pictures, missing = drawn(found, PICTURE)
+    return Report('anytime', 'Anytime', settings, tables(found), [*skipped, *reason, *missing],
+                  pictures)
+
+
+def _shown(scenes):
+    """Return the classic pairs and one of 2006, else made ones, else what there is."""
+    classic = [scene for scene in scenes if scene.group == CLASSIC]
+    modern = [scene for scene in scenes if scene.group == MODERN][:1]
+    if classic or modern:
+        return classic + modern, []
+    shown = [scene for scene in scenes if scene.group == MADE] or scenes[:1]
+    return shown, [f'the classic pairs: {shown[0].group} instead']
+
+
+def measure(scene):
+    """Return the `Courses` of one scene."""
+    known = scene.read()
+    chance = np.random.default_rng(3)
+    frames = [tuple(with_noise(image, NOISE, chance) for image in (known.left, known.right))
+              for _ in range(3)]
+    matcher = StereoMatcher(MatcherConfig(disparities=scene.disparities, threads=1),
+                            MeasuredSearch)
+    matcher.match(*frames[-1])
+    judge = matcher.search
+
+    def stand(milliseconds, genes):
+        genes = genes_of(genes, judge)
+        return Stand(milliseconds, judge.fitness_of(genes),
+                     bad_percent(genes.astype(np.float32), known, scene.limit))
+
+    stands = {start.name: [stand(*noted) for noted in course_of(
+        start, scene.disparities, frames, CHECKPOINTS[-1])] for start in STARTS}
+    rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == RIVAL)
+    milliseconds, disparity = fastest(RIVAL_TURNS, lambda: dense(
+        rival.match(*frames[-1], scene.disparities)))
+    return Courses(scene, stands, stand(milliseconds, disparity),
+                   asked_about_truth(scene, known, judge))
+
+
+def tables(found):
+    """Return the tables of a list of `Courses`."""
+    made = []
+    for title, figure, digits in (('error in percent', 'error', 2), ('fitness', 'fitness', 4)):
+        rivals = [getattr(courses.rival, figure) for courses in found]
+        made.append(Table(
+            f'Mean of {len(found)} scenes: {title}', _headings(),
+            [(start.name, *(_mean_at(found, start.name, limit, figure) for limit in CHECKPOINTS))
+             for start in STARTS],
+            f'{RIVAL}: {np.mean(rivals):.{digits}f} after '
+            f'{np.mean([courses.rival.milliseconds for courses in found]):.0f} ms.', digits))
+    for courses in found:
+        made.append(Table(
+            f'{courses.scene.path}: error in percent / fitness', _headings(),
+            [(name, *(_word(stand_at(stands, limit)) for limit in CHECKPOINTS))
+             for name, stands in courses.stands.items()],
+            f'{RIVAL}: {_word(courses.rival)} after {courses.rival.milliseconds:.0f} ms.'))
+    points = {courses.scene.path: list(dict.fromkeys(
+        Point(stand.fitness, stand.error) for stands in courses.stands.values()
+        for stand in stands)) for courses in found}
+    made.append(correlation_table(points,
+                                  {courses.scene.path: courses.truth for courses in found}))
+    return made
+
+
+def stand_at(stands, milliseconds):
+    """Return the last of some `Stand`s that was reached by then, None where none was."""
+    return next((stand for stand in reversed(stands) if stand.milliseconds <= milliseconds), None)
+
+
+def _headings():
+    return ('', *(f'{milliseconds} ms' for milliseconds in CHECKPOINTS))
+
+
+def _mean_at(found, name, milliseconds, figure):
+    """Return the mean of a figure; None where a scene has nothing yet."""
+    stands = [stand_at(courses.stands[name], milliseconds) for courses in found]
+    return None if None in stands else float(np.mean([getattr(one, figure) for one in stands]))
+
+
+def _word(stand):
+    return None if stand is None else f'{stand.error:.2f} / {stand.fitness:.3f}'

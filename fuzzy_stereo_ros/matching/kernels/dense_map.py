@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Maps in parts of a pixel: a median by colour where nothing is known, planes fitted all around.
+
+Not in the paper, whose maps are whole-pixel.
+"""
+from numba import njit
+import numpy as np
+
+BINS = 4             # of the weighted median, a pixel
+
+
+@njit(nogil=True, cache=True)
+def _apart(colours, row, column, other_row, other_column):
+    """Return the sum over the channels of the differences of two pixels."""
+    total = 0
+    for channel in range(3):
+        total += abs(np.int64(colours[row, column, channel])
+                     - np.int64(colours[other_row, other_column, channel]))
+    return total
+
+
+@njit(nogil=True, cache=True)
+def weighted_median(disparities, selected, colours, radius, by_colour, by_distance, histogram,
+                    result, first, last):
+    """
+    Give the selected pixels the median around them, weighted by colour and distance.
+
+    disparities, result: float32 (R, C), px; selected: uint8 (R, C); by_colour: float32 (766,),
+    the weight by the sum of differences of the channels; by_distance: float32 (2 * radius + 1,),
+    by rows or columns; histogram: float32, BINS a pixel and one more, working memory.
+    """
+    rows, columns = disparities.shape
+    for row in range(first, last):
+        for column in range(columns):
+            result[row, column] = disparities[row, column]
+            if selected[row, column] == 0:
+                continue
+            lowest, highest, total = histogram.size, 0, np.float32(0)
+            histogram[:] = 0
+            for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
+                for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
+                    weight = (by_colour[_apart(colours, row, column, y, x)]
+                              * by_distance[y - row + radius] * by_distance[x - column + radius])
+                    place = np.int64(disparities[y, x] * BINS + np.float32(0.5))
+                    histogram[place] += weight
+                    total += weight
+                    lowest, highest = min(lowest, place), max(highest, place)
+            share = np.float32(0)
+            for place in range(lowest, highest + 1):
+                share += histogram[place]
+                if 2 * share >= total:
+                    result[row, column] = np.float32(place) / BINS
+                    break
+
+
+@njit(nogil=True, cache=True, error_model='numpy')
+def local_planes(disparities, colours, radius, by_colour, limit, growth, result, first, last):
+    """
+    Replace each disparity by that of the plane fitted to the like neighbours around it.
+
+    disparities, result: float32 (R, C), px; by_colour: as above; limit: px that neighbours may
+    differ by, growing by `growth` times itself a pixel of distance.
+    """
+    rows, columns = disparities.shape
+    for row in range(first, last):
+        for column in range(columns):
+            centre = disparities[row, column]
+            s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
+            for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
+                for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
+                    difference = disparities[y, x] - centre
+                    across, along = np.float32(x - column), np.float32(y - row)
+                    distance = max(abs(across), abs(along))
+                    if abs(difference) > limit * (np.float32(1) + growth * distance):
+                        continue
+                    weight = by_colour[_apart(colours, row, column, y, x)]
+                    s += weight
+                    sx += weight * across
+                    sy += weight * along
+                    sxx += weight * across * across
+                    sxy += weight * across * along
+                    syy += weight * along * along
+                    sd += weight * difference
+                    sxd += weight * across * difference
+                    syd += weight * along * difference
+            sxx += np.float32(1)
+            syy += np.float32(1)
+            a, b, c = sxx * syy - sxy * sxy, sx * syy - sxy * sy, sx * sxy - sxx * sy
+            determinant = s * a - sx * b + sy * c
+            offset = np.float32(0)
+            if determinant > np.float32(1e-6):
+                offset = (sd * a - sx * (sxd * syy - sxy * syd)
+                          + sy * (sxd * sxy - sxx * syd)) / determinant
+            result[row, column] = centre + min(max(offset, np.float32(-1)), np.float32(1))

@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Scanline optima from eight directions, along the surface of a parent (Hirschmueller, 2008).
+
+Not in the paper: the best guess that data alone gives. With a parent, what counts as smooth is
+not an equal label but an equal distance to the parent's surface (Scharstein, Taniai and Sinha,
+Semi-global stereo matching with surface orientation priors, 2017): slanted surfaces cost nothing.
+Four directions are summed on the way down the rows, the others on the way up, where the labels
+are chosen at once. Sums are uint16: a path costs at most FULL + P2.
+"""
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, at_most, choose, equal_bits, first_set, LANES, load, lowest, minimum, splat, store,
+    subtract)
+from numba import njit
+import numpy as np
+
+PAD = 8              # elements on both sides of a pixel's labels; a parent's step is less
+FAR = 30000          # costs more than any path
+STRETCH = 0.8        # power of twice an offset; below 1 it grows
+ACROSS, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)     # planes of grey steps
+_RIGHTWARDS = 1, 1, 0, -1     # columns that a path steps on the way down, by plane
+
+
+@njit(nogil=True, cache=True)
+def _begin(costs, cell, labels, paths, place):
+    """Begin a path: it costs what the match does. Returns the least."""
+    least = splat(np.uint16(FAR))
+    for block in range(0, labels, LANES):
+        cost = load(costs, cell + block)
+        store(paths, place + block, cost)
+        least = minimum(least, cost)
+    return lowest(least)
+
+
+@njit(nogil=True, cache=True)
+def _step(costs, cell, labels, path, least, small, jump, paths, place):
+    """
+    Continue a path by a pixel. Returns the least.
+
+    path: index in `paths` of the path so far to the label that continues as label 0; its
+    neighbours in memory are those of the labels below and above.
+    """
+    limit, step, base = splat(np.uint16(least + jump)), splat(small), splat(least)
+    smallest = splat(np.uint16(FAR))
+    for block in range(0, labels, LANES):
+        near = add(minimum(load(paths, path + block - 1), load(paths, path + block + 1)), step)
+        best = minimum(minimum(load(paths, path + block), limit), near)
+        cost = add(load(costs, cell + block), subtract(best, base))
+        store(paths, place + block, cost)
+        smallest = minimum(smallest, cost)
+    return lowest(smallest)
+
+
+@njit(nogil=True, cache=True)
+def _row_of_paths(costs, parent, steepest, steps, small, jump, row, other, begins, upwards,
+                  paths, least):
+    """
+    Continue all four paths by a row; other: the row before, in the direction of the pass.
+
+    paths: uint16 (2, 4, C, labels + 2 * PAD), least: uint16 (2, 4, C), of even and odd rows.
+    """
+    columns, labels = costs.shape[1:]
+    flat, flat_paths, stride = costs.reshape(-1), paths.reshape(-1), labels + 2 * PAD
+    here, there = row & 1, other & 1
+    for number in range(columns):
+        column = columns - 1 - number if upwards else number
+        cell, surface = (row * columns + column) * labels, np.int64(parent[row, column])
+        for plane in range(4):
+            near = column + _RIGHTWARDS[plane] if upwards else column - _RIGHTWARDS[plane]
+            place = ((here * 4 + plane) * columns + column) * stride + PAD
+            sideways = plane == ACROSS
+            if near < 0 or near >= columns or begins and not sideways:
+                least[here, plane, column] = _begin(flat, cell, labels, flat_paths, place)
+                continue
+            source, parity = (row, here) if sideways else (other, there)
+            step = steps[plane, source, near] if upwards else steps[plane, row, column]
+            shift = surface - np.int64(parent[source, near])
+            if abs(shift) > steepest:
+                shift = 0
+            path = ((parity * 4 + plane) * columns + near) * stride + PAD - shift
+            least[here, plane, column] = _step(
+                flat, cell, labels, path, least[parity, plane, near], small[step], jump[step],
+                flat_paths, place)
+
+
+@njit(nogil=True, cache=True)
+def _add_paths(paths, parity, columns, labels, sums, place):
+    """Add the four paths of a row to sums from an index on."""
+    flat, stride = paths.reshape(-1), labels + 2 * PAD
+    plane = columns * stride
+    for column in range(columns):
+        path = (parity * 4 * columns + column) * stride + PAD
+        for block in range(0, labels, LANES):
+            total = add(add(load(flat, path + block), load(flat, path + plane + block)),
+                        add(load(flat, path + 2 * plane + block),
+                            load(flat, path + 3 * plane + block)))
+            store(sums, place + block, add(load(sums, place + block), total))
+        place += labels
+
+
+@njit(nogil=True, cache=True)
+def sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, first, last, overlap,
+              paths, least):
+    """
+    Write the sums of the paths from the left and from above, or add those of the way upwards.
+
+    costs: uint16 (R, C, labels); parent: int16 (R, C), a surface in labels; steepest: its largest
+    step that is followed; steps: uint8 (4, R, C), grey steps to the left, above left, above, above
+    right; small, jump: uint16 (256,), P1 and P2 by grey step; sums: uint16 (R, C, labels);
+    upwards: add the paths from the right and from below; overlap: rows beyond the band in which
+    the paths start; paths: uint16 (2, 4, C, labels + 2 * PAD), least: uint16 (2, 4, C), working
+    memory.
+    """
+    rows, columns, labels = costs.shape
+    flat = sums.reshape(-1)
+    start = min(last + overlap, rows) - 1 if upwards else max(first - overlap, 0)
+    stop, onwards = (first - 1, -1) if upwards else (last, 1)
+    paths[:] = FAR
+    for row in range(start, stop, onwards):
+        _row_of_paths(costs, parent, steepest, steps, small, jump, row, row - onwards,
+                      row == start, upwards, paths, least)
+        if first <= row < last:
+            if not upwards:
+                sums[row] = 0
+            _add_paths(paths, row & 1, columns, labels, flat, row * columns * labels)
+
+
+@njit(nogil=True, cache=True)
+def _least(sums, place, labels):
+    smallest = splat(np.uint16(65535))
+    for block in range(0, labels, LANES):
+        smallest = minimum(smallest, load(sums, place + block))
+    return lowest(smallest)
+
+
+@njit(nogil=True, cache=True)
+def _first_equal(sums, place, labels, value):
+    wanted = splat(value)
+    for block in range(0, labels, LANES):
+        bits = equal_bits(load(sums, place + block), wanted)
+        if bits != 0:
+            return block + first_set(bits)
+    return 0
+
+
+@njit(nogil=True, cache=True)
+def _stretched(offset):
+    """Return an offset pushed away from the whole pixel, to which costs of supports pull it."""
+    size = np.float32(0.5) * np.float32(2 * abs(offset))**np.float32(STRETCH)
+    return size if offset > 0 else -size
+
+
+@njit(nogil=True, cache=True)
+def choose_labels(sums, disparities, offered, numbers, labels, offsets, margins, target, first,
+                  last):
+    """
+    Choose the labels of least sum of some rows, seen from both sides.
+
+    sums: uint16 (R, C, padded labels), those from `disparities` on are overwritten; offered:
+    uint16 (2, C + padded labels), working memory; numbers: uint16, 0, 1, ... a label; labels:
+    int16 (R, C); offsets: float32 (R, C), of the minimum
+    of two lines, stretched; margins: uint16 (R, C),
+    how much worse the best label elsewhere is; target: int16 (R, C), labels of the target's
+    pixels.
+    """
+    columns, padded = sums.shape[1:]
+    flat, best_sums, best_labels = sums.reshape(-1), offered[0], offered[1]
+    for row in range(first, last):
+        best_sums[:] = 65535
+        best_labels[:] = 0
+        for column in range(columns):
+            cell = sums[row, column]
+            cell[disparities:] = 65535
+            place = (row * columns + column) * padded
+            least = _least(flat, place, padded)
+            best = _first_equal(flat, place, padded, least)
+            begin = columns - 1 - column
+            for block in range(0, padded, LANES):
+                total, rival = load(flat, place + block), load(best_sums, begin + block)
+                store(best_labels, begin + block, choose(
+                    at_most(total, rival), load(numbers, block),
+                    load(best_labels, begin + block)))
+                store(best_sums, begin + block, minimum(total, rival))
+            low, high = max(best - 1, 0), min(best + 1, disparities - 1)
+            before, after = cell[low], cell[high]
+            cell[low], cell[best], cell[high] = 65535, 65535, 65535
+            margins[row, column] = _least(flat, place, padded) - least
+            cell[low], cell[high] = before, after
+            cell[best] = least
+            labels[row, column] = best
+            rise = np.int64(max(before, after)) - np.int64(least)
+            inside = 0 < best < disparities - 1 and rise > 0
+            offsets[row, column] = _stretched(
+                np.float32(np.int64(before) - np.int64(after)) / np.float32(2 * rise)) \
+                if inside else 0
+        for column in range(columns):
+            target[row, column] = best_labels[columns - 1 - column]

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the sweeps of a search work on, and where its costs lie while a sweep passes.
+
+Costs and sums are not kept for the whole image: a sweep works on one row of tiles after the other
+and keeps only those that it still needs, so that they stay in the processor's cache. The sweeps
+get addresses, not arrays, of which each would cost compile time in every kernel; whoever calls
+them keeps the arrays alive.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.addresses import peek_long
+from numba import njit
+import numpy as np
+
+
+class Windows(NamedTuple):
+    """Which labels each square tile searches, and where its costs lie in a row of pixels."""
+
+    low: np.ndarray          # int64 (tile rows, tile columns), the first label
+    blocks: np.ndarray       # int64 (tile rows, tile columns), 32 labels each
+    offset: np.ndarray       # int64 (tile rows, tile columns), bytes from the start of the row
+    row_size: np.ndarray     # int64 (tile rows,), bytes of a row of pixels
+
+
+class Penalties(NamedTuple):
+    """What changes of disparity cost."""
+
+    small: int               # P1, a change by one
+    across: np.ndarray       # uint8 (R, C), P2 to the left neighbour
+    down: np.ndarray         # uint8 (R, C), P2 to the upper neighbour
+
+
+class Chosen(NamedTuple):
+    """What the sweeps choose."""
+
+    labels: np.ndarray       # uint8 or uint16 (R, C)
+    offsets: np.ndarray      # int8 (R, C), 1/16 px
+    sums: np.ndarray         # uint8 (R, C), summed cost of the label
+    margins: np.ndarray      # uint8 (R, C), how much worse the best label elsewhere is
+    target: np.ndarray       # uint8 (R, extra + C), the target's labels modulo 256
+
+
+class Search(NamedTuple):
+    """A search, in whole numbers; what is no size or number of the model is an address."""
+
+    rows: int
+    columns: int
+    disparities: int
+    label_bytes: int         # of the labels of priors and of what is chosen: 1 or 2
+    box: int                 # 0, or costs are sums of 3 x 3 pixels / 2**box without priors
+    near_weight: int         # how often the nearest eight neighbours of the census count
+    census_cut: int
+    slope_cut: int
+    small: int               # P1
+    across: int              # P2, see Penalties
+    down: int
+    census: int              # what costs are made of, see Features
+    slopes: int
+    target_census: int
+    target_slopes: int
+    census_stride: int
+    slope_stride: int
+    target_stride: int
+    target_columns: int      # extra + C
+    half_labels: int         # the priors, see Prior
+    half_weights: int
+    half_table: int
+    half_reach: int
+    previous_labels: int
+    previous_weights: int
+    previous_table: int
+    previous_reach: int
+    tile: int                # pixels of a side
+    tile_columns: int
+    low: int                 # see Windows
+    blocks: int
+    offset: int
+    row_size: int
+    labels: int              # see Chosen
+    offsets: int
+    sums: int
+    margins: int
+    target: int
+
+
+class Scratch(NamedTuple):
+    """The addresses of the working memory of one band: bytes, but for words of 32 bits."""
+
+    strip: int               # bytes of a row of tiles at most
+    kept: int                # rows of tiles that are kept
+    chain: int               # bytes of the labels of a pixel at most
+    words: int               # words of a row of pixels at most
+    costs: int               # of the rows of tiles kept, each from a multiple of `strip`
+    sums: int                # the same
+    down: int                # downward paths of a row of pixels
+    up: int                  # upward paths of a row of a tile
+    carried: int             # paths while they are carried to other windows
+    chains: int              # horizontal paths of the rows at once
+    labels: int              # one pixel's labels, or four pixels'
+    outside: int             # sums that nobody reads
+    ring: int                # raw costs of the three rows of a box sum
+    codes: int               # words: census codes and gradients of the rows at once
+    leanings: int            # words: where the priors' tables begin
+    across: int              # words: P2 of the rows at once to the left
+    below: int               # words: and to the row above
+    chosen: int              # uint16: the labels chosen for a row of a tile
+    least_below: int         # sums of the labels below the best ones
+    least_above: int         # and above them
+    rivals: int              # uint16: what the target's pixels are offered
+
+
+@njit(inline='always')
+def window_of(search, tile_row, tile):
+    """Return the first label of a tile, its blocks, and where its costs lie in a row."""
+    index = tile_row * search.tile_columns + tile
+    return (peek_long(search.low, index), peek_long(search.blocks, index),
+            peek_long(search.offset, index))
+
+
+@njit(inline='always')
+def columns_of(search, tile):
+    """Return the first column of a tile and the one behind its last."""
+    begin = tile * search.tile
+    return begin, min(begin + search.tile, search.columns)
+
+
+@njit(inline='always')
+def row_start(search, scratch, row):
+    """Return where the costs of a row begin, in bytes from those of the scratch."""
+    tile_row = row // search.tile
+    return (tile_row % scratch.kept * scratch.strip
+            + (row - tile_row * search.tile) * peek_long(search.row_size, tile_row))

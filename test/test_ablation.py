@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Ablation: every variant changes the one step it names; fitness is measured alike for all."""
+from dataclasses import replace
+from functools import partial
+
+from fuzzy_stereo_ros.benchmarks import ablation, variants
+from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, VARIANTS
+from fuzzy_stereo_ros.benchmarks.correlation import (
+    correlation_table, fittest, Point, ranks, spearman)
+from fuzzy_stereo_ros.benchmarks.datasets import (
+    bad_percent, KITTI, KnownPair, MIDDLEBURY, Scene)
+from fuzzy_stereo_ros.benchmarks.measured_search import (
+    asked_about_truth, genes_of, MeasuredSearch)
+from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.benchmarks.sequences import Sequence, window
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.fitness import FuzzyFitness, total_fitness
+from fuzzy_stereo_ros.matching.fuzzy import matching_possibility
+import numpy as np
+import pytest
+
+ROWS, COLUMNS, DISPARITIES = 40, 72, 16
+NAN = float('nan')
+
+
+def made_known(seed=1):
+    made = made_pair(ROWS, COLUMNS, DISPARITIES, seed, noise=6.0)
+    return KnownPair(made.left, made.right, made.truth, made.visible)
+
+
+def small_scene(seed=1):
+    return Scene('small', f'seed{seed}', MIDDLEBURY, DISPARITIES, partial(made_known, seed))
+
+
+class SmallRequest(Request):
+    """A request for two scenes that take no time."""
+
+    def scenes(self):
+        return [small_scene(seed) for seed in (1, 2)], ['a group']
+
+
+def matched(search=MeasuredSearch, frames=1, **changes):
+    """Return the matcher and what came of it after frames of one scene."""
+    matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES, threads=1, **changes), search)
+    known, chance, noise = made_known(), np.random.default_rng(7), 4.0 * (frames > 1)
+    for _ in range(frames):
+        match = matcher.match(*(
+            np.clip(image + chance.normal(0, noise, image.shape), 0, 255).astype(np.uint8)
+            for image in (known.left, known.right)))
+    return matcher, match
+
+
+def best(*arguments, **options):
+    return matched(*arguments, **options)[0].search.population[0]
+
+
+# The variants.
+
+def test_whole_members_are_taken_as_they_are_or_not_at_all():
+    seeds = best(generations=0)
+    child = best()
+    for search in (variants.WholeMembers, variants.CutCrossover):
+        matcher, match = matched(search)
+        kept = matcher.search.population[0]
+        assert matcher.search.fitness_of(kept) >= matcher.search.fitness_of(seeds)
+        assert matcher.search.fitness_of(kept) <= matcher.search.fitness_of(child)
+        gained = matcher.search.fitness_of(kept) - matcher.search.fitness_of(seeds)
+        assert sum(match.history[0].gains.values()) == pytest.approx(gained)
+    other = matched(generations=0)[0].search.population[1]
+    kept = best(variants.WholeMembers)
+    assert any(np.array_equal(kept, whole) for whole in (seeds, other))
+
+
+def test_a_cut_child_is_one_parent_above_a_line_and_the_other_below():
+    matcher, _ = matched(generations=0)
+    parents = matcher.search.population[:2]
+    child = best(variants.CutCrossover)
+    assert any(np.array_equal(child[:line], above[:line])
+               and np.array_equal(child[line:], below[line:])
+               for line in range(1, ROWS + 1) for above, below in (parents, parents[::-1]))
+
+
+def test_without_mutation_more_generations_change_nothing():
+    np.testing.assert_array_equal(best(variants.Unmutated, generations=4), best())
+    assert (best(generations=4) != best()).any()
+
+
+def test_without_the_prior_the_views_are_still_averaged():
+    states = [matched(search, frames=2)[0].state for search in (
+        MeasuredSearch, variants.WithoutPrior)]
+    np.testing.assert_array_equal(states[0].pictures, states[1].pictures)
+    assert states[1].ages.max() == 2
+
+
+def test_the_terms_of_eq_3_sum_to_the_papers_fitness():
+    matcher, _ = matched(variants.PaperFitness)
+    chromosome, known = matcher.search.population[0], made_known()
+    measure = FuzzyFitness(matcher.config, ROWS, COLUMNS)
+    measure.take(known.left, known.right)
+    genes = chromosome.astype(np.uint16)
+    chosen, rows = np.zeros((ROWS, COLUMNS), np.uint8), np.zeros(ROWS, np.int64)
+    measure.choose(genes, chosen)
+    measure.evaluate(chosen, genes, measure.scratch(), 0, ROWS, rows)
+    assert matcher.search.terms(chromosome).sum() / 255 == pytest.approx(total_fitness(rows))
+
+
+def test_by_eq_3_a_region_is_taken_where_it_raises_its_terms():
+    seeds = matched(generations=0)[0].search.population[0]
+    search = matched(variants.PaperFitness)[0].search
+    assert search.terms(search.population[0]).sum() >= search.terms(seeds).sum()
+    assert (search.population[0] != seeds).any()
+
+
+def test_codes_of_grey_classes_differ_by_how_little_possible_a_match_is():
+    matcher, _ = matched(variants.GreyClasses)
+    view, known = matcher.search._possibility.left, made_known()
+    code = view.census[:, :, :COLUMNS].transpose(0, 2, 1)
+    one, other = code.reshape(-1, 3), code.reshape(-1, 3)[::-1]
+    distance = np.unpackbits(one ^ other, axis=1).sum(axis=1)
+    grey = known.left.reshape(-1).astype(float)
+    sigma = matcher.config.class_sigma
+    by_maximum = matching_possibility(grey, grey[::-1], sigma)
+    assert (view.slopes == 128).all()
+    assert spearman([Point(*pair) for pair in zip(by_maximum, distance)]) > 0.5
+    assert (distance[grey == grey[::-1]] == 0).all()
+
+
+@pytest.mark.parametrize('variant', VARIANTS[1:], ids=lambda one: one.name)
+def test_every_variant_is_another_matcher_than_the_default(variant):
+    others = best(frames=3), best(variant.search, 3, **variant.changes)
+    assert (others[0] != others[1]).any()
+
+
+# Fitness and error.
+
+def test_ranks_are_shared_by_equal_values():
+    np.testing.assert_array_equal(ranks([3.0, 1.0, 3.0, 7.0]), [2.5, 1, 2.5, 4])
+
+
+def test_the_correlation_is_one_where_fitter_is_better_and_minus_one_where_it_is_worse():
+    better = [Point(step**3, -step) for step in range(6)]
+    assert spearman(better) == pytest.approx(1)
+    assert spearman([Point(fitness, -error) for fitness, error in better]) == pytest.approx(-1)
+    assert np.isnan(spearman(better[:3]))
+    assert np.isnan(spearman([Point(1.0, step) for step in range(6)]))
+    assert fittest(better, 0.5) == better[:2:-1]
+
+
+def test_scenes_are_pooled_by_rank_and_as_they_are():
+    points = {'low': [Point(step, 10 - step) for step in range(5)],
+              'high': [Point(100 + step, 90 - step) for step in range(5)]}
+    rows = {row[0]: row for row in correlation_table(points, {
+        'low': (4.5, 3.0), 'high': (NAN, NAN)}).rows}
+    assert rows['low'][2] == rows['mean of scenes'][2] == pytest.approx(1)
+    assert rows['all, ranked within their scene'][2] == pytest.approx(1)
+    assert rows['all, as they are'][2] < 0
+    assert rows['low'][4:] == (4, 6, 6, 4.5, 3.0)
+    assert rows['mean of scenes'][5:] == (46, 46, None, 3.0)
+
+
+def test_a_truth_is_taken_where_it_is_fitter_and_left_where_it_is_not():
+    scene, known = small_scene(), made_known()
+    search = matched()[0].search
+    before = bad_percent(search.population[0].astype(np.float32), known, 1.0)
+    fitness, left = asked_about_truth(scene, known, search)
+    assert fitness == search.fitness_of(genes_of(known.truth, search))
+    assert 0 < left < before
+    unknown = replace(known, truth=np.full_like(known.truth, np.nan))
+    assert asked_about_truth(scene, unknown, search)[0] == search.fitness_of(search.population[0])
+    assert np.isnan(asked_about_truth(replace(scene, family=KITTI), known, search)).all()
+
+
+def test_a_map_becomes_genes_that_the_search_can_have():
+    search = matched()[0].search
+    found = genes_of(np.array([[-3, 2.4, 2.6, 99]]), search)
+    np.testing.assert_array_equal(found, [[0, 2, 3, DISPARITIES - 1]])
+    assert found.dtype == search.population.dtype
+
+
+# The benchmark.
+
+@pytest.fixture
+def few(monkeypatch):
+    monkeypatch.setattr(ablation, 'TURNS', 1)
+
+
+def test_the_trial_of_the_default_is_what_the_matcher_finds(few):
+    found = on_scene(small_scene(), SmallRequest())
+    matcher, match = matched(fill=True)
+    trial = found.trials[DEFAULT.name]
+    assert trial.fitness == matcher.search.fitness_of(matcher.search.population[0])
+    assert trial.fitness == max(one.fitness for name, one in found.trials.items()
+                                if 'no ' in name[:3] or name == DEFAULT.name)
+    assert trial.milliseconds > 0
+    assert len(set(found.points)) > 0.9 * len(found.points)     # few are alike by chance
+    assert any(point.fitness == trial.fitness for point in found.points)
+
+
+def test_more_mutation_and_sweeps_are_never_less_fit(few):
+    trials = on_scene(small_scene(), SmallRequest()).trials
+    for name, trial in trials.items():
+        if name.startswith(('mutation:', 'memetic')):
+            assert trial.fitness >= trials[DEFAULT.name].fitness, name
+
+
+def test_a_sequence_is_scored_with_and_without_the_previous_best():
+    frames = window(small_scene(), 6, 0, frames=4)
+    sequence = Sequence('window, noise 6, pan 0', 'one', MIDDLEBURY, DISPARITIES, lambda: frames,
+                        range(2, 4))
+    found = on_sequence(sequence, SmallRequest())
+    errors = {name: trial.error for name, trial in found.trials.items()}
+    assert errors['no previous frames'] != errors[DEFAULT.name]
+    assert set(errors) == set(found.flickers) == {one.name for one in VARIANTS if one.moving}
+
+
+def test_the_report_has_errors_fitness_times_and_correlations_of_all_variants(few):
+    report = ablation.run(SmallRequest(follow=lambda items, title: (
+        items if title == 'scenes' else items[:2])))
+    titles = [table.title.split(':')[0] for table in report.tables]
+    assert titles == ['Scenes'] * 4 + ['Sequences'] * 2 + ['Rank correlation of fitness and error']
+    for table in report.tables:
+        assert len(set(table.columns)) == len(table.columns)
+        assert all(len(row) == len(table.columns) for row in table.rows)
+    errors = report.tables[0]
+    assert [row[0] for row in errors.rows] == [
+        *(one.name for one in VARIANTS if one.still), '3WAY tuned']
+    assert report.skipped[0] == 'a group'

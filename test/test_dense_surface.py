@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Maps in parts of a pixel: medians, local planes, fitness, crossover."""
+from census_scene import random_map
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.kernels import dense_map, surface_cost
+from fuzzy_stereo_ros.matching.kernels.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.surface_fitness import Steps, SurfaceFitness
+import numpy as np
+import pytest
+import reference_quality as twins
+
+SHAPES = [(1, 1), (1, 9), (9, 1), (8, 11)]
+BY_COLOUR = np.exp(-np.arange(766) / 20).astype(np.float32)
+STEPS = Steps(slope=0.2, free=0.25, jump=2.0, apart=0.5)
+
+
+def surface_of(shape, seed=0, limit=8):
+    return random_map(shape, 16 * limit, seed, np.float32) / np.float32(16)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape):
+    surface, colours = surface_of(shape), random_map((*shape, 3), 60, 1)
+    selected = random_map(shape, 2, 2)
+    distance = np.exp(-np.arange(-3, 4)**2 / 8).astype(np.float32)
+    result = np.zeros_like(surface)
+    dense_map.weighted_median(surface, selected, colours, 3, BY_COLOUR, distance,
+                              np.zeros(4 * 8 + 2, np.float32), result, 0, shape[0])
+    np.testing.assert_allclose(result, twins.weighted_median(
+        surface, selected, colours, 3, BY_COLOUR, distance, dense_map.BINS), atol=1e-5)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_local_planes_are_those_of_the_twin(shape):
+    surface, colours = surface_of(shape, limit=3), random_map((*shape, 3), 60, 1)
+    result = np.zeros_like(surface)
+    dense_map.local_planes(surface, colours, 2, BY_COLOUR, np.float32(1), np.float32(0.25),
+                           result, 0, shape[0])
+    np.testing.assert_allclose(result, twins.local_planes(
+        surface, colours, 2, BY_COLOUR, 1.0, 0.25), atol=2e-3)
+
+
+def test_a_plane_stays_itself_under_local_planes():
+    rows, columns = np.indices((20, 30))
+    plane = (5 + 0.2 * columns + 0.1 * rows).astype(np.float32)
+    result = np.zeros_like(plane)
+    dense_map.local_planes(plane, np.zeros((20, 30, 3), np.uint8), 4, BY_COLOUR, np.float32(1.5),
+                           np.float32(0.25), result, 0, 20)
+    np.testing.assert_allclose(result[5:-5, 5:-5], plane[5:-5, 5:-5], atol=1e-3)
+
+
+@pytest.mark.parametrize('disparities', [1, 2, 7])
+def test_costs_between_labels_lie_between_theirs(disparities):
+    cells = random_map((1, 1, 32), FULL, disparities, np.uint16)
+    for disparity in np.linspace(-1, 8, 19, dtype=np.float32):
+        assert surface_cost.cost_at(cells, 0, 0, disparity, disparities) == pytest.approx(
+            twins.cost_at(cells[0, 0], disparity, disparities), abs=1e-3)
+
+
+def measured(shape, seed=0):
+    """Return a fitness that has looked at random costs, and its weights of steps."""
+    fitness = SurfaceFitness((*shape, 32), 9)
+    across, down = (random_map(shape, 9, seed + 1 + side, np.float32) / np.float32(8)
+                    for side in range(2))
+    costs = random_map((*shape, 32), FULL, seed, np.uint16)
+    fitness.look(Crew(1), costs, across, down)
+    return fitness, costs, across, down
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_fitness_is_what_matches_and_steps_do_not_cost(shape):
+    fitness, costs, across, down = measured(shape)
+    surface = surface_of(shape)
+    genes = np.array([twins.cost_at(costs[place] >> 1, surface[place], 9)
+                      for place in np.ndindex(shape)])
+    cost = twins.surface_cost(surface, genes, across, down, 0.2 * FULL / 2, 0.25, FULL)
+    assert fitness.measure(Crew(1), surface, STEPS) == pytest.approx(
+        1 - cost / (FULL / 2 * surface.size), abs=1e-5)
+
+
+@pytest.mark.parametrize('seed', range(5))
+@pytest.mark.parametrize('shape', SHAPES)
+def test_a_child_is_as_fit_as_both_parents_and_as_fit_as_is_said(shape, seed):
+    fitness = measured(shape, seed)[0]
+    crew, steps = Crew(1), STEPS._replace(apart=0.0)
+    mother, father = surface_of(shape, seed), surface_of(shape, seed + 9)
+    father = np.where(random_map(shape, 3, seed) == 0, father, mother)
+    before, other = fitness.measure(crew, mother, steps), fitness.measure(crew, father, steps)
+    saved, ahead = fitness.join(crew, mother, father, steps)
+    assert other - before == pytest.approx(ahead, abs=1e-5)
+    after = fitness.measure(crew, mother, steps)
+    assert after == pytest.approx(before + saved, abs=1e-5)
+    assert after >= max(before, other) - 1e-5
+
+
+def test_genes_that_hardly_differ_stay_those_of_the_mother():
+    fitness = measured((6, 9))[0]
+    mother = surface_of((6, 9))
+    kept = mother.copy()
+    fitness.join(Crew(1), mother, mother + np.float32(0.3), STEPS)
+    np.testing.assert_array_equal(mother, kept)

@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node while changed parameters are prepared, which here takes until it is told."""
+from queue import SimpleQueue
+
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.worker import Worker
+from node_process import own_domain, shifted_pair, SOON, START
+import pytest
+
+PAIR = shifted_pair(7)
+
+
+class Gate:
+    """Where warming up waits: begun has its disparities, let has None or what to raise."""
+
+    def __init__(self):
+        self.begun, self.let = SimpleQueue(), SimpleQueue()
+
+    def matcher_type(self):
+        gate = self
+
+        class Gated(StereoMatcher):
+            def warm_up(self, rows, columns):
+                if self.config.disparities != 16:
+                    gate.begun.put((self.config.disparities, rows, columns))
+                    error = gate.let.get(timeout=SOON)
+                    if error is not None:
+                        raise error
+                super().warm_up(rows, columns)
+        return Gated
+
+
+@pytest.fixture
+def gate(monkeypatch, ros):
+    from fuzzy_stereo_ros import stereo_node
+    gate = Gate()
+    monkeypatch.setattr(stereo_node, 'StereoMatcher', gate.matcher_type())
+    return gate
+
+
+@pytest.fixture
+def bench(gate):
+    """Return surroundings with the node in this process, spun along with them."""
+    from fuzzy_stereo_ros.stereo_node import DisparityNode
+    from rclpy.parameter import Parameter
+    from ros_bench import Bench, Surroundings
+
+    class Inside(Bench):
+        def __init__(self, domain):
+            Surroundings.__init__(self, domain)
+            self.node = DisparityNode(
+                context=self.context,
+                parameter_overrides=[Parameter('disparity_range', value=16)])
+            self.executor.add_node(self.node)
+
+        def check(self):
+            assert self.node.exit_code == 0
+
+        def close(self):
+            assert self.node.destroy_node()
+            Surroundings.close(self)
+            assert Worker.of_this_process().stop(SOON)
+
+        def said(self, text):
+            return self.until(lambda: text in self.counts()['change of parameters'], text)
+
+    with own_domain() as domain:
+        bench = Inside(domain)
+        try:
+            bench.listen()
+            bench.until(bench.rig.subscribed, 'the node subscribes to the rig', START)
+            bench.first_match(*PAIR)
+            yield bench
+        finally:
+            gate.let.put(None)
+            bench.close()
+
+
+def largest_disparities(bench, pairs):
+    """Match pairs, all of which are answered, and return the set of their largest disparities."""
+    return {bench.match(*PAIR).max_disparity for _ in range(pairs)}
+
+
+def test_pairs_are_matched_with_the_old_value_until_the_new_one_is_prepared(bench, gate):
+    before = bench.counts()
+    assert bench.set_parameters(disparity_range=24) == (True, '')
+    assert gate.begun.get(timeout=SOON) == (24, *PAIR[0].shape)
+    assert largest_disparities(bench, 5) == {15.0}
+    assert bench.parameters('disparity_range') == [24]
+    values = bench.counts()
+    assert values['disparity_range in use'] == '16'
+    assert values['change of parameters'] == (
+        'being prepared: disparity_range = 24 (in use: 16)')
+    gate.let.put(None)
+    bench.said('from the next pair on: disparity_range = 24 (in use: 16)')
+    assert largest_disparities(bench, 5) == {23.0}
+    after = bench.counts()
+    assert (after['disparity_range in use'], after['change of parameters']) == ('24', 'none')
+    assert int(after['pairs matched']) - int(before['pairs matched']) == 10
+    for lost in ('pairs dropped', 'pairs refused', 'pairs waiting'):
+        assert after[lost] == before[lost]
+
+
+def test_a_second_change_takes_the_place_of_the_one_that_is_prepared(bench, gate):
+    bench.set_parameters(disparity_range=24)
+    assert gate.begun.get(timeout=SOON)[0] == 24
+    bench.set_parameters(disparity_range=40)
+    bench.set_parameters(disparity_range=32, min_disparity=-2)
+    gate.let.put(None)
+    assert gate.begun.get(timeout=SOON)[0] == 32
+    assert largest_disparities(bench, 3) == {15.0}
+    assert bench.counts()['change of parameters'] == (
+        'being prepared: disparity_range = 32 (in use: 16), min_disparity = -2 (in use: 0)')
+    gate.let.put(None)
+    bench.said('from the next pair on')
+    assert largest_disparities(bench, 3) == {29.0}
+
+
+def test_a_change_that_cannot_be_prepared_leaves_the_old_value_in_use(bench, gate):
+    gate.let.put(MemoryError('no more'))
+    bench.set_parameters(disparity_range=24)
+    bench.said('cannot be prepared: disparity_range = 24 (in use: 16)')
+    assert largest_disparities(bench, 3) == {15.0}
+    bench.set_parameters(disparity_range=32)
+    gate.let.put(None)
+    bench.said('from the next pair on')
+    assert largest_disparities(bench, 3) == {31.0}
