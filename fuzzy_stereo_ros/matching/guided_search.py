@@ -9,7 +9,6 @@ members. The first generation crosses them, later ones the fittest with mutants 
 of itself; the fitter regions stay. What the previous frame gives is in the views and in the guess.
 """
 from functools import partial
-import time
 
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.census_fitness import CensusFitness
@@ -21,6 +20,7 @@ from fuzzy_stereo_ros.matching.kernels import filling
 from fuzzy_stereo_ros.matching.kernels.chance import key_of
 from fuzzy_stereo_ros.matching.refinement import Refinement
 from fuzzy_stereo_ros.matching.scanline_guess import ScanlineGuess
+from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 from fuzzy_stereo_ros.matching.warm_start import WarmStart
 import numpy as np
 
@@ -75,26 +75,21 @@ class GuidedSearch:
         or None; seed_words: whole numbers that chance is made of.
         """
         self._seed_words, self._state = seed_words, state
-        self.times, self._clock = {}, time.perf_counter_ns()
+        self._watch = Stopwatch()
+        self.times = self._watch.times
         self._see(left, right)
-        self._took('possibility')
+        self._watch.took('possibility')
         self._coarse.search(self._crew, self._inside)
         self._coarse.guide(self._possibility.left.grey)
         self._warm.judge(self._crew, state, self._coarse)
-        self._took('coarse')
+        self._watch.took('coarse')
         self._guess_from(self._warm.prior)
-        self._took('scanlines')
+        self._watch.took('scanlines')
         self._refinement.refuse(self._crew, self._guess.chosen, self._inside,
                                 self._config.speckle_size, self._config.speckle_range)
         self._fitness.look(self._crew, self._inside)
         self._seed()
-        self._took('seeds')
-
-    def _took(self, stage):
-        """Note the milliseconds since the last stage ended."""
-        now = time.perf_counter_ns()
-        self.times[stage] = (now - self._clock) / 1e6
-        self._clock = now
+        self._watch.took('seeds')
 
     def _see(self, left, right):
         """
@@ -199,14 +194,14 @@ class GuidedSearch:
 
         disparity, confidence: float32 (R, C), written
         """
-        self._took('generations')
+        self._watch.took('generations')
         chosen = self._guess.chosen
         self._refinement.smooth(self._crew, self._members[0], self._possibility.left.grey)
         self._refinement.express(self._crew, chosen, self._config, disparity, confidence)
-        self._took('refinement')
+        self._watch.took('refinement')
         if not self._config.warm_start:
             return None
         state = self._warm.hand_on(
             self._refinement.labels, self._refinement.verdict, self._config, stamp, frame)
-        self._took('handing_on')
+        self._watch.took('handing_on')
         return state

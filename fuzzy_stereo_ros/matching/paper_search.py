@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search of the paper, assembled: random maps, cut crossover, patch mutation, Eq. 3."""
 from itertools import count
-import time
 
 from fuzzy_stereo_ros.matching import operators
 from fuzzy_stereo_ros.matching.bands import Crew
@@ -11,6 +10,7 @@ from fuzzy_stereo_ros.matching.fitness import FuzzyFitness
 from fuzzy_stereo_ros.matching.kernels.chance import fill_uniform, key_of
 from fuzzy_stereo_ros.matching.paper_population import PaperPopulation
 from fuzzy_stereo_ros.matching.possibility import FULL
+from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 import numpy as np
 
 
@@ -68,16 +68,17 @@ class PaperSearch:
         left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; state: not used
         seed_words: whole numbers that chance is made of
         """
-        self.times, self._clock = {}, time.perf_counter_ns()
+        self._watch = Stopwatch()
+        self.times = self._watch.times
         self._seed_words = seed_words
         self._measure.take(left, right)
-        self._took('possibility')
+        self._watch.took('possibility')
         self._share(self._config.population, lambda slot, scratch: self._living.be_born(
             slot, key_of(*seed_words, 0, slot), scratch))
         self.fitness = self._living.fitness()
         self._without_gain = 0
         self.settled = False
-        self._took('seeds')
+        self._watch.took('seeds')
 
     def generation(self, number, in_time=always):
         """
@@ -115,19 +116,13 @@ class PaperSearch:
         disparity: float32 (R, C), px, NaN where less sure than the threshold, written
         confidence: float32 (R, C), 0 to 1, Eq. 2 of the chosen matches, written
         """
-        self._took('generations')
+        self._watch.took('generations')
         best = self.best_chromosome()
         confidence[:] = self.possibility_of(best)
         np.add(best, np.float32(self._config.min_disparity), out=disparity)
         if not self._config.fill:
             disparity[confidence < np.float32(self._config.confidence_threshold)] = np.nan
-        self._took('refinement')
-
-    def _took(self, stage):
-        """Note the milliseconds since the last stage ended."""
-        now = time.perf_counter_ns()
-        self.times[stage] = (now - self._clock) / 1e6
-        self._clock = now
+        self._watch.took('refinement')
 
     def _chances(self, number):
         """Return the parents, the crossover line and the number of patches of each child."""

@@ -8,7 +8,6 @@ scanline optima that lean on the parent everywhere, only where texture is weak, 
 that know no parent. Partition crossover gives the fittest the child's fitter regions. After a
 round of all children the fittest is the parent of the next.
 """
-import time
 from typing import NamedTuple
 
 import cv2
@@ -19,6 +18,8 @@ from fuzzy_stereo_ros.matching.evolution import always
 from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, REFUSED
 from fuzzy_stereo_ros.matching.kernels.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.refinement import AROUND
+from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 from fuzzy_stereo_ros.matching.support_possibility import (
     colour_and_fine_grey, eight_bit_scale, Model, SupportPossibility)
 from fuzzy_stereo_ros.matching.surface_fitness import Steps, SurfaceFitness
@@ -36,7 +37,6 @@ DEAD_ZONE, CUT = 1.0, 4.0    # px: a child's leaning on its parent begins, and e
 WEAK_TEXTURE = 6.0       # mean grey step at which texture is not weak any more
 STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
 CLEAR_MARGIN = 0.4       # summed cost, parts of FULL, by which the best label elsewhere is worse
-AROUND = 9               # side of the square whose mean certainty is a pixel's confidence
 
 
 class Child(NamedTuple):
@@ -102,7 +102,8 @@ class ThoroughSearch:
         left, right: uint8 or uint16 (R, C) or (R, C, 3); state: not used; seed_words: whole
         numbers that chance is made of.
         """
-        self.times, self._clock, self._seed_words = {}, time.perf_counter_ns(), seed_words
+        self._watch, self._seed_words = Stopwatch(), seed_words
+        self.times = self._watch.times
         lowest = self._config.min_disparity
         self._inside = lowest, lowest + left.shape[1] - 1
         seed = self._members[0]
@@ -110,7 +111,7 @@ class ThoroughSearch:
         self._realtime.generation(1)
         self._realtime.finish(None, 0, seed, self._confidence)
         seed -= lowest
-        self._took('realtime')
+        self._watch.took('realtime')
         scale = eight_bit_scale(left, right)
         pictures = (colour_and_fine_grey(left, scale, 0),
                     colour_and_fine_grey(right, scale, lowest))
@@ -118,24 +119,18 @@ class ThoroughSearch:
         self._possibility.look(*pictures, max(lowest, 0))
         self._guess.look(self._colour)
         self._weak = self._weak_texture(pictures[0][1])
-        self._took('look')
+        self._watch.took('look')
         self._parent[:] = seed
         self._fill_along_parent()
         weights = CHILDREN[PLAN[0]].smoothness.weights()
         self._fitness.look(self._crew, self._possibility.costs, weights[self._guess.steps[0]],
                            weights[self._guess.steps[2]])
-        self._took('possibility')
+        self._watch.took('possibility')
         self._search(PLAN[0])
         self._fitness.trust(self._dense.verdict == REFUSED)
         self._target[:], self._margins[:] = self._guess.target, self._guess.margins
         self.fitness = np.full(1, self._fitness.measure(self._crew, seed, STEPS))
-        self._took('seeds')
-
-    def _took(self, stage):
-        """Note the milliseconds since the last stage ended."""
-        now = time.perf_counter_ns()
-        self.times[stage] = (now - self._clock) / 1e6
-        self._clock = now
+        self._watch.took('seeds')
 
     @staticmethod
     def _weak_texture(fine):
@@ -200,7 +195,7 @@ class ThoroughSearch:
 
         disparity, confidence: float32 (R, C), written
         """
-        self._took('generations')
+        self._watch.took('generations')
         config, lowest = self._config, np.float32(self._config.min_disparity)
         surface = self._dense.smooth(self._crew, self._members[0], self._colour, OUTPUT_RADIUS,
                                      OUTPUT_LIMIT)
@@ -214,4 +209,4 @@ class ThoroughSearch:
         np.add(surface, lowest, out=disparity)
         if not config.fill:
             disparity[~consistent | (confidence < config.confidence_threshold)] = np.nan
-        self._took('refinement')
+        self._watch.took('refinement')

@@ -43,8 +43,8 @@ class Prior(NamedTuple):
     The table has a row a weight: what is added by label - prior's label, 0 at index `reach`.
     """
 
-    labels: np.ndarray            # uint8 or uint16 (R, C); flat in kernels
-    weights: np.ndarray           # uint8 (R, C), row of the table; flat in kernels
+    labels: np.ndarray            # uint8 or uint16 (R, C)
+    weights: np.ndarray           # uint8 (R, C), row of the table
     table: np.ndarray             # uint8 (weights * 2 * reach,)
     reach: int                    # more labels than there are
 
@@ -94,6 +94,13 @@ def _widen_codes(search, row, begin, end, codes, at):
 
 
 @njit(inline='always')
+def _codes_of(kind, codes, at, width):
+    """Return what _widen_codes wrote of a pixel, as vectors: census planes, and gradient."""
+    return (splat_word(kind, codes, at), splat_word(kind, codes, at + width),
+            splat_word(kind, codes, at + 2 * width)), splat_word(kind, codes, at + 3 * width)
+
+
+@njit(inline='always')
 def _lean(labels, label_bytes, weights, reach, first, width, low, leanings, at):
     """Write, as words, where in the table of a prior what it adds to a row's pixels begins."""
     base = reach + low
@@ -129,10 +136,9 @@ def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, lean
                   offset):
     """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
     kind = cuts[0]
-    code = (splat_word(kind, codes, code_at), splat_word(kind, codes, code_at + width),
-            splat_word(kind, codes, code_at + 2 * width))
+    code, slope = _codes_of(kind, codes, code_at, width)
     cost = _raw(search.target_census, candidate, search.target_stride, search.target_slopes,
-                slope_at, code, splat_word(kind, codes, code_at + 3 * width), cuts)
+                slope_at, code, slope, cuts)
     return add(cost, add(
         load_like(kind, search.half_table, peek_word(leanings, lean_at) + offset),
         load_like(kind, search.previous_table, peek_word(leanings, lean_at + width) + offset)))
@@ -174,10 +180,8 @@ def raw_row(search, row, blocks, costs, at, codes):
     cuts = cuts_of(search, splat(np.uint8(0)))
     target, target_slopes = search.target_census, search.target_slopes
     for column in range(columns):
-        kind, pointed = cuts[0], columns - 1 - column
-        code = (splat_word(kind, codes, column), splat_word(kind, codes, column + columns),
-                splat_word(kind, codes, column + 2 * columns))
-        slope = splat_word(kind, codes, column + 3 * columns)
+        pointed = columns - 1 - column
+        code, slope = _codes_of(cuts[0], codes, column, columns)
         for block in range(blocks):
             label = LANES * block
             store(costs, at, _raw(

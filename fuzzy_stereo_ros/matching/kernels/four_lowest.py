@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The smallest lanes of four vectors at once: half of the work of one after the other."""
-from fuzzy_stereo_ros.matching.kernels.simd import called, LANES, place_of, shuffled, VECTOR
-from numba import types
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    called, LANES, place_of, shuffled, subtract, VECTOR)
+from numba import njit, types
 from numba.extending import intrinsic
 
 # where the packed numbers are
@@ -69,3 +70,11 @@ def store_four(typing, array, index, packed):
                                      arguments[1], four.type)).align = 1
         return context.get_dummy_value()
     return signature, generate
+
+
+@njit(inline='always')
+def without_least(one, two, three, four):
+    """Return four vectors with the smallest lane of each taken off its lanes."""
+    least_1, least_2, least_3, least_4 = unpacked(one, lowest_of_four(one, two, three, four))
+    return (subtract(one, least_1), subtract(two, least_2), subtract(three, least_3),
+            subtract(four, least_4))

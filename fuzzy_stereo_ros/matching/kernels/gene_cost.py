@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.costs import Features, layout_of, match_cost
+from fuzzy_stereo_ros.matching.kernels.regions import row_of
 from fuzzy_stereo_ros.matching.kernels.volume import Penalties
 from numba import njit
 import numpy as np
@@ -78,12 +79,10 @@ def cell_costs(scene, chromosome, cells, costs):
     seen, columns = scene.features, chromosome.shape[1]
     features = seen.census, seen.target_census, seen.slopes, seen.target_slopes
     layout, wide = layout_of(seen), seen.disparities > 256
-    row = begin = 0
+    row = 0
     for cell in cells:
-        while cell >= begin + columns:
-            row += 1
-            begin += columns
-        column = cell - begin
+        row = row_of(cell, row, columns)
+        column = cell - row * columns
         costs[row, column] = _gene_cost(
             scene, features, layout, wide, np.int64(chromosome[row, column]), row, column)
 

@@ -8,8 +8,8 @@ fields). Regions meet only where the parents agree, so that the cost of the chil
 the cheaper region costs: it is at least as fit as both parents, where no advantage is
 asked for. With one, regions of little difference stay the mother's: a fitness is not the truth.
 """
-from fuzzy_stereo_ros.matching.kernels.consistency import root
 from fuzzy_stereo_ros.matching.kernels.gene_cost import jump_cost
+from fuzzy_stereo_ros.matching.kernels.regions import region_of, row_of
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
 from numba import njit
 import numpy as np
@@ -50,25 +50,14 @@ def partition_crossover(penalties, mother, mother_costs, father, father_costs, c
     """
     rows, columns = mother.shape
     small, penalties_across, penalties_down = penalties.small, penalties.across, penalties.down
-    known = 1
-    row = begin = 0
+    known, row = 1, 0
     for cell in cells:
-        while cell >= begin + columns:
-            row += 1
-            begin += columns
-        column = cell - begin
+        row = row_of(cell, row, columns)
+        column = cell - row * columns
         left = regions[row, column - 1] if column > 0 else 0
         above = regions[row - 1, column] if row > 0 else 0
-        region = left
-        if left > 0:
-            if above > 0 and above != left:
-                one, two = root(parent, left), root(parent, above)
-                parent[max(one, two)] = min(one, two)
-        elif above > 0:
-            region = above
-        else:
-            region = known
-            parent[known] = known
+        region = region_of(parent, left, above, known)
+        if region == known:
             change[known] = 0
             size[known] = 0
             known += 1

@@ -6,7 +6,7 @@ Partition crossover of maps in parts of a pixel: each region takes the fitter pa
 As kernels/partition.py has it for labels. Here a step of disparity costs nothing up to a slope
 that surfaces have, then in proportion, up to a jump.
 """
-from fuzzy_stereo_ros.matching.kernels.consistency import root
+from fuzzy_stereo_ros.matching.kernels.regions import region_of
 from fuzzy_stereo_ros.matching.kernels.surface_cost import step_cost
 from numba import njit
 
@@ -33,16 +33,8 @@ def cross_regions(mother, mother_costs, father, father_costs, across, down, slop
             above = regions[row - 1, column] if row > 0 else 0
             region = 0
             if abs(old - new) > apart:
-                if left > 0:
-                    region = left
-                    if above > 0 and above != left:
-                        one, two = root(parent, left), root(parent, above)
-                        parent[max(one, two)] = min(one, two)
-                elif above > 0:
-                    region = above
-                else:
-                    region = known
-                    parent[known] = known
+                region = region_of(parent, left, above, known)
+                if region == known:
                     change[known] = 0
                     known += 1
                 change[region] += father_costs[row, column] - mother_costs[row, column]

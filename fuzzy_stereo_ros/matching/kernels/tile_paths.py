@@ -9,10 +9,10 @@ paths hide each other's latency.
 from fuzzy_stereo_ros.matching.kernels.addresses import splat_word
 from fuzzy_stereo_ros.matching.kernels.costs import (
     beyond, cost_of_block, cuts_of, prepare_costs)
-from fuzzy_stereo_ros.matching.kernels.four_lowest import lowest_of_four, unpacked
+from fuzzy_stereo_ros.matching.kernels.four_lowest import without_least
 from fuzzy_stereo_ros.matching.kernels.scanlines import advance, step
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, LANES, lanes_of, load_like, saturating_add, splat, store, subtract)
+    bit_or, LANES, lanes_of, load_like, saturating_add, splat, store)
 from numba import njit
 import numpy as np
 
@@ -33,6 +33,22 @@ def rightwards(blocks, begin, end, at, size, jumps, stride, count, small, costs,
 
 
 @njit(inline='always')
+def _rows_of(kind, memory, size):
+    """Return what vectors like `kind` lie at the start of four rows, `size` bytes apart."""
+    return (load_like(kind, memory, 0), load_like(kind, memory, size),
+            load_like(kind, memory, 2 * size), load_like(kind, memory, 3 * size))
+
+
+@njit(inline='always')
+def _store_rows(memory, at, size, one, two, three, four):
+    """Write four vectors to rows `size` bytes apart, from index `at` on."""
+    store(memory, at, one)
+    store(memory, at + size, two)
+    store(memory, at + 2 * size, three)
+    store(memory, at + 3 * size, four)
+
+
+@njit(inline='always')
 def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, stride, penalty,
                                 costs, sums, paths, path, codes, leanings):
     """Fill the costs of four rows of a tile of one or two blocks and run from the left."""
@@ -43,8 +59,7 @@ def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, s
     pointed = search.columns - 1 - begin + low
     candidate, slope = row * 3 * far + pointed, row * far + pointed
     one, two, three = size, 2 * size, 3 * size
-    path_0, path_1 = load_like(penalty, paths, 0), load_like(penalty, paths, path)
-    path_2, path_3 = load_like(penalty, paths, 2 * path), load_like(penalty, paths, 3 * path)
+    path_0, path_1, path_2, path_3 = _rows_of(penalty, paths, path)
     for index in range(width):
         column, at_target, at_slope = begin + index, candidate - index, slope - index
         cost = bit_or(mask, cost_of_block(search, at_target, at_slope, cuts, codes, index, width,
@@ -70,23 +85,16 @@ def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, s
         store(costs, at + three, cost)
         path_3 = advance(path_3, splat_word(penalty, jumps, column + 3 * stride), penalty, cost)
         store(sums, at + three, path_3)
-        floor_0, floor_1, floor_2, floor_3 = unpacked(
-            penalty, lowest_of_four(path_0, path_1, path_2, path_3))
-        path_0, path_1 = subtract(path_0, floor_0), subtract(path_1, floor_1)
-        path_2, path_3 = subtract(path_2, floor_2), subtract(path_3, floor_3)
+        path_0, path_1, path_2, path_3 = without_least(path_0, path_1, path_2, path_3)
         at += lanes
-    store(paths, 0, path_0)
-    store(paths, path, path_1)
-    store(paths, 2 * path, path_2)
-    store(paths, 3 * path, path_3)
+    _store_rows(paths, 0, path, path_0, path_1, path_2, path_3)
 
 
 @njit(inline='always')
 def rightwards_single(begin, end, at, size, jumps, stride, penalty, costs, sums, paths, path):
     """Run four rows of a tile of one or two blocks: what rightwards does for any, in registers."""
     one, two, three, lanes = size, 2 * size, 3 * size, lanes_of(penalty)
-    path_0, path_1 = load_like(penalty, paths, 0), load_like(penalty, paths, path)
-    path_2, path_3 = load_like(penalty, paths, 2 * path), load_like(penalty, paths, 3 * path)
+    path_0, path_1, path_2, path_3 = _rows_of(penalty, paths, path)
     for column in range(begin, end):
         path_0 = advance(path_0, splat_word(penalty, jumps, column), penalty,
                          load_like(penalty, costs, at))
@@ -96,19 +104,10 @@ def rightwards_single(begin, end, at, size, jumps, stride, penalty, costs, sums,
                          load_like(penalty, costs, at + two))
         path_3 = advance(path_3, splat_word(penalty, jumps, column + 3 * stride), penalty,
                          load_like(penalty, costs, at + three))
-        store(sums, at, path_0)
-        store(sums, at + one, path_1)
-        store(sums, at + two, path_2)
-        store(sums, at + three, path_3)
-        floor_0, floor_1, floor_2, floor_3 = unpacked(
-            penalty, lowest_of_four(path_0, path_1, path_2, path_3))
-        path_0, path_1 = subtract(path_0, floor_0), subtract(path_1, floor_1)
-        path_2, path_3 = subtract(path_2, floor_2), subtract(path_3, floor_3)
+        _store_rows(sums, at, size, path_0, path_1, path_2, path_3)
+        path_0, path_1, path_2, path_3 = without_least(path_0, path_1, path_2, path_3)
         at += lanes
-    store(paths, 0, path_0)
-    store(paths, path, path_1)
-    store(paths, 2 * path, path_2)
-    store(paths, 3 * path, path_3)
+    _store_rows(paths, 0, path, path_0, path_1, path_2, path_3)
 
 
 @njit(nogil=True, cache=True)
@@ -152,8 +151,7 @@ def left_and_down_single(begin, end, at, size, across, down, stride, small, pena
                       row + 1, small, costs, sums, paths, path, down_paths, place + ahead)
     one, two, three = size + lanes, 2 * (size + lanes), 3 * (size + lanes)
     jump_1, jump_2, jump_3 = stride + 1, 2 * (stride + 1), 3 * (stride + 1)
-    path_0, path_1 = load_like(penalty, paths, 0), load_like(penalty, paths, path)
-    path_2, path_3 = load_like(penalty, paths, 2 * path), load_like(penalty, paths, 3 * path)
+    path_0, path_1, path_2, path_3 = _rows_of(penalty, paths, path)
     cost_at, down_at = at + lanes * (end - 4 - begin), place + lanes * (end - 4 - begin)
     down_0, down_1, down_2 = (
         load_like(penalty, down_paths, down_at + lanes),
@@ -178,24 +176,15 @@ def left_and_down_single(begin, end, at, size, across, down, stride, small, pena
         _add_to(sums, cost_at + one, path_1, down_1)
         _add_to(sums, cost_at + two, path_2, down_2)
         _add_to(sums, cost_at + three, path_3, down_3)
-        floor_0, floor_1, floor_2, floor_3 = unpacked(
-            penalty, lowest_of_four(path_0, path_1, path_2, path_3))
-        path_0, path_1 = subtract(path_0, floor_0), subtract(path_1, floor_1)
-        path_2, path_3 = subtract(path_2, floor_2), subtract(path_3, floor_3)
-        floor_0, floor_1, floor_2, floor_3 = unpacked(
-            penalty, lowest_of_four(down_0, down_1, down_2, down_3))
-        down_0, down_1 = subtract(down_0, floor_0), subtract(down_1, floor_1)
-        down_2 = subtract(down_2, floor_2)
-        store(down_paths, down_at + 3 * lanes, subtract(down_3, floor_3))
+        path_0, path_1, path_2, path_3 = without_least(path_0, path_1, path_2, path_3)
+        down_0, down_1, down_2, down_3 = without_least(down_0, down_1, down_2, down_3)
+        store(down_paths, down_at + 3 * lanes, down_3)
         cost_at -= lanes
         down_at -= lanes
     store(down_paths, place, down_0)
     store(down_paths, place + lanes, down_1)
     store(down_paths, place + 2 * lanes, down_2)
-    store(paths, 0, path_0)
-    store(paths, path, path_1)
-    store(paths, 2 * path, path_2)
-    store(paths, 3 * path, path_3)
+    _store_rows(paths, 0, path, path_0, path_1, path_2, path_3)
     for row in range(1, 4):
         left_and_down(blocks, begin, begin + row, at, size, across, down, stride, row, row + 1,
                       small, costs, sums, paths, path, down_paths, place)

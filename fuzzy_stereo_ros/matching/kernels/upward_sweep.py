@@ -5,7 +5,8 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     peek, peek_long, peek_short, poke, poke_short, splat_word)
 from fuzzy_stereo_ros.matching.kernels.choice import (
     best_label, fit_offsets, least_elsewhere, MIDDLE, NEAR)
-from fuzzy_stereo_ros.matching.kernels.four_lowest import lowest_of_four, store_four, unpacked
+from fuzzy_stereo_ros.matching.kernels.four_lowest import (
+    lowest_of_four, store_four, unpacked, without_least)
 from fuzzy_stereo_ros.matching.kernels.scanlines import advance, step, widen
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, lanes_of, load_like, saturating_add, splat, splat_wide,
@@ -43,12 +44,11 @@ def _choose_single(low, begin, end, at, costs, sums, jumps, penalty, paths, plac
         path_3 = advance(load_like(penalty, paths, place + three),
                          splat_word(penalty, jumps, column + 3), penalty,
                          load_like(penalty, costs, at + three))
-        floor_0, floor_1, floor_2, floor_3 = unpacked(
-            penalty, lowest_of_four(path_0, path_1, path_2, path_3))
-        store(paths, place, subtract(path_0, floor_0))
-        store(paths, place + one, subtract(path_1, floor_1))
-        store(paths, place + two, subtract(path_2, floor_2))
-        store(paths, place + three, subtract(path_3, floor_3))
+        left_0, left_1, left_2, left_3 = without_least(path_0, path_1, path_2, path_3)
+        store(paths, place, left_0)
+        store(paths, place + one, left_1)
+        store(paths, place + two, left_2)
+        store(paths, place + three, left_3)
         total_0 = saturating_add(load_like(penalty, sums, at), path_0)
         total_1 = saturating_add(load_like(penalty, sums, at + one), path_1)
         total_2 = saturating_add(load_like(penalty, sums, at + two), path_2)
