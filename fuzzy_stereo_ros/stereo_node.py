@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.node_reports import (
     change_of, change_values, counts_of, Figures, kind_of, no_pair_report, Rates, Throttle,
     TopicState, trace, verdict)
-from fuzzy_stereo_ros.pairs.messages import (
-    DISPARITY_STEP, fill_confidence, fill_disparity, read_pair, stamp_of)
+from fuzzy_stereo_ros.pairs.messages import read_pair, stamp_of
+from fuzzy_stereo_ros.pairs.result_messages import fill_confidence, fill_disparity
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameter_table import in_ros_words
 from fuzzy_stereo_ros.preparation import Preparation
@@ -33,7 +33,6 @@ from stereo_msgs.msg import DisparityImage
 TOPICS = ('left/image_rect', 'left/camera_info', 'right/image_rect', 'right/camera_info')
 OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
                QoSPolicyKind.DURABILITY)
-WHOLE_PIXEL = 1.0           # step of the paper's disparities
 PATIENCE = 4.0      # s to wait at the end for a match or a compilation that still runs
 BROKEN, REFUSED = 1, 2      # exit codes: something does not work, parameters are not allowed
 NOT_ALLOWED = ValueError, RuntimeError, ParameterException     # by us, by ROS
@@ -145,8 +144,7 @@ class DisparityNode(Node):
         match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp)
         self._shape = pair.left.shape[:2]
         if self._disparity.get_subscription_count():
-            step = WHOLE_PIXEL if config.search == 'paper' else DISPARITY_STEP
-            self._disparity.publish(fill_disparity(DisparityImage(), match, pair, config, step))
+            self._disparity.publish(fill_disparity(DisparityImage(), match, pair, config))
         if self._confidence.get_subscription_count():
             self._confidence.publish(fill_confidence(Image(), match, pair))
         self._figures.matched(match, 1000 * (time.monotonic() - arrived))

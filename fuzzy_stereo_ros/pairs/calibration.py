@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 import math
 
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 
 VERTICAL_SHARE = 1e-3   # Ty beyond this share of Tx is a vertical rig
 FOCAL_SHARE = 1e-3      # focal lengths of a rectified pair differ by less
@@ -55,6 +55,7 @@ def read_calibration(left_info, right_info):
         raise BadPair('calibration', f'the baseline is {baseline:g} m: P[3] of the right '
                       'camera_info must be -fx * baseline; calibrate the two cameras as a pair')
     return Calibration(focal=right.fx, baseline=baseline, offset=left.cx - right.cx,
+                       left=Projection(left.fx, left.fy, left.cx, left.cy),
                        remarks=tuple(_remarks(left, right)))
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A stereo pair as the matcher needs it, wherever it came from, and why one may be refused."""
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,15 @@ class BadPair(ValueError):
         self.reason = reason
 
 
+class Projection(NamedTuple):
+    """How a camera projects into its image as it is, px: u = fx X / Z + cx, v = fy Y / Z + cy."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+
 @dataclass(frozen=True)
 class Calibration:
     """
@@ -25,12 +35,14 @@ class Calibration:
 
     focal: px of the image as it is, after binning. baseline: metres, > 0.
     offset: px, cx of the left image minus cx of the right one.
+    left: the Projection of the left camera.
     remarks: sentences about a calibration that is usable but hardly right.
     """
 
     focal: float
     baseline: float
-    offset: float = 0.0
+    offset: float
+    left: Projection
     remarks: tuple = ()
 
 
