@@ -3,11 +3,11 @@
 """
 The command `fuzzy-stereo`, and options of the command line made from the configuration.
 
-Exit codes: 0 done; 2 bad input, said in one sentence on standard error, nothing written;
-130 interrupted by the user.
+Exit codes: 0 done; 1 a saved pair does not come out as it was; 2 bad input, said in one sentence
+on standard error, nothing written; 130 interrupted by the user.
 """
 import argparse
-from dataclasses import fields
+from dataclasses import fields, replace
 import sys
 
 from fuzzy_stereo_ros import benchmark_command, match_command
@@ -15,6 +15,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+USUAL_PROFILE = 'realtime'
 
 
 def main(argv=None):
@@ -27,8 +28,7 @@ def main(argv=None):
         epilog=match_command.EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     match_command.add_arguments(match)
     add_matcher_options(match, required=('disparities',))
-    match.set_defaults(run=lambda arguments: match_command.run(
-        arguments, matcher_config(arguments), sys.stdout))
+    match.set_defaults(run=_match, profile=None)    # a saved pair must know whether it is given
     benchmark = commands.add_parser(
         'benchmark', help='measure the matcher side by side with OpenCV',
         description=benchmark_command.DESCRIPTION, epilog=benchmark_command.EXAMPLE,
@@ -40,6 +40,15 @@ def main(argv=None):
     return run_cleanly(parser, argv)
 
 
+def _match(arguments):
+    if arguments.saved is not None:
+        saved = match_command.read_saved(arguments)
+        return match_command.run(
+            arguments, matcher_config(arguments, saved.repeatable), sys.stdout, saved)
+    arguments.profile = arguments.profile or USUAL_PROFILE
+    return match_command.run(arguments, matcher_config(arguments), sys.stdout)
+
+
 class Parser(argparse.ArgumentParser):
     """A parser that takes no abbreviations and reports an error in one line."""
 
@@ -48,6 +57,12 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message):
         self.exit(BAD_INPUT, f'{self.prog}: {message}\n')
+
+    def waive(self, *names):
+        """Let arguments be left out that are required otherwise."""
+        for action in self._actions:
+            if action.dest in names:
+                action.required = False
 
 
 def run_cleanly(parser, argv):
@@ -74,8 +89,8 @@ def add_matcher_options(parser, required=(), left_out=()):
     """
     group = parser.add_argument_group(
         'the matcher', 'a profile sets all parameters, an option changes one of them')
-    group.add_argument('--profile', choices=tuple(PROFILES), default='realtime',
-                       help='default: realtime')
+    group.add_argument('--profile', choices=tuple(PROFILES), default=USUAL_PROFILE,
+                       help=f'default: {USUAL_PROFILE}')
     for parameter in fields(MatcherConfig):
         if parameter.name in left_out:
             continue
@@ -92,9 +107,19 @@ def add_matcher_options(parser, required=(), left_out=()):
         group.add_argument(option_name(parameter.name), **options)
 
 
-def matcher_config(arguments):
-    """Return the configuration that parsed options ask for; ValueError where it is not allowed."""
-    return MatcherConfig.from_profile(arguments.profile, **matcher_changes(arguments))
+def matcher_config(arguments, saved=None):
+    """
+    Return the configuration that parsed options ask for; ValueError where it is not allowed.
+
+    saved: MatcherConfig that they change; a profile then keeps its range of disparities.
+    """
+    changes = matcher_changes(arguments)
+    if saved is None:
+        return MatcherConfig.from_profile(arguments.profile, **changes)
+    if arguments.profile is not None:
+        saved = MatcherConfig.from_profile(arguments.profile, disparities=saved.disparities,
+                                           min_disparity=saved.min_disparity)
+    return replace(saved, **changes)
 
 
 def matcher_changes(arguments):

@@ -12,6 +12,7 @@ import time
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from fuzzy_stereo_ros.demo_listener import DemoListener
 from fuzzy_stereo_ros.fake_rig import FakeRig
+from fuzzy_stereo_ros.silence import FAST_DDS_VARIABLES
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
@@ -118,26 +119,30 @@ def ros_environment():
     except PackageNotFoundError:
         raise ValueError('the package fuzzy_stereo_ros is not installed for this Python; '
                          '`make demo` installs it, and so does `pip install .`') from None
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(share / 'config' / 'fastdds.xml'))
+    os.environ.setdefault(FAST_DDS_VARIABLES[0], str(share / 'config' / 'fastdds.xml'))
     with tempfile.TemporaryDirectory() as folder:
         os.environ['ROS_LOG_DIR'] = folder
         yield Path(folder) / 'node.log'
 
 
-@contextmanager
 def running_node(parameters, log):
     """Run the node with parameters {ROS name: value}; its end must be clean."""
     words = [word for name, value in parameters.items() for word in (
         '--param', f'{name}:={str(value).lower() if isinstance(value, bool) else value}')]
-    command = [sys.executable, '-m', NODE, '--ros-args',
-               '--remap', f'__ns:={_namespace()}', *words]
+    return running_module(NODE, ['--ros-args', '--remap', f'__ns:={_namespace()}', *words], log)
+
+
+@contextmanager
+def running_module(module, arguments, log):
+    """Run a module of this package as a process; its end must be clean."""
+    command = [sys.executable, '-m', module, *arguments]
     with log.open('wb') as output:
         process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
     try:
         yield process
         code = _ended(process)
         if code:
-            raise NodeFailed(f'the node ended with code {code}')
+            raise NodeFailed(f'{module} ended with code {code}')
     except NodeFailed as failure:
         raise NodeFailed(f'{failure}; it said:\n{log.read_text()}') from None
     finally:

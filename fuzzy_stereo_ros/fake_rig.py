@@ -50,15 +50,17 @@ class FakeRig(Node):
             history=HistoryPolicy.KEEP_LAST, depth=10,
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
         kind, suffix = (CompressedImage, '/compressed') if compressed else (Image, '')
-        self._images = [
-            self.create_publisher(kind, f'{side}/image_rect{suffix}', profile) for side in SIDES]
-        self._infos = [
-            self.create_publisher(CameraInfo, f'{side}/camera_info', profile) for side in SIDES]
+        self._outputs = {}
+        for side in SIDES:
+            self._outputs[f'{side}/camera_info'] = self.create_publisher(
+                CameraInfo, f'{side}/camera_info', profile)
+            self._outputs[f'{side}/image_rect'] = self.create_publisher(
+                kind, f'{side}/image_rect{suffix}', profile)
 
     def subscribed(self):
         """Return whether each of the four topics has a subscriber."""
         return all(publisher.get_subscription_count()
-                   for publisher in (*self._images, *self._infos))
+                   for publisher in self._outputs.values())
 
     def start(self):
         """Publish the frames at the rate from now on, by the steady clock."""
@@ -76,24 +78,26 @@ class FakeRig(Node):
         Publish one pair and return its stamp in ns.
 
         stamp: ns; None is now. change: called with a dict of the four messages by topic before
-        they go out, to damage them for a test.
+        they go out, to damage or remove them for a test.
         """
         if stamp is None:
             stamp = self.get_clock().now().nanoseconds
-        messages = {}
-        for side, image in zip(SIDES, (left, right)):
-            messages[f'{side}/image_rect'] = self._message_of(image)
-            messages[f'{side}/camera_info'] = self._info(side, image.shape)
+        messages = {**self.infos(left.shape), **{
+            f'{side}/image_rect': self._message_of(image)
+            for side, image in zip(SIDES, (left, right))}}
         for message in messages.values():
             message.header.stamp = Time(nanoseconds=stamp).to_msg()
             message.header.frame_id = self._frame_id
         if change is not None:
             change(messages)
-        for side, image, info in zip(SIDES, self._images, self._infos):
-            info.publish(messages[f'{side}/camera_info'])
-            image.publish(messages[f'{side}/image_rect'])
+        for topic, message in messages.items():
+            self._outputs[topic].publish(message)
         self.sent.append(stamp)
         return stamp
+
+    def infos(self, shape):
+        """Return {topic: CameraInfo} of both cameras for images of a shape; no stamps."""
+        return {f'{side}/camera_info': self._info(side, shape) for side in SIDES}
 
     def _tick(self):
         if self._next >= len(self._frames):
@@ -158,6 +162,9 @@ def main(arguments=None):
         rclpy.spin(rig)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except RuntimeError:
+        if rclpy.ok():      # otherwise it is the end that a message failed of
+            raise
     finally:
         rclpy.try_shutdown()
     return 0

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo match`: two image files in, a disparity file, a picture and figures out."""
+import argparse
 from dataclasses import asdict
 import json
 import math
@@ -14,19 +15,31 @@ from fuzzy_stereo_ros.pairs.disparity_files import (
 from fuzzy_stereo_ros.pairs.image_files import (
     check_image_suffix, read_image, read_pair, write_image)
 from fuzzy_stereo_ros.pictures import colour_disparity
+from fuzzy_stereo_ros.reproduction import comparison, is_broken, sentence
+from fuzzy_stereo_ros.saved_pair import read_saved_pair
 import numpy as np
 
 DESCRIPTION = ('Match a rectified pair of images. The disparities belong to the image that\n'
-               '--reference names; a pixel that was refused is invalid (see --fill).')
-EXAMPLE = ('example:\n'
+               '--reference names; a pixel that was refused is invalid (see --fill).\n'
+               'With --saved: match a saved pair as it was matched, and say whether the same\n'
+               'comes out, bit for bit.')
+EXAMPLE = ('examples:\n'
            '  fuzzy-stereo match left.png right.png --disparities 64 --output disparity.pfm \\\n'
-           '      --picture disparity.png')
+           '      --picture disparity.png\n'
+           '  fuzzy-stereo match --saved report')
+BROUGHT = 'left', 'right', 'disparities'    # by a saved pair
+DIFFERENT = 1       # exit code: a saved pair does not come out as it was
 
 
 def add_arguments(parser):
     """Add the arguments of `match`, but for those of the matcher."""
     parser.add_argument('left', metavar='LEFT', help='left image, 8 or 16 bits, grey or colour')
     parser.add_argument('right', metavar='RIGHT', help='right image, of the same size')
+    parser.add_argument('--saved', metavar='FOLDER', action=_Saved,
+                        help='match the pair of this folder, with the parameters and the previous '
+                             'frame that are saved there, but without a deadline; no LEFT, RIGHT '
+                             'and --disparities then, and --output may be left out; other options '
+                             'change single parameters, --profile all but the range')
     parser.add_argument('--output', metavar='FILE', required=True,
                         help='where the disparities go: .pfm (invalid: inf), .npy (NaN) or .png '
                              '(16 bits as KITTI, invalid: 0); an existing file is replaced')
@@ -43,21 +56,42 @@ def add_arguments(parser):
     truth.add_argument('--mask', metavar='FILE', help='picture; only pixels of 255 count')
 
 
-def run(arguments, config, stream):
-    """
-    Match, write the files, and print the figures to the stream.
+class _Saved(argparse.Action):
+    """The option --saved: with it, what else is required may be left out."""
 
+    def __call__(self, parser, namespace, values, option_string=None):
+        setattr(namespace, self.dest, values)
+        parser.waive(*BROUGHT, 'output')
+
+
+def read_saved(arguments):
+    """Return the SavedPair of --saved; ValueError where what it brings is given too."""
+    if any(getattr(arguments, name, None) is not None for name in BROUGHT):
+        raise ValueError('--saved brings the images and the number of disparities; leave out '
+                         'LEFT, RIGHT and --disparities')
+    return read_saved_pair(arguments.saved)
+
+
+def run(arguments, config, stream, saved=None):
+    """
+    Match, write the files, print the figures to the stream, and return the exit code.
+
+    saved: the SavedPair to be matched instead of the images that the arguments name.
     Raises ValueError and OSError for bad input; everything is checked before anything is written.
     """
     outputs = _checked_outputs(arguments)
-    left, right = read_pair(arguments.left, arguments.right)
+    if saved is None:
+        left, right = read_pair(arguments.left, arguments.right)
+    else:
+        left, right = saved.pair.left, saved.pair.right
     truth, mask = _read_truth(arguments, left.shape[:2])
     matcher = StereoMatcher(config)
     matcher.warm_up(*left.shape[:2])
     start = time.perf_counter()
-    match = matcher.match(left, right)
+    match = matcher.match(left, right) if saved is None else _match_again(matcher, saved)
     milliseconds = 1000 * (time.perf_counter() - start)
-    write_disparity(outputs['output'], match.disparity)
+    if 'output' in outputs:
+        write_disparity(outputs['output'], match.disparity)
     if 'picture' in outputs:
         write_image(outputs['picture'], colour_disparity(
             match.disparity, config.min_disparity,
@@ -77,21 +111,33 @@ def run(arguments, config, stream):
         'mean_confidence': float(match.confidence.mean()),
         'ground_truth': None if truth is None else asdict(score(match.disparity, truth, mask)),
     }
+    if saved is not None:
+        figures['saved'] = {'folder': arguments.saved, **comparison(saved, config, match)}
     if arguments.json:
         print(json.dumps(_for_json(figures), indent=2), file=stream)
     else:
         print(_sentences(figures), file=stream)
+    return DIFFERENT if saved is not None and is_broken(figures['saved']) else 0
+
+
+def _match_again(matcher, saved):
+    matcher.restore(saved.state)
+    return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp)
 
 
 def _checked_outputs(arguments):
     """Return {option: path} of the files to write; ValueError where one cannot be written."""
-    outputs = {'output': Path(arguments.output)}
-    check_disparity_suffix(arguments.output)
+    outputs = {}
+    if arguments.output is not None:
+        check_disparity_suffix(arguments.output)
+        outputs['output'] = Path(arguments.output)
     if arguments.picture is not None:
         check_image_suffix(arguments.picture)
         outputs['picture'] = Path(arguments.picture)
     inputs = [Path(path).resolve() for path in (arguments.left, arguments.right,
                                                 arguments.ground_truth, arguments.mask) if path]
+    if arguments.saved is not None:
+        inputs.extend(Path(arguments.saved).resolve().iterdir())
     taken = dict.fromkeys(inputs, 'an input')
     for name, path in outputs.items():
         if not path.parent.is_dir():
@@ -131,11 +177,15 @@ def _for_json(figures):
 
 def _sentences(figures):
     """Return the figures as a person reads them."""
+    saved = figures.get('saved')
+    settings = f"profile {figures['profile']}" if saved is None else 'parameters as saved'
+    if saved is not None and saved['changed']:
+        settings += ' but for ' + ', '.join(saved['changed'])
     lines = [
-        f"{figures['output']}: {figures['columns']}x{figures['rows']} pixels of the "
-        f"{figures['reference']} image, {figures['density']:.1f} % with a disparity",
+        f"{figures.get('output') or saved['folder']}: {figures['columns']}x{figures['rows']} "
+        f"pixels of the {figures['reference']} image, {figures['density']:.1f} % with a disparity",
         f"matched in {figures['time_ms']:.1f} ms (generations: {figures['generations']}, "
-        f"profile {figures['profile']}, without compile time)"]
+        f'{settings}, without compile time)']
     if 'picture' in figures:
         lines.insert(1, f"{figures['picture']}: the same in colours")
     found = figures['ground_truth']
@@ -145,4 +195,6 @@ def _sentences(figures):
             f"disparity; off by more than 1 px are {found['bad_sparse'][1.0]:.2f} % of these, "
             f"off or invalid {found['bad_dense'][1.0]:.2f} % of all; "
             f"average error {found['average_error']:.2f} px")
+    if saved is not None:
+        lines.append(sentence(saved))
     return '\n'.join(lines)

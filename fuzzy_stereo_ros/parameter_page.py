@@ -13,7 +13,7 @@ import sys
 from fuzzy_stereo_ros.command_line import written_value
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
-from fuzzy_stereo_ros.parameter_table import field_names, NODE_PARAMETERS, ros_name
+from fuzzy_stereo_ros.parameter_table import field_names, listed, NODE_PARAMETERS, ros_name
 
 BEGIN, END = '<!-- parameters: begin -->', '<!-- parameters: end -->'
 
@@ -56,7 +56,7 @@ def _value(value):
 
 def _allowed(low=None, high=None, unit='', choices=(), sentence=''):
     if choices:
-        return ', '.join(choices)
+        return listed(choices)
     return '' if low is None else f'{written_value(low)} to {written_value(high)} {unit}'.rstrip()
 
 

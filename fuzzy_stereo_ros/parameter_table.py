@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 import textwrap
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
+from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 
 ROS_NAMES = {'disparities': 'disparity_range'}      # the others are called as in MatcherConfig
 REFERENCE = 'left'      # what stereo_msgs/DisparityImage wants: no parameter of the node
@@ -18,7 +19,11 @@ LONGEST_QUEUE = 1000000
 
 @dataclass(frozen=True)
 class Parameter:
-    """A row of the table; low and high are None where no number is asked for."""
+    """
+    A row of the table; low and high are None where no range is asked for.
+
+    several: the value is a text of any number of the choices, as words.
+    """
 
     name: str
     default: object
@@ -27,13 +32,14 @@ class Parameter:
     high: float | None = None
     unit: str = ''
     choices: tuple = ()
+    several: bool = False
     read_only: bool = False
     preset: bool = False
 
     def described(self):
         """Return the sentence with what is allowed."""
         if self.choices:
-            allowed = ', '.join(self.choices)
+            allowed = listed(self.choices)
         elif self.low is not None:
             allowed = f'{self.low:.10g} to {self.high:.10g} {self.unit}'.strip()
         else:
@@ -46,14 +52,16 @@ class Parameter:
             value = float(value)
         if type(value) is not type(self.default):
             raise ValueError(f'{self.name} is {value!r}; allowed are values like {self.default!r}')
-        if self.choices and value not in self.choices:
-            raise ValueError(f"{self.name} is '{value}'; allowed are {', '.join(self.choices)}")
+        words = value.split() if self.several else [value]
+        if self.choices and not set(words) <= set(self.choices):
+            raise ValueError(f"{self.name} is '{value}'; allowed are {listed(self.choices)}")
         if self.low is not None and not self.low <= value <= self.high:
             raise ValueError(f'{self.name} is {value!r}; allowed are numbers from '
                              f'{self.low:.10g} to {self.high:.10g}')
         return value
 
 
+OUTPUTS = 'disparity', 'confidence', 'depth', 'points2', 'preview'
 NODE_PARAMETERS = (
     Parameter('profile', 'realtime', 'preset of the matcher; single parameters override it',
               choices=tuple(PROFILES)),
@@ -67,9 +75,43 @@ NODE_PARAMETERS = (
     Parameter('approximate_sync_tolerance_seconds', 0.0,
               'with approximate_sync: largest difference of two stamps; 0 is no bound',
               0.0, 3600.0, 's', read_only=True),
-    Parameter('use_system_default_qos', False,
-              'subscribe with the QoS of the middleware, not as to sensor data',
+    Parameter('cache_camera_info', False,
+              'join the newest camera_info of each camera whatever its stamp: for calibrations '
+              'that do not change, published once or seldom', read_only=True),
+    Parameter('input_qos', 'sensor_data',
+              'QoS of the subscriptions: best effort and the last 5, reliable and the last 5, '
+              'what the publishers offer when it subscribes, or that of the middleware; '
+              'qos_overrides change single policies',
+              choices=('sensor_data', 'reliable', 'best_available', 'system_default'),
               read_only=True),
+    Parameter('use_system_default_qos', False,
+              'the same as input_qos system_default', read_only=True),
+    Parameter('output_qos', 'reliable',
+              'QoS of what is published: reliable and the last 1, best effort and the last 5, '
+              'reliable and kept for those who come later, or that of the middleware',
+              choices=('reliable', 'sensor_data', 'latched', 'system_default'), read_only=True),
+    Parameter('rectify', False,
+              'the images come in raw and are rectified here from K, D, R and P of camera_info',
+              read_only=True),
+    Parameter('crop', False,
+              'match only the rectangle in which both rectified images have pixels, by K, D, R '
+              'and P of camera_info', read_only=True),
+    Parameter('scale', 1.0,
+              'match images reduced to this size: outputs have that size and its focal length; '
+              'parameters in px stay those of the full image', choices=SCALES,
+              read_only=True),
+    Parameter('outputs', ' '.join(OUTPUTS),
+              'what is advertised; without a subscriber none of it costs anything',
+              choices=OUTPUTS, several=True, read_only=True),
+    Parameter('depth_encoding', '32FC1',
+              'of depth/image_rect: metres, NaN is invalid; or millimetres, 0 is invalid',
+              choices=('32FC1', '16UC1'), read_only=True),
+    Parameter('use_color', True, 'points2 has colours', read_only=True),
+    Parameter('avoid_point_cloud_padding', True,
+              'points2 has no bytes that mean nothing: half the bytes, and sooner there; false is '
+              'the layout that stereo_image_proc has unless told so', read_only=True),
+    Parameter('save_directory', '~/.ros/fuzzy_stereo_ros',
+              'where the service ~/save makes a folder for each call', read_only=True),
     Parameter('no_pair_seconds', 5.0,
               'report what is missing when no pair has come for this long',
               0.1, 3600.0, 's', read_only=True),
@@ -78,6 +120,11 @@ NODE_PARAMETERS = (
 IGNORED_PARAMETERS = (
     'P1', 'P2', 'correlation_window_size', 'disp12_max_diff', 'full_dp', 'prefilter_cap',
     'prefilter_size', 'sgbm_mode', 'stereo_algorithm', 'texture_threshold', 'uniqueness_ratio')
+
+
+def listed(choices):
+    """Return choices as people write them."""
+    return ', '.join(f'{choice:g}' if isinstance(choice, float) else choice for choice in choices)
 
 
 def matcher_parameters(config):

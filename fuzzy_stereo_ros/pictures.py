@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.evaluation import error_map
+from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
 
@@ -21,12 +22,11 @@ def colour_disparity(disparity, low, high):
     disparity: float (R, C), pixels, NaN or infinite = invalid, which is dark grey.
     low, high: pixels, shown as the ends of the colours; what lies outside takes the end.
     """
-    valid = np.isfinite(disparity)
-    share = (np.where(valid, disparity, low) - low) / max(high - low, 1e-6)
-    levels = np.rint(255 * np.clip(share, 0, 1)).astype(np.uint8)
+    span = max(high - low, 1e-6)
+    levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)
     picture = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
-    picture[~valid] = INVALID_GREY
-    return picture
+    invalid = ~np.isfinite(disparity)
+    return cv2.copyTo(np.full_like(picture, INVALID_GREY), invalid.view(np.uint8), picture)
 
 
 def check_panel_suffix(path):
@@ -105,6 +105,5 @@ def _show_worth_of_confidence(place, error, confidence, known_pixels):
 
 def _as_rgb(image):
     """Return an image of any allowed kind as uint8 (R, C, 3) RGB; 16 bits by their largest."""
-    if image.dtype == np.uint16:
-        image = (image * (255.0 / max(int(image.max()), 1))).astype(np.uint8)
+    image = in_eight_bits(image)
     return cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB)

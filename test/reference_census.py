@@ -17,7 +17,7 @@ import numpy as np
 
 def fine_grey(image, shift, places, extra=0):
     """
-    Return (B + 2 G + R, or the one channel) * 2**places of the shifted image.
+    Return (B + 2 G + R, or the one channel) * 2**places, at most 65535, of the shifted image.
 
     extra: columns before column 0; int64 (R, extra + C).
     """
@@ -28,7 +28,7 @@ def fine_grey(image, shift, places, extra=0):
         source = min(max(column - extra - shift, 0), image.shape[1] - 1)
         value = sum(weight * int(channels[row, source, channel])
                     for channel, weight in enumerate(weights))
-        fine[row, column] = math.floor(value * 2.0**places)
+        fine[row, column] = min(math.floor(value * 2.0**places), 65535)
     return fine
 
 

@@ -12,10 +12,12 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from sensor_msgs.msg import Image
+from std_srvs.srv import Trigger
 from stereo_msgs.msg import DisparityImage
 
 FOCAL, BASELINE = 200.0, 0.12
 SECOND = 1_000_000_000
+RELIABLE = '--ros-args', '-p', 'input_qos:=reliable'
 
 
 class Surroundings:
@@ -46,14 +48,25 @@ class Surroundings:
     def check(self):
         """Raise AssertionError where it makes no sense to wait any longer."""
 
+    def heard(self):
+        """Return what was heard last of the node's diagnostics, for a failed test's report."""
+        return '\n'.join(f'{value.key}: {value.value}' for message in self.diagnostics[-1:]
+                         for value in message.status[0].values)
+
     def listen(self, disparity=True, confidence=True, namespace=''):
         """Subscribe to the outputs."""
         if disparity:
-            self.subscriptions.append(self.listener.create_subscription(
-                DisparityImage, f'{namespace}disparity', self._collect(self.disparities), 10))
+            self.collect(DisparityImage, f'{namespace}disparity', self.disparities)
         if confidence:
-            self.subscriptions.append(self.listener.create_subscription(
-                Image, f'{namespace}confidence', self._collect(self.confidences), 10))
+            self.collect(Image, f'{namespace}confidence', self.confidences)
+
+    def collect(self, kind, topic, messages, quality=10):
+        """Subscribe to a topic and put its messages into a dict, by stamp."""
+        def put(message):
+            messages[stamp_of(message.header)] = message
+
+        self.subscriptions.append(
+            self.listener.create_subscription(kind, topic, put, quality))
 
     def leave(self):
         """Take back the subscriptions to the outputs."""
@@ -64,7 +77,7 @@ class Surroundings:
         """Spin until condition() is true and return its value."""
         deadline = time.monotonic() + timeout
         while not (value := condition()):
-            assert time.monotonic() < deadline, f'never: {what}'
+            assert time.monotonic() < deadline, f'never: {what}\n{self.heard()}'
             self.check()
             self.executor.spin_once(timeout_sec=0.05)
         return value
@@ -90,15 +103,19 @@ class Surroundings:
 
         return self.until(answer, 'a first disparity')
 
-    def _collect(self, messages):
-        return lambda message: messages.__setitem__(stamp_of(message.header), message)
-
 
 class Bench(Surroundings):
     """The real node in its own process, in these surroundings."""
 
-    def __init__(self, domain, *arguments, **rig):
-        """Start the node in a domain with command-line arguments; rig: options of the FakeRig."""
+    def __init__(self, domain, *arguments, best_effort=False, **rig):
+        """
+        Start the node in a domain with command-line arguments; rig: options of the FakeRig.
+
+        best_effort: as between real cameras and the node's defaults, where DDS may lose a message
+        on a busy machine; else nothing is lost.
+        """
+        if not best_effort:
+            arguments, rig = (*arguments, *RELIABLE), {'reliable': True, **rig}
         super().__init__(domain, **rig)
         self.node = NodeProcess(domain, *arguments)
 
@@ -112,6 +129,10 @@ class Bench(Surroundings):
     def check(self):
         """See that the node lives."""
         assert self.node.alive(), self.node.log()
+
+    def heard(self):
+        """Return what was heard of the node last, and its log."""
+        return f'{super().heard()}\n{self.node.log()}'
 
     def connect(self):
         """Wait until the node is ready and has subscribed to the rig."""
@@ -153,6 +174,11 @@ class Bench(Surroundings):
         """Return the ParameterDescriptor of a parameter."""
         request = DescribeParameters.Request(names=[name])
         return self._ask(DescribeParameters, 'describe_parameters', request).descriptors[0]
+
+    def trigger(self, name):
+        """Call a service of the node of type Trigger; return (done, sentence)."""
+        answer = self._ask(Trigger, name, Trigger.Request())
+        return answer.success, answer.message
 
     def _ask(self, kind, name, request):
         client = self.listener.create_client(kind, f'/disparity_node/{name}')

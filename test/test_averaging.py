@@ -64,7 +64,8 @@ def test_roughness_is_that_of_the_twin(shape):
 @given(st.integers(1, 4), st.integers(1, 4), st.integers(1, 20), st.integers(0, 99))
 def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     chance = np.random.default_rng(seed)
-    differences = (chance.integers(0, 30, (2, 4, rows, columns)) / 4).astype(np.float32)
+    # 0.07: no difference lies just on a rule's border, where rounding decides.
+    differences = (chance.integers(0, 30, (2, 4, rows, columns)) / 4 + 0.07).astype(np.float32)
     ages = chance.integers(0, 10, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))

@@ -16,8 +16,10 @@ from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
+from fuzzy_stereo_ros.saved_pair import write_saved_pair
 import numpy as np
 import pytest
+from saved_scene import running
 
 PARAMETERS = {parameter.name: parameter for parameter in fields(MatcherConfig)}
 DISPARITIES = 16
@@ -244,3 +246,190 @@ def test_the_process_ends_with_the_code_and_without_a_traceback(folder):
     bad = subprocess.run([*command, *match_arguments(profile='fast')], capture_output=True,
                          text=True)
     assert bad.returncode == 2 and 'Traceback' not in bad.stderr
+
+
+# ---- a saved pair ----
+
+
+@pytest.fixture
+def report(tmp_path, monkeypatch):
+    """Work in a folder with a pair that was matched warm, saved as `report`."""
+    monkeypatch.chdir(tmp_path)
+    write_saved_pair('report', running()[2])
+    return tmp_path / 'report'
+
+
+def figures_of(capsys, *arguments, code=0):
+    assert main(['match', '--saved', 'report', *arguments, '--json']) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def plant(path, *changes):
+    """Change single pixels of a saved map: (row, column, what is added)."""
+    array = np.load(path)
+    for row, column, added in changes:
+        array[row, column] += np.float32(added)
+    np.save(path, array)
+
+
+@pytest.mark.parametrize('frame', [0, 2])
+@pytest.mark.parametrize('scene', [
+    {}, {'bits': 16, 'grey': 'left', 'min_disparity': -7},
+    {'profile': 'paper', 'population': 6, 'generations': 3}])
+def test_a_saved_pair_comes_out_the_same_bit_for_bit(
+        tmp_path, monkeypatch, capsys, scene, frame):
+    monkeypatch.chdir(tmp_path)
+    saved = running(**scene)[frame]
+    write_saved_pair('report', saved)
+    assert main(['match', '--saved', 'report']) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith(f'report: 100x60 pixels of the {saved.config.reference} image')
+    assert told[1].endswith('parameters as saved, without compile time)')
+    assert told[2:] == ['the same as saved, bit for bit']
+    assert os.listdir() == ['report']
+
+
+def test_a_saved_pair_needs_no_profile_of_its_own_and_writes_what_is_asked_for(report, capsys):
+    found = figures_of(capsys, '--output', 'out.npy', '--picture', 'out.png')
+    assert np.load('out.npy').tobytes() == np.load(report / 'disparity.npy').tobytes()
+    assert read_image('out.png').shape == (60, 100, 3)
+    assert found['profile'] is None and found['disparities'] == 24
+    assert found['saved'] == {
+        'folder': 'report', 'same': True, 'changed': {}, 'deadline_ms': 0.0, 'versions': [],
+        'differences': {name: {'pixels': 0, 'largest': 0.0, 'valid_in_one': 0}
+                        for name in ('disparity', 'confidence')}}
+
+
+def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsys):
+    valid = np.argwhere(np.isfinite(np.load(report / 'disparity.npy')))
+    plant(report / 'disparity.npy', (*valid[0], 0.5), (*valid[1], -2.25), (*valid[2], np.nan))
+    plant(report / 'confidence.npy', (0, 0, 2.0))
+    found = figures_of(capsys, code=1)['saved']
+    assert not found['same']
+    assert found['differences']['disparity'] == {'pixels': 3, 'largest': 2.25, 'valid_in_one': 1}
+    assert found['differences']['confidence'] == {'pixels': 1, 'largest': 2.0, 'valid_in_one': 0}
+    assert main(['match', '--saved', 'report']) == 1
+    assert capsys.readouterr().out.splitlines()[2:] == [
+        'not the same as saved: disparity differs in 3 pixels (by 2.25 at the most, 1 valid in '
+        'only one of the two), confidence differs in 1 pixels (by 2 at the most, 0 valid in only '
+        'one of the two)']
+
+
+def test_the_last_bit_makes_a_difference(report, capsys):
+    array = np.load(report / 'confidence.npy')
+    array[5, 5] = np.nextafter(array[5, 5], np.float32(2))
+    np.save(report / 'confidence.npy', array)
+    assert figures_of(capsys, code=1)['saved']['differences']['confidence']['pixels'] == 1
+
+
+def test_where_bits_differ_it_is_told_what_else_does(report, capsys):
+    about = json.loads((report / 'about.json').read_text(encoding='utf-8'))
+    about['versions'].update(numba='0.1', processor='abacus')
+    (report / 'about.json').write_text(json.dumps(about), encoding='utf-8')
+    assert figures_of(capsys)['saved']['versions'] == ['numba', 'processor']
+    plant(report / 'confidence.npy', (0, 0, 2.0))
+    assert main(['match', '--saved', 'report']) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        'saved where these were others: numba, processor')
+
+
+@pytest.mark.parametrize('words, changed', [
+    (['--seed', '9', '--generations', '2', '--sweeps', '1'],
+     {'seed': 9, 'generations': 2, 'sweeps': 1}),
+    (['--min-disparity', '-3'], {'min_disparity': -3}),
+    (['--reference', 'right'], {'reference': 'right'}),
+    (['--no-warm-start'], {'warm_start': False}),
+    (['--profile', 'quality', '--generations', '1'],
+     {'warm_start': False, 'search': 'thorough'}),
+])
+def test_an_option_changes_the_saved_parameter_and_nothing_is_promised(
+        report, capsys, words, changed):
+    found = figures_of(capsys, *words)
+    assert found['saved']['changed'] == changed
+    assert not found['saved']['same']
+    assert found['disparities'] == 24
+    assert main(['match', '--saved', 'report', *words]) == 0
+    told = capsys.readouterr().out.splitlines()
+    names = ', '.join(changed)
+    assert f'parameters as saved but for {names}, without' in told[1]
+    assert told[3] == f'nothing is promised: other than saved are {names}'
+
+
+def test_a_profile_keeps_the_saved_range_of_disparities(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_saved_pair('report', running(
+        profile='paper', population=6, generations=3, min_disparity=-7)[0])
+    found = figures_of(capsys, '--profile', 'realtime')
+    assert (found['disparities'], found['min_disparity']) == (24, -7)
+    assert (found['profile'], found['reference']) == ('realtime', 'left')
+
+
+def test_an_option_that_says_what_is_saved_changes_nothing(report, capsys):
+    assert figures_of(capsys, '--seed', '0', '--profile', 'realtime')['saved']['changed'] == {}
+    plant(report / 'confidence.npy', (0, 0, 2.0))
+    figures_of(capsys, '--seed', '0', '--profile', 'realtime', code=1)
+
+
+def test_what_was_saved_with_a_deadline_is_matched_without_one(tmp_path, monkeypatch, capsys):
+    """One deadline that is never met, and one at which no generation can start."""
+    monkeypatch.chdir(tmp_path)
+    write_saved_pair('report', running(deadline_ms=3_600_000.0)[0])
+    found = figures_of(capsys)['saved']
+    assert found['same'] and found['changed'] == {} and found['deadline_ms'] == 3_600_000
+    (tmp_path / 'report').rename('unhurried')
+    write_saved_pair('report', running(deadline_ms=1e-6, frames=1)[0])
+    assert figures_of(capsys, code=1)['generations'] == 1
+    assert main(['match', '--saved', 'report']) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        'it was saved with a deadline of 1e-06 ms and matched without one now; only without one '
+        'are results the same on every run')
+    changed = figures_of(capsys, '--deadline-ms', '0.000001')
+    assert changed['saved']['changed'] == {'deadline_ms': 1e-6} and changed['generations'] == 0
+
+
+def test_a_saved_pair_is_compared_with_ground_truth(report, capsys):
+    write_disparity('truth.npy', np.load(report / 'disparity.npy'))
+    assert figures_of(capsys, '--ground-truth', 'truth.npy')['ground_truth']['average_error'] == 0
+
+
+BAD_SAVED = {
+    'images': ['left.png', 'right.png', '--saved', 'report'],
+    'one image': ['--saved', 'report', 'left.png'],
+    'disparities': ['--disparities', '24', '--saved', 'report'],
+}
+
+
+@pytest.mark.parametrize('case', BAD_SAVED)
+def test_what_a_saved_pair_brings_is_not_given_again(report, capsys, case):
+    assert main(['match', *BAD_SAVED[case]]) == 2
+    assert capsys.readouterr() == ('', 'fuzzy-stereo: --saved brings the images and the number of '
+                                       'disparities; leave out LEFT, RIGHT and --disparities\n')
+
+
+@pytest.mark.parametrize('words, told', [
+    (['--saved', 'none'], 'none is no folder; give one that holds a saved pair'),
+    (['--saved', '.'], 'calibration.json cannot be read: No such file'),
+    (['--saved', 'report', '--output', 'report/disparity.npy'], 'which is an input too'),
+    (['--saved', 'report', '--picture', './report/left.png'], 'which is an input too'),
+    (['--saved', 'report', '--elite', '2'], 'elite is 2.0; allowed are numbers from 0'),
+    (['--saved', 'report', '--mask', 'report/left.png'], '--mask needs --ground-truth'),
+])
+def test_a_bad_wish_for_a_saved_pair_is_one_sentence_and_writes_nothing(
+        report, capsys, monkeypatch, words, told):
+    monkeypatch.setattr(match_command, 'StereoMatcher', None)
+    before = {path: path.read_bytes() for path in report.iterdir()}
+    assert main(['match', *words]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == '' and re.fullmatch(r'fuzzy-stereo: [^\n]+\n', printed.err)
+    assert told in printed.err
+    assert {path: path.read_bytes() for path in report.iterdir()} == before
+    assert os.listdir() == ['report']
+
+
+def test_the_command_of_the_folder_works_in_another_process(report):
+    words = (report / 'README.txt').read_text(encoding='utf-8').splitlines()[-1].split()
+    done = subprocess.run(
+        [sys.executable, '-m', 'fuzzy_stereo_ros.command_line', *words[1:]], cwd=report,
+        capture_output=True, text=True)
+    assert words[0] == 'fuzzy-stereo' and (done.returncode, done.stderr) == (0, '')
+    assert done.stdout.endswith('the same as saved, bit for bit\n')

@@ -93,6 +93,32 @@ def test_a_pair_is_brought_to_16_bits_by_its_brightest_pixel(dtype, channels, br
     assert fine_places(dark, bright) == fine_places(bright, dark) == places
 
 
+@BOTH_WAYS
+@pytest.mark.parametrize('channels', [0, 3])
+@pytest.mark.parametrize('places', [1, 7, 13])
+def test_what_is_brighter_than_16_bits_of_fine_grey_is_white(places, channels, mirrored):
+    image = image_of((5, 7), channels, np.uint16)
+    image[2, 3] = 65535
+    view = view_of(image, mirrored, places=places)
+    fine = twins.fine_grey(image, 0, places)
+    assert (fine == 65535).any()
+    np.testing.assert_array_equal(fine_of(view), fine)
+    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(fine))
+
+
+@pytest.mark.parametrize('bright, places', [(0, 8), (99, 8), (100, 8), (101, 4)])
+def test_a_dark_pair_is_brought_to_16_bits_but_for_few_bright_pixels(bright, places):
+    dark = np.full((250, 400), 200, np.uint16)
+    lit = dark.copy()
+    lit.reshape(-1)[:bright] = 4095
+    assert fine_places(dark, lit) == fine_places(lit, dark) == places
+
+
+def test_a_black_pair_has_a_scale_too():
+    black = np.zeros((250, 400), np.uint16)
+    assert fine_places(black, black) == 15
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 8))
 def test_a_full_range_image_of_more_bits_gives_the_same_grey(extra):

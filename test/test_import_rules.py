@@ -17,8 +17,10 @@ SPDX_LINES = ('# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
 NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base', 'manager'}
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
-# Nodes and what declares their parameters, directly in the package; nobody else imports them.
-ROS_FILES = ('demo', 'demo_listener', 'demo_stage', 'fake_rig', 'ros_parameters', 'stereo_node')
+# Nodes, the room of their parts and what launches them, directly in the package; nobody else
+# imports them.
+ROS_FILES = ('demo', 'demo_listener', 'demo_stage', 'fake_rig', 'launching', 'live_benchmark',
+             'live_probe', 'node', 'rigs_file', 'stereo_node')
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ BENCHMARKS = Room(libraries=frozenset({'cv2', 'numpy'}),
                   libraries_inside_functions=frozenset({'matplotlib', 'skimage', 'tqdm'}),
                   project=tuple(f'{PACKAGE}.{name}' for name in (
                       'benchmarks', 'evaluation', 'made_scenes', 'matching', 'pairs')))
-ROS = Room(libraries=FLAT.libraries,
+ROS = Room(libraries=FLAT.libraries | {'yaml'},
            libraries_inside_functions=FLAT.libraries_inside_functions,
            project=FLAT.project,
            ros=True)
@@ -60,7 +62,7 @@ def room_of(path):
         return PAIRS
     if parts[:2] == (PACKAGE, 'benchmarks'):
         return BENCHMARKS
-    return ROS if parts[1:] in [(name,) for name in ROS_FILES] else FLAT
+    return ROS if parts[1:] and parts[1] in ROS_FILES else FLAT
 
 
 def imports_of(path, tree):
@@ -187,7 +189,9 @@ IN_NODE = f'{PACKAGE}/stereo_node.py'
     (IN_FLAT, inside_a_function('from matplotlib.figure import Figure')),
     (IN_NODE, 'import rclpy'),
     (IN_NODE, 'from stereo_msgs.msg import DisparityImage'),
-    (IN_NODE, f'from {PACKAGE} import ros_parameters'),
+    (f'{PACKAGE}/node/inputs.py', 'from rclpy.qos import QoSProfile'),
+    (IN_NODE, f'from {PACKAGE}.node.parameters import RosParameters'),
+    (IN_NODE, 'import yaml'),
     ('launch/disparity.launch.py', 'from launch_ros.actions import Node'),
     ('test/test_node.py', 'import rclpy'),
 ])
@@ -223,8 +227,10 @@ def test_an_import_of_its_own_room_is_accepted(path, line):
     (IN_FLAT, "__import__('rclpy')", 'ROS outside the ROS files'),
     (IN_FLAT, f'from {PACKAGE}.stereo_node import main', 'a ROS file'),
     (IN_FLAT, f'from {PACKAGE} import fake_rig', 'a ROS file'),
+    (IN_FLAT, f'from {PACKAGE}.node.inputs import Inputs', 'a ROS file'),
     (IN_FLAT, 'import matplotlib', 'only inside a function'),
     (IN_FLAT, 'import torch', 'not a library of this room'),
+    (IN_FLAT, 'import yaml', 'not a library of this room'),
     (IN_NODE, 'import torch', 'not a library of this room'),
     (f'{PACKAGE}/pairs/stereo_node.py', 'import rclpy', 'ROS outside the ROS files'),
     (f'{PACKAGE}/more/stereo_node.py', 'import rclpy', 'ROS outside the ROS files'),

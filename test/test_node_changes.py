@@ -3,6 +3,7 @@
 """The real node while changed parameters are prepared, which here takes until it is told."""
 from queue import SimpleQueue
 
+from fuzzy_stereo_ros import rig
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.worker import Worker
 from node_process import own_domain, shifted_pair, SOON, START
@@ -33,9 +34,8 @@ class Gate:
 
 @pytest.fixture
 def gate(monkeypatch, ros):
-    from fuzzy_stereo_ros import stereo_node
     gate = Gate()
-    monkeypatch.setattr(stereo_node, 'StereoMatcher', gate.matcher_type())
+    monkeypatch.setattr(rig, 'StereoMatcher', gate.matcher_type())
     return gate
 
 
@@ -47,6 +47,8 @@ def bench(gate):
     from ros_bench import Bench, Surroundings
 
     class Inside(Bench):
+        heard = Surroundings.heard
+
         def __init__(self, domain):
             Surroundings.__init__(self, domain)
             self.node = DisparityNode(

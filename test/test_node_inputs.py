@@ -46,7 +46,7 @@ def test_compressed_images_are_matched(make_bench):
 
 def test_an_incompatible_qos_is_named(make_bench):
     reliable = 'qos_overrides./right/image_rect.subscription.reliability:=reliable'
-    with make_bench(*SMALL, '-p', reliable) as bench:
+    with make_bench(*SMALL, '-p', reliable, best_effort=True) as bench:
         bench.listen()
         bench.node.logged('a publisher of /right/image_rect offers an incompatible QoS '
                           '(reliability)', timeout=START)

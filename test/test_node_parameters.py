@@ -6,6 +6,7 @@ from pathlib import Path
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.parameter_table import (
     IGNORED_PARAMETERS, matcher_parameters, NODE_PARAMETERS, parameter_file, profile_config)
+from migration_page import block
 from node_process import shifted_pair, values_of
 import numpy as np
 import pytest
@@ -13,34 +14,6 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PAIR = shifted_pair(7)
 ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
-PEER_FILE = """/**:
-  ros__parameters:
-    approximate_sync: false
-    queue_size: 7
-    stereo_algorithm: 1
-    prefilter_size: 9
-    prefilter_cap: 31
-    correlation_window_size: 15
-    min_disparity: 2
-    disparity_range: 32
-    texture_threshold: 10
-    speckle_size: 50
-    speckle_range: 4
-    disp12_max_diff: 0
-    uniqueness_ratio: 15.0
-    P1: 200.0
-    P2: 400.0
-    sgbm_mode: 0
-    confidence_threshold: 0
-    qos_overrides:
-      /left/image_rect:
-        subscription:
-          reliability: reliable
-          depth: 3
-      /disparity:
-        publisher:
-          depth: 2
-"""
 
 
 @pytest.fixture(scope='module')
@@ -62,7 +35,8 @@ def test_the_file_of_parameters_is_the_declaration():
 def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):
     names = [row.name for row in ROWS]
     values = dict(zip(names, bench.parameters(*names)))
-    assert values == {**{row.name: row.default for row in ROWS}, 'disparity_range': 16}
+    assert values == {**{row.name: row.default for row in ROWS}, 'disparity_range': 16,
+                      'input_qos': 'reliable'}
     assert bench.parameters(*IGNORED_PARAMETERS) == [None] * len(IGNORED_PARAMETERS)
 
 
@@ -148,8 +122,9 @@ def test_a_profile_presets_what_is_not_set_along_with_it(bench):
 
 def test_a_file_written_for_the_peer_loads_and_what_is_ignored_is_said_once(make_bench, tmp_path):
     file = tmp_path / 'peer.yaml'
-    file.write_text(PEER_FILE)
-    with make_bench('--ros-args', '--params-file', str(file), reliable=True) as bench:
+    file.write_text(block('yaml'))
+    with make_bench('--ros-args', '--params-file', str(file), best_effort=True,
+                    reliable=True) as bench:
         bench.listen()
         bench.connect()
         message = bench.first_match(*PAIR)

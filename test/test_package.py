@@ -21,7 +21,8 @@ MANIFEST = ElementTree.parse(ROOT / 'package.xml').getroot()
 COMMANDS = {'disparity_node', 'fake_rig', 'fuzzy-stereo'}
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'llvmlite': 'python3-numba',
                'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba',
-               'numpy': 'python3-numpy', 'skimage': 'python3-skimage', 'tqdm': 'python3-tqdm'}
+               'numpy': 'python3-numpy', 'skimage': 'python3-skimage', 'tqdm': 'python3-tqdm',
+               'yaml': 'python3-yaml'}
 
 
 def installed_prefix():

@@ -13,7 +13,9 @@ from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameter_page import renewed
 from fuzzy_stereo_ros.quoted_tables import QUOTE, renewed as requoted, table_of
+from fuzzy_stereo_ros.saved_pair import write_saved_pair
 import pytest
+from saved_scene import running
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -71,6 +73,7 @@ def test_every_match_example_works_as_it_is_written(tmp_path, monkeypatch):
     pair = made_pair(60, 100, 64)
     write_image('left.png', pair.left)
     write_image('right.png', pair.right)
+    write_saved_pair('report', running()[2])
     examples = commands('fuzzy-stereo match')
     assert examples
     for words in examples:

@@ -2,51 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """What came of a pair into messages, on stand-ins and on ROS's own messages."""
 from array import array
-from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.choice import STEPS
-from fuzzy_stereo_ros.pairs.messages import stamp_of
+from fuzzy_stereo_ros.pairs.calibration import read_calibration
+from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
+from fuzzy_stereo_ros.pairs.metres import depth_of
 from fuzzy_stereo_ros.pairs.result_messages import (
-    DISPARITY_STEP, fill_confidence, fill_disparity)
-from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
+    DISPARITY_STEP, fill_camera_info, fill_confidence, fill_depth, fill_disparity, fill_preview)
 from hypothesis import given, strategies as st
+from message_stand_ins import (
+    camera_info_stand_in, disparity_stand_in, image_stand_in, LEFT, made_match, made_pair,
+    read_values)
 import numpy as np
 import pytest
-
-LEFT = Projection(200.0, 200.0, 50.0, 40.0)
-
-
-def header():
-    return SimpleNamespace(stamp=SimpleNamespace(sec=0, nanosec=0), frame_id='')
-
-
-def made_match(disparity):
-    disparity = np.asarray(disparity, np.float32)
-    return SimpleNamespace(disparity=disparity,
-                           confidence=np.where(np.isnan(disparity), 0, 0.5).astype(np.float32))
-
-
-def made_pair(shape, offset=0.0):
-    grey = np.zeros(shape, np.uint8)
-    return StereoPair(grey, grey, Calibration(200.0, 0.12, offset, LEFT),
-                      12_000_000_345, 'left_optical')
-
-
-def message_stand_in():
-    return SimpleNamespace(
-        header=header(), image=SimpleNamespace(header=header()),
-        f=0.0, t=0.0, valid_window=SimpleNamespace(),
-        min_disparity=0.0, max_disparity=0.0, delta_d=0.0)
-
-
-def read_values(message):
-    return np.frombuffer(message.data, '<f4').reshape(message.height, message.width)
 
 
 def filled(disparity, offset=0.0, **config):
     match = made_match(disparity)
-    return fill_disparity(message_stand_in(), match, made_pair(match.disparity.shape, offset),
+    return fill_disparity(disparity_stand_in(), match, made_pair(match.disparity.shape, offset),
                           MatcherConfig(**config))
 
 
@@ -69,6 +43,8 @@ def test_a_disparity_message_is_filled_as_the_contract_says():
 def test_the_step_of_a_message_is_the_one_the_matcher_rounds_to():
     assert DISPARITY_STEP == 1 / STEPS
     assert filled([[5.0]], search='paper').delta_d == 1.0
+    surfaces = filled([[5.0]], search='thorough', min_disparity=-40, disparities=60)
+    assert surfaces.delta_d == np.nextafter(np.float32(40), np.float32(41)) - 40
 
 
 def test_values_limits_and_the_marker_are_all_shifted_by_the_offset():
@@ -111,14 +87,13 @@ def test_the_valid_window_of_a_filled_image_is_the_whole_image():
 
 def test_a_match_is_not_changed_by_sending_it():
     match = made_match([[5.0, np.nan]])
-    fill_disparity(message_stand_in(), match, made_pair((1, 2), 3.0), MatcherConfig())
+    fill_disparity(disparity_stand_in(), match, made_pair((1, 2), 3.0), MatcherConfig())
     np.testing.assert_array_equal(match.disparity, np.float32([[5.0, np.nan]]))
 
 
 def test_confidence_is_sent_as_it_is():
     match = made_match([[5.0, np.nan, 7.0]])
-    message = fill_confidence(SimpleNamespace(header=header()), match,
-                              made_pair((1, 3)))
+    message = fill_confidence(image_stand_in(), match, made_pair((1, 3)))
     assert (message.encoding, message.step, message.header.frame_id) == (
         '32FC1', 12, 'left_optical')
     assert stamp_of(message.header) == 12_000_000_345
@@ -126,11 +101,84 @@ def test_confidence_is_sent_as_it_is():
 
 
 def test_ros_1_messages_get_the_baseline_by_its_old_name():
-    message = message_stand_in()
+    message = disparity_stand_in()
     message.T = message.__dict__.pop('t')
     match = made_match([[5.0]])
     fill_disparity(message, match, made_pair((1, 1)), MatcherConfig())
     assert message.T == 0.12
+
+
+def test_depth_in_metres_is_sent_as_it_is():
+    depth = np.float32([[1.5, np.nan, np.inf]])
+    message = fill_depth(image_stand_in(), depth, made_pair((1, 3)), '32FC1')
+    assert (message.encoding, message.height, message.width, message.step) == ('32FC1', 1, 3, 12)
+    assert stamp_of(message.header) == 12_000_000_345
+    assert message.header.frame_id == 'left_optical'
+    np.testing.assert_array_equal(read_values(message), depth)
+
+
+def test_depth_in_millimetres_is_sent_in_sixteen_bits():
+    depth = np.float32([[1.5, np.nan, np.inf, 2.0014, 70.0]] * 2)
+    message = fill_depth(image_stand_in(), depth, made_pair((2, 5)), '16UC1')
+    assert (message.encoding, message.height, message.width, message.step) == ('16UC1', 2, 5, 10)
+    assert (message.is_bigendian, message.data.typecode) == (0, 'B')
+    np.testing.assert_array_equal(read_image(message), [[1500, 0, 0, 2001, 0]] * 2)
+
+
+def test_depth_in_another_encoding_is_refused():
+    with pytest.raises(ValueError, match="encoding is 'mono8'; allowed are 32FC1 .* and 16UC1"):
+        fill_depth(image_stand_in(), np.zeros((1, 1), np.float32), made_pair((1, 1)), 'mono8')
+
+
+@given(st.lists(st.one_of(st.just(float('nan')), st.integers(0, 63 * 16).map(lambda n: n / 16)),
+                min_size=1, max_size=30), st.integers(-60000, 60000))
+def test_depth_of_a_verged_pair_is_that_of_its_disparity_message(values, thousandths):
+    offset = thousandths / 1000
+    sent = filled([values], offset)
+    disparity = read_values(sent.image)
+    depth = fill_depth(image_stand_in(), depth_of(
+        np.float32([values]), made_pair((1, len(values)), offset).calibration),
+        made_pair((1, len(values))), '32FC1')
+    expected = np.full(disparity.shape, np.inf)
+    np.divide(sent.f * sent.t, disparity, out=expected, where=disparity > 0, dtype=np.float64)
+    expected[disparity < sent.min_disparity] = np.nan
+    np.testing.assert_allclose(read_values(depth), expected, rtol=3e-7)
+
+
+def test_a_camera_info_tells_the_projection_of_the_left_image_as_it_is():
+    message = fill_camera_info(camera_info_stand_in(), made_pair((80, 100)))
+    assert (message.height, message.width) == (80, 100)
+    assert stamp_of(message.header) == 12_000_000_345
+    assert message.header.frame_id == 'left_optical'
+    np.testing.assert_array_equal(message.k, [200, 0, 50, 0, 201, 40, 0, 0, 1])
+    np.testing.assert_array_equal(message.p, [200, 0, 50, 0, 0, 201, 40, 0, 0, 0, 1, 0])
+    np.testing.assert_array_equal(message.r, [1, 0, 0, 0, 1, 0, 0, 0, 1])
+    assert (message.distortion_model, list(message.d)) == ('plumb_bob', [0.0] * 5)
+    assert (message.binning_x, message.binning_y) == (0, 0)
+    assert vars(message.roi) == {
+        'x_offset': 0, 'y_offset': 0, 'height': 0, 'width': 0, 'do_rectify': False}
+
+
+def test_a_camera_info_that_was_sent_reads_as_the_camera_it_was_made_of():
+    left, right = (fill_camera_info(camera_info_stand_in(), made_pair((80, 100)))
+                   for _ in range(2))
+    right.p[3] = -right.p[0] * 0.12
+    assert read_calibration(left, right).left == LEFT
+
+
+def test_a_camera_info_of_ros_1_is_filled_by_its_old_names():
+    new, old = (fill_camera_info(camera_info_stand_in(names), made_pair((80, 100)))
+                for names in ('dkrp', 'DKRP'))
+    for name in 'dkrp':
+        assert not hasattr(old, name)
+        np.testing.assert_array_equal(getattr(old, name.upper()), getattr(new, name))
+
+
+def test_a_preview_is_sent_as_it_is():
+    picture = np.arange(2 * 5 * 3, dtype=np.uint8).reshape(2, 5, 3)
+    message = fill_preview(image_stand_in(), picture, made_pair((2, 5)))
+    assert (message.encoding, message.height, message.width, message.step) == ('bgr8', 2, 5, 15)
+    np.testing.assert_array_equal(read_image(message), picture)
 
 
 def test_messages_of_ros_are_filled():
@@ -143,3 +191,10 @@ def test_messages_of_ros_are_filled():
     assert (read_values(sent.image) == 7.0).all()
     assert stamp_of(sent.header) == pair.stamp
     assert fill_confidence(sensor_messages.Image(), match, pair).encoding == '32FC1'
+    picture = np.full((80, 100, 3), 7, np.uint8)
+    assert fill_preview(sensor_messages.Image(), picture, pair).encoding == 'bgr8'
+    info = fill_camera_info(sensor_messages.CameraInfo(), pair)
+    assert list(info.p[:4]) == [200, 0, 50, 0]
+    depth = fill_depth(sensor_messages.Image(), depth_of(match.disparity, pair.calibration), pair,
+                       '16UC1')
+    assert (read_image(depth) == round(1000 * 24 / 7)).all()

@@ -159,6 +159,35 @@ def test_stamps_in_any_disorder_lose_no_message_from_the_count(events, tolerance
     check_every_message_is_accounted_for(synchroniser)
 
 
+@given(interleaved(streams()), st.sampled_from([None, 0, 3]))
+def test_of_held_topics_the_newest_message_is_in_every_set_whatever_its_stamp(events, tolerance):
+    held = ('left_info', 'right_info')
+    synchroniser = Synchroniser(TOPICS, tolerance=tolerance, held=held)
+    images_alone = Synchroniser(('left', 'right'), tolerance=tolerance)
+    newest = {}
+    for topic, stamp in events:
+        sets = synchroniser.add(topic, stamp, f'{topic}{stamp}')
+        if topic in held:
+            newest[topic] = f'{topic}{stamp}'
+        else:
+            images_alone.add(topic, stamp, stamp)
+        assert len(newest) == 2 or sets == []
+        for found in sets:
+            assert found.messages[1::2] == (newest['left_info'], newest['right_info'])
+    if len(newest) == 2:
+        assert synchroniser.matched == images_alone.matched
+
+
+def test_sets_that_waited_for_a_held_message_come_out_in_order_when_it_comes():
+    synchroniser = Synchroniser(TOPICS, held=('left_info', 'right_info'))
+    images = [(topic, stamp) for stamp in (1, 2) for topic in ('left', 'right')]
+    assert play(synchroniser, [('right_info', 9), *images]) == []
+    found = play(synchroniser, [('left_info', 0)])
+    assert [one.messages for one in found] == [
+        (f'left{stamp}', 'left_info0', f'right{stamp}', 'right_info9') for stamp in (1, 2)]
+    assert synchroniser.difference() == 0
+
+
 def test_cameras_a_millisecond_apart_are_joined_with_a_tolerance():
     synchroniser = Synchroniser(TOPICS, tolerance=5 * MILLISECOND)
     events = []

@@ -38,6 +38,7 @@ FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, ju
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=34)
 EDGE = 20           # grey levels of 8 bits
+BRIGHTER = 0.001    # share of an image of 16 bits that may be brighter than white
 
 
 class View:
@@ -124,9 +125,17 @@ def extra_columns(min_disparity, disparities):
 
 
 def fine_places(left, right):
-    """Return the power of two that brings a pair of images to 16 bits of fine grey."""
+    """
+    Return the power of two that brings a pair of images to 16 bits of fine grey.
+
+    In images of 16 bits few pixels, lamps and faulty ones, may be brighter than what fits: they
+    would leave a dark picture few grey levels.
+    """
     colour = 2 if left.ndim == 3 else 0
     if left.dtype == np.uint8:
         return 8 - colour
-    brightest = max(int(left.max()), int(right.max()), 1)
-    return 16 - colour - brightest.bit_length()
+    bits = max(int(left.max()), int(right.max()), 1).bit_length()
+    while bits > 1 and all(np.count_nonzero(image >= 1 << (bits - 1)) <= BRIGHTER * image.size
+                           for image in (left, right)):
+        bits -= 1
+    return 16 - colour - bits

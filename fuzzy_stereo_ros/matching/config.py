@@ -105,6 +105,20 @@ class MatcherConfig:
                 f"there are {', '.join(parameter.name for parameter in fields(cls))}")
         return replace(cls(**PROFILES[name]), **changes)
 
+    def at_scale(self, scale):
+        """
+        Return the configuration for images reduced to a scale, 0 < scale <= 1.
+
+        What is measured in pixels of the image shrinks with it, so that the same distances are
+        searched; at scale 1 it is equal to this one. Raises ValueError for another scale.
+        """
+        if not 0 < scale <= 1:
+            raise ValueError(f'scale is {scale!r}; allowed are numbers above 0 up to 1')
+        first = math.floor(self.min_disparity * scale)
+        last = math.ceil((self.min_disparity + self.disparities - 1) * scale)
+        return replace(self, min_disparity=first, disparities=last - first + 1,
+                       speckle_size=round(self.speckle_size * scale**2))
+
 
 PROFILES = {
     'realtime': {},

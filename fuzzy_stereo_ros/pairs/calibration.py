@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import math
 
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
+import numpy as np
 
 VERTICAL_SHARE = 1e-3   # Ty beyond this share of Tx is a vertical rig
 FOCAL_SHARE = 1e-3      # focal lengths of a rectified pair differ by less
@@ -23,7 +24,6 @@ class _Camera:
     ty: float
     binning: tuple
     first_row: int
-    size: tuple
 
 
 def read_calibration(left_info, right_info):
@@ -61,37 +61,48 @@ def read_calibration(left_info, right_info):
 
 def expected_size(info):
     """Return (rows, columns) an image must have to fit its CameraInfo; None where it is silent."""
-    region = info.roi
-    binning_x, binning_y = max(int(info.binning_x), 1), max(int(info.binning_y), 1)
-    rows = (int(region.height) or int(info.height)) // binning_y
-    columns = (int(region.width) or int(info.width)) // binning_x
+    region, (across, down) = info.roi, times_binned(info)
+    rows = (int(region.height) or int(info.height)) // down
+    columns = (int(region.width) or int(info.width)) // across
     return (rows, columns) if rows and columns else None
 
 
+def numbers_of(info, name):
+    """Return d, k, r or p of a CameraInfo as floats; in ROS 1 the names are upper case."""
+    values = getattr(info, name) if hasattr(info, name) else getattr(info, name.upper())
+    return [float(value) for value in values]
+
+
+def content_of(info):
+    """Return what a CameraInfo says of its camera, without the header, to be compared."""
+    region = info.roi
+    return (*(np.array(numbers_of(info, name)).tobytes() for name in 'dkrp'),
+            info.distortion_model, info.height, info.width, info.binning_x, info.binning_y,
+            region.x_offset, region.y_offset, region.height, region.width)
+
+
+def times_binned(info):
+    """Return by how many pixels across and down a camera bins, 1 where it does not."""
+    return max(int(info.binning_x), 1), max(int(info.binning_y), 1)
+
+
 def _camera(side, info):
-    projection = [float(value) for value in _matrix(info, 'p')]
-    intrinsic = [float(value) for value in _matrix(info, 'k')]
+    projection, intrinsic = numbers_of(info, 'p'), numbers_of(info, 'k')
     if len(projection) != 12 or not all(math.isfinite(value) for value in projection):
         raise BadPair('calibration', f'{side} camera_info: P is not twelve finite numbers; '
                       'calibrate the camera')
-    if projection[0] <= 0 or projection[5] <= 0 or not intrinsic or not intrinsic[0]:
+    if projection[0] <= 0 or projection[5] <= 0 or not intrinsic or not intrinsic[0] > 0:
         raise BadPair('calibration', f'{side} camera_info: the camera is not calibrated '
                       f'(K[0] is {intrinsic[0] if intrinsic else 0:g}, P[0] is '
                       f'{projection[0]:g}); calibrate it, or load its calibration into the '
                       'driver')
-    region = info.roi
-    across, down = max(int(info.binning_x), 1), max(int(info.binning_y), 1)
+    region, (across, down) = info.roi, times_binned(info)
     return _Camera(
         fx=projection[0] / across, fy=projection[5] / down,
         cx=(projection[2] - int(region.x_offset)) / across,
         cy=(projection[6] - int(region.y_offset)) / down,
         tx=projection[3] / across, ty=projection[7] / down,
-        binning=(across, down), first_row=int(region.y_offset), size=expected_size(info))
-
-
-def _matrix(info, name):
-    """Return a matrix of CameraInfo by its ROS 2 name, else by its ROS 1 name."""
-    return getattr(info, name) if hasattr(info, name) else getattr(info, name.upper())
+        binning=(across, down), first_row=int(region.y_offset))
 
 
 def _remarks(left, right):

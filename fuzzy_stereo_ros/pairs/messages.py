@@ -1,15 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Messages into pairs, without importing ROS.
+Messages into images, without importing ROS.
 
 A message is anything with the fields of its ROS type: rclpy's and those read from a bag.
 """
-from dataclasses import replace
-
 import cv2
-from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, width_by_height
 import numpy as np
 
 # Encoding: dtype and channels of a pixel, then OpenCV's code for BGR, or the place of the luma.
@@ -28,6 +25,9 @@ ENCODINGS = {
     'bgr16': (np.uint16, 3, None),
     '16UC3': (np.uint16, 3, None),
     'rgb16': (np.uint16, 3, cv2.COLOR_RGB2BGR),
+    'bgra16': (np.uint16, 4, cv2.COLOR_BGRA2BGR),
+    '16UC4': (np.uint16, 4, cv2.COLOR_BGRA2BGR),
+    'rgba16': (np.uint16, 4, cv2.COLOR_RGBA2BGR),
     'bayer_rggb8': (np.uint8, 1, cv2.COLOR_BayerBG2BGR),
     'bayer_bggr8': (np.uint8, 1, cv2.COLOR_BayerRG2BGR),
     'bayer_gbrg8': (np.uint8, 1, cv2.COLOR_BayerGR2BGR),
@@ -42,35 +42,10 @@ ENCODINGS = {
     'yuyv': (np.uint8, 2, 'first'),
     'nv12': (np.uint8, 1, None),
     'nv21': (np.uint8, 1, None),
+    'nv24': (np.uint8, 1, None),
 }
+SEMI_PLANAR = ('nv12', 'nv21', 'nv24')      # all luma first; height counts its rows alone
 SMALLEST_MOSAIC = 4     # px; below this OpenCV cannot fill in a Bayer pattern
-
-
-def read_pair(left, left_info, right, right_info):
-    """
-    Return the StereoPair of four messages: two images, raw or compressed, and their CameraInfo.
-
-    The remarks of its calibration also tell where an image is not of the size its CameraInfo
-    expects. Raises BadPair with a sentence where the four cannot be matched.
-    """
-    calibration = read_calibration(left_info, right_info)
-    images, remarks = [], list(calibration.remarks)
-    for side, message, info in (('left', left, left_info), ('right', right, right_info)):
-        try:
-            images.append(read_image(message))
-        except BadPair as bad:
-            raise BadPair(bad.reason, f'{side} image: {bad}') from None
-        expected = expected_size(info)
-        if expected not in (None, images[-1].shape[:2]):
-            remarks.append(f'the {side} image is {_size(images[-1].shape)}, its camera_info '
-                           f'expects {_size(expected)}; disparities are of the image as it is')
-    if images[0].shape[:2] != images[1].shape[:2]:
-        raise BadPair('size', f'the left image is {_size(images[0].shape)}, the right one '
-                      f'{_size(images[1].shape)}; a pair needs two of one size')
-    if len(remarks) > len(calibration.remarks):
-        calibration = replace(calibration, remarks=tuple(remarks))
-    return StereoPair(*_equally_deep(*images), calibration, stamp_of(left.header),
-                      left.header.frame_id)
 
 
 def stamp_of(header):
@@ -88,19 +63,30 @@ def read_image(message):
     """
     if hasattr(message, 'format'):
         return _decompressed(message)
-    if message.encoding not in ENCODINGS:
-        raise BadPair('encoding', f"encoding is '{message.encoding}'; allowed are "
-                      f"{', '.join(ENCODINGS)}")
-    dtype, channels, conversion = ENCODINGS[message.encoding]
+    dtype, channels, conversion = _meaning_of(message.encoding)
     pixels = _pixels(message, np.dtype(dtype), channels)
     if conversion is None:
         return np.ascontiguousarray(pixels)
     if conversion in ('first', 'second'):
         return np.ascontiguousarray(pixels[:, :, 0 if conversion == 'first' else 1])
-    if channels == 1 and min(pixels.shape) < SMALLEST_MOSAIC:
-        raise BadPair('size', f'the image is {_size(pixels.shape)}; a Bayer pattern needs '
-                      f'at least {_size((SMALLEST_MOSAIC, SMALLEST_MOSAIC))}')
+    if channels == 1:
+        return _coloured(pixels, conversion)
     return cv2.cvtColor(np.ascontiguousarray(pixels), conversion)
+
+
+def _meaning_of(encoding):
+    if encoding not in ENCODINGS:
+        raise BadPair('encoding', f"encoding is '{encoding}'; allowed are "
+                      f"{', '.join(ENCODINGS)}")
+    return ENCODINGS[encoding]
+
+
+def _coloured(mosaic, conversion):
+    """Return the BGR image of a Bayer pattern."""
+    if min(mosaic.shape) < SMALLEST_MOSAIC:
+        raise BadPair('size', f'the image is {width_by_height(mosaic)}; a Bayer pattern needs '
+                      f'at least {SMALLEST_MOSAIC}x{SMALLEST_MOSAIC}')
+    return cv2.cvtColor(np.ascontiguousarray(mosaic), conversion)
 
 
 def _pixels(message, dtype, channels):
@@ -112,6 +98,9 @@ def _pixels(message, dtype, channels):
         raise BadPair('size', f'step is {step} bytes, but {columns} pixels of '
                       f'{message.encoding} need {columns * channels * dtype.itemsize}')
     length = memoryview(message.data).nbytes
+    if message.encoding in SEMI_PLANAR and step == 2 * columns and length == step * rows:
+        # Sized by sensor_msgs of Jazzy, which counts two channels: rows still lie a width apart.
+        step = columns
     if length < step * rows:
         raise BadPair('size', f'data has {length} bytes, but {rows} rows of {step} bytes need '
                       f'{step * rows}')
@@ -124,6 +113,12 @@ def _pixels(message, dtype, channels):
 
 
 def _decompressed(message):
+    """
+    Return the image of a CompressedImage.
+
+    Its format is that of the file, after compressed_image_transport preceded by what was
+    compressed: `bayer_rggb8; jpeg compressed` is a grey file that holds a Bayer pattern.
+    """
     try:
         image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_UNCHANGED)
     except (cv2.error, ValueError):
@@ -132,25 +127,13 @@ def _decompressed(message):
         raise BadPair('encoding', f'{memoryview(message.data).nbytes} bytes of format '
                       f"'{message.format}' hold no image of 8 or 16 bits; allowed are JPEG and "
                       'PNG')
-    if image.ndim == 3 and image.shape[2] == 4:
+    encoding, _, file_format = message.format.partition(';')
+    if image.ndim == 2:
+        if encoding.startswith('bayer_'):
+            return _coloured(image, _meaning_of(encoding)[2])
+        return image
+    if image.shape[2] == 4:
         return cv2.cvtColor(image, cv2.COLOR_BGRA2BGR)
+    if 'compressed rgb' in file_format:
+        return cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     return image
-
-
-def _equally_deep(left, right):
-    """Return two images with the same number of bits."""
-    if left.dtype != right.dtype:
-        left, right = _full_range(left), _full_range(right)
-    return left, right
-
-
-def _full_range(image):
-    """Return an image of 8 bits, or of few used bits in 16, spread over the 16."""
-    if image.dtype == np.uint8:
-        return image.astype(np.uint16) * np.uint16(257)
-    used = max(8, int(image.max()).bit_length())
-    return image << np.uint16(16 - used)
-
-
-def _size(shape):
-    return f'{shape[1]}x{shape[0]}'

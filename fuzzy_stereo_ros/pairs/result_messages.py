@@ -7,10 +7,17 @@ A message is anything with the fields of its ROS type: rclpy's and those written
 """
 from array import array
 
+import cv2
+from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.metres import depth_of, millimetres_of, write_points
 import numpy as np
 
 DISPARITY_STEP = 1 / 16     # px; what the matcher rounds its sub-pixel disparities to
 WHOLE_PIXEL = 1.0           # step of the paper's disparities
+FLOAT32 = 7                 # sensor_msgs/PointField's number for it
+# By (use_color, avoid_point_cloud_padding): 32-bit words of a point, and which one is the colour.
+POINT_LAYOUTS = {(True, False): (8, 4), (False, False): (4, None),
+                 (True, True): (4, 3), (False, True): (3, None)}
 
 
 def fill_disparity(message, match, pair, config):
@@ -29,13 +36,13 @@ def fill_disparity(message, match, pair, config):
     largest = np.float32(last - offset)
     values = match.disparity - np.float32(offset)
     np.clip(values, smallest, largest, out=values)
-    np.copyto(values, smallest - np.float32(1), where=np.isnan(values))
+    cv2.patchNaNs(values, float(smallest - np.float32(1)))
     _fill_header(message.header, pair)
-    _fill_image(message.image, values, pair)
+    _fill_image(message.image, values, pair, '32FC1')
     message.f = pair.calibration.focal
-    setattr(message, 't' if hasattr(message, 't') else 'T', pair.calibration.baseline)
+    _set(message, 't', pair.calibration.baseline)
     message.min_disparity, message.max_disparity = float(smallest), float(largest)
-    message.delta_d = WHOLE_PIXEL if config.search == 'paper' else DISPARITY_STEP
+    message.delta_d = _step(config, max(abs(smallest), abs(largest)))
     window = message.valid_window
     first, behind = (0, columns) if config.fill else (
         min(max(0, last), columns), columns - max(0, -config.min_disparity))
@@ -46,8 +53,101 @@ def fill_disparity(message, match, pair, config):
 
 def fill_confidence(message, match, pair):
     """Fill a sensor_msgs/Image, 32FC1, with match.confidence, float32 (R, C), 0 to 1."""
-    _fill_image(message, match.confidence, pair)
+    _fill_image(message, match.confidence, pair, '32FC1')
     return message
+
+
+def fill_depth(message, depth, pair, encoding):
+    """
+    Fill a sensor_msgs/Image with a depth image as REP 118 wants it, and return it.
+
+    depth: float32 (R, C), metres, NaN = invalid, infinite = too far, as `depth_of` makes it.
+    encoding: '32FC1', depth as it is, or '16UC1', millimetres, 0 = invalid or beyond 65.535 m.
+    Raises ValueError for another encoding.
+    """
+    if encoding not in ('32FC1', '16UC1'):
+        raise ValueError(f"encoding is '{encoding}'; allowed are 32FC1 (metres) and 16UC1 "
+                         '(millimetres)')
+    _fill_image(message, depth if encoding == '32FC1' else millimetres_of(depth), pair, encoding)
+    return message
+
+
+def fill_preview(message, picture, pair):
+    """Fill a sensor_msgs/Image, bgr8, with a picture of the disparities, uint8 (R, C, 3) BGR."""
+    _fill_image(message, picture, pair, 'bgr8')
+    return message
+
+
+def fill_camera_info(message, pair):
+    """
+    Fill a sensor_msgs/CameraInfo of images that have the left image's pixels, and return it.
+
+    It is of the image as it is: no binning, no region of interest, nothing to rectify.
+    """
+    fx, fy, cx, cy = pair.calibration.left
+    _fill_header(message.header, pair)
+    message.height, message.width = pair.left.shape[:2]
+    message.distortion_model = 'plumb_bob'
+    _set(message, 'd', array('d', 5 * [0.0]))
+    _set(message, 'k', np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], np.float64))
+    _set(message, 'r', np.eye(3).ravel())
+    _set(message, 'p', np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0], np.float64))
+    message.binning_x = message.binning_y = 0
+    region = message.roi
+    region.x_offset = region.y_offset = region.height = region.width = 0
+    region.do_rectify = False
+    return message
+
+
+def fill_points(message, match, pair, point_field, *, use_color, avoid_point_cloud_padding):
+    """
+    Fill a sensor_msgs/PointCloud2, a point for each pixel in rows and columns, and return it.
+
+    A message that was filled before is filled again in the memory that it has.
+    match.disparity: float32 (R, C), px, NaN = invalid; invalid and too far points are NaN.
+    point_field: the class PointField of the message's kind, called with its fields by name.
+    use_color, avoid_point_cloud_padding: the fields and their places are those that
+    stereo_image_proc's point_cloud_node sends with these parameters; rgb is of the left image.
+    """
+    words, colour = POINT_LAYOUTS[use_color, avoid_point_cloud_padding]
+    rows, columns = match.disparity.shape
+    places = [('x', 0), ('y', 1), ('z', 2), *([] if colour is None else [('rgb', colour)])]
+    fields = [point_field(name=name, offset=4 * place, datatype=FLOAT32, count=1)
+              for name, place in places]
+    # With padding it is 32 bytes a pixel: to get that from the system takes longer than to fill.
+    data, size = message.data, 4 * words * columns * rows
+    if len(data) != size or message.fields != fields or message.point_step != 4 * words:
+        data = array('B', b'\0') * size
+    values = np.frombuffer(data, '<f4').reshape(rows, columns, words)
+    write_points(depth_of(match.disparity, pair.calibration), pair.calibration.left, values)
+    if colour is not None:
+        _write_colours(pair.left, values.view(np.uint8), 4 * colour)
+    _fill_header(message.header, pair)
+    message.height, message.width = rows, columns
+    message.fields, message.data = fields, data
+    message.point_step, message.row_step = 4 * words, 4 * words * columns
+    message.is_bigendian = message.is_dense = False
+    return message
+
+
+def _step(config, largest):
+    """Return the smallest step between disparities as far from 0 as the largest, px."""
+    if config.search == 'thorough':
+        return float(np.spacing(largest))       # of planes, which are not rounded
+    return WHOLE_PIXEL if config.search == 'paper' else DISPARITY_STEP
+
+
+def _write_colours(image, points, place):
+    """Write an image's colours as 0x00RRGGBB, least byte first, at a byte of points' bytes."""
+    image = in_eight_bits(image)
+    channels = range(3) if image.ndim == 3 else (0, 0, 0)
+    moves = [number for byte, channel in enumerate(channels) for number in (channel, place + byte)]
+    cv2.mixChannels([image], [points], moves)
+
+
+def _set(message, name, value):
+    """Set a field by its ROS 2 name, else by its ROS 1 name."""
+    setattr(message, name if hasattr(message, name) else name.upper(), value)
 
 
 def _fill_header(header, pair):
@@ -55,13 +155,14 @@ def _fill_header(header, pair):
     header.frame_id = pair.frame_id
 
 
-def _fill_image(message, values, pair):
-    """Fill a sensor_msgs/Image of 32FC1 with float32 (R, C)."""
+def _fill_image(message, values, pair, encoding):
+    """Fill a sensor_msgs/Image with (R, C) or (R, C, channels) of the encoding's dtype."""
+    values = np.ascontiguousarray(values, values.dtype.newbyteorder('<'))
     _fill_header(message.header, pair)
-    message.height, message.width = values.shape
-    message.encoding, message.is_bigendian = '32FC1', 0
-    message.step = 4 * values.shape[1]
+    message.height, message.width = values.shape[:2]
+    message.encoding, message.is_bigendian = encoding, 0
+    message.step = values.strides[0]
     # rclpy takes array.array('B') as it is; anything else it checks byte by byte.
     data = array('B')
-    data.frombytes(memoryview(np.ascontiguousarray(values, '<f4')).cast('B'))
+    data.frombytes(memoryview(values).cast('B'))
     message.data = data

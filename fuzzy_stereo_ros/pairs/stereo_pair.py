@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A stereo pair as the matcher needs it, wherever it came from, and why one may be refused."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,11 @@ class BadPair(ValueError):
         self.reason = reason
 
 
+def width_by_height(image):
+    """Return the size of an image, any array (R, C, ...), as a sentence names it: 640x480."""
+    return f'{image.shape[1]}x{image.shape[0]}'
+
+
 class Projection(NamedTuple):
     """How a camera projects into its image as it is, px: u = fx X / Z + cx, v = fy Y / Z + cy."""
 
@@ -33,7 +38,7 @@ class Calibration:
     """
     What turns a disparity of this pair into metres: Z = focal * baseline / (disparity - offset).
 
-    focal: px of the image as it is, after binning. baseline: metres, > 0.
+    focal: px of the image as it is, whatever was done to it before. baseline: metres, > 0.
     offset: px, cx of the left image minus cx of the right one.
     left: the Projection of the left camera.
     remarks: sentences about a calibration that is usable but hardly right.
@@ -44,6 +49,19 @@ class Calibration:
     offset: float
     left: Projection
     remarks: tuple = ()
+
+    def cut(self, first_row, first_column):
+        """Return the calibration of both images from a row and a column of theirs on."""
+        left = self.left._replace(cx=self.left.cx - first_column, cy=self.left.cy - first_row)
+        return replace(self, left=left)
+
+    def scaled(self, scale):
+        """Return the calibration of both images averaged over blocks of 1 / scale pixels."""
+        fx, fy, cx, cy = self.left
+        # Positions count from the centre of the first pixel, which is half a pixel inside.
+        left = Projection(fx * scale, fy * scale,
+                          (cx + 0.5) * scale - 0.5, (cy + 0.5) * scale - 0.5)
+        return replace(self, focal=self.focal * scale, offset=self.offset * scale, left=left)
 
 
 @dataclass(frozen=True)

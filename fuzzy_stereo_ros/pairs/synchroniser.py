@@ -32,13 +32,16 @@ class Synchroniser:
     the stamps alone, not on how the topics' messages interleave, while no queue overflows.
 
     A stamp that goes back empties the queue of its topic: one topic after the other starts anew.
+    Of held topics, as those of static calibrations, the newest message is in every set, whatever
+    its stamp; before each has one, no set comes out.
     """
 
-    def __init__(self, topics, queue_size=5, tolerance=None):
+    def __init__(self, topics, queue_size=5, tolerance=None, held=()):
         """
         Make empty queues.
 
-        topics: names. queue_size: messages kept waiting by topic, >= 1.
+        topics: names; held: those of them that are held, not the first.
+        queue_size: messages kept waiting by topic, >= 1.
         tolerance: ns, 0 = any distance, None = equal stamps only.
         """
         if queue_size < 1:
@@ -50,16 +53,21 @@ class Synchroniser:
         self.unmatched = dict.fromkeys(self.topics, 0)
         self.matched = 0
         self.jumps_back = 0
-        self.latest = dict.fromkeys(self.topics)
         self._queue_size = queue_size
         self._tolerance = tolerance
-        self._queues = {topic: {} for topic in self.topics}     # stamp: message, stamps ascend
+        self._held = dict.fromkeys(held)
+        self._queued = [topic for topic in self.topics if topic not in self._held]
+        self._queues = {topic: {} for topic in self._queued}    # stamp: message, stamps ascend
+        self.latest = dict.fromkeys(self._queued)
         self._last_set = None
 
     def add(self, topic, stamp, message):
         """Take a message with its stamp in ns and return the list of sets it completes."""
-        queue = self._queues[topic]
         self.received[topic] += 1
+        if topic in self._held:
+            complete, self._held[topic] = self._complete(), message
+            return [] if complete or not self._complete() else self._due()
+        queue = self._queues[topic]
         if self.latest[topic] is not None and stamp < self.latest[topic]:
             self._let_go(topic, list(queue))
         self.latest[topic] = stamp
@@ -68,11 +76,11 @@ class Synchroniser:
         queue[stamp] = message
         if len(queue) > self._queue_size:
             self._let_go(topic, [next(iter(queue))])
-        return self._equal(stamp) if self._tolerance is None else self._nearest(final=False)
+        return self._due([stamp])
 
     def finish(self):
         """Return the list of sets that waited for a next message, when no more will come."""
-        return [] if self._tolerance is None else self._nearest(final=True)
+        return self._due(final=True)
 
     def clear(self):
         """Let go of all that waits; the counts stay."""
@@ -80,7 +88,7 @@ class Synchroniser:
             self._let_go(topic, list(queue))
 
     def waiting(self, topic):
-        """Return how many messages of a topic wait for the others."""
+        """Return how many messages of a topic, which is not held, wait for the others."""
         return len(self._queues[topic])
 
     def difference(self):
@@ -88,10 +96,19 @@ class Synchroniser:
         stamps = [stamp for stamp in self.latest.values() if stamp is not None]
         return max(stamps) - min(stamps) if len(stamps) > 1 else None
 
-    def _equal(self, stamp):
-        if all(stamp in queue for queue in self._queues.values()):
-            return [self._take([stamp] * len(self.topics))]
-        return []
+    def _complete(self):
+        return None not in self._held.values()
+
+    def _due(self, stamps=None, final=False):
+        """Return the sets that are certain; stamps: those that may have become so, None = all."""
+        if not self._complete():
+            return []
+        if self._tolerance is not None:
+            return self._nearest(final)
+        if stamps is None:
+            stamps = list(self._queues[self.topics[0]])
+        return [self._take([stamp] * len(self._queued)) for stamp in stamps
+                if all(stamp in queue for queue in self._queues.values())]
 
     def _nearest(self, final):
         sets = []
@@ -111,19 +128,20 @@ class Synchroniser:
         following = later[0] if later else None
         return [pivot] + [
             _join(pivot, following, list(self._queues[topic]), self._tolerance, final)
-            for topic in self.topics[1:]]
+            for topic in self._queued[1:]]
 
     def _take(self, stamps):
         """Remove a set from the queues, let go what is older, and return the set."""
-        messages = []
-        for topic, stamp in zip(self.topics, stamps):
-            messages.append(self._queues[topic].pop(stamp))
+        messages = dict(self._held)
+        for topic, stamp in zip(self._queued, stamps):
+            messages[topic] = self._queues[topic].pop(stamp)
             self._let_go(topic, [older for older in self._queues[topic] if older < stamp])
         went_back = self._last_set is not None and stamps[0] < self._last_set
         self._last_set = stamps[0]
         self.matched += 1
         self.jumps_back += went_back
-        return MatchedSet(stamps[0], tuple(messages), max(stamps) - min(stamps), went_back)
+        return MatchedSet(stamps[0], tuple(messages[topic] for topic in self.topics),
+                          max(stamps) - min(stamps), went_back)
 
     def _let_go(self, topic, stamps):
         for stamp in stamps:

@@ -26,8 +26,8 @@ def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last)
     Weigh B + 2 G + R, kept fine in 16 bits for census and rounded to 8 bits for the rest.
 
     image: uint8 or uint16 (R, C, 3); shift: columns to move the image to the right;
-    places: fine = (B + 2 G + R) * 2**places; fine: uint16 (R + 4, C + 4 + SLACK), written inside
-    its margin; grey: uint8 (R, C + SLACK), fine / 256.
+    places: fine = (B + 2 G + R) * 2**places, at most 65535; fine: uint16 (R + 4, C + 4 + SLACK),
+    written inside its margin; grey: uint8 (R, C + SLACK), fine / 256.
     """
     columns = image.shape[1]
     for row in range(first, last):
@@ -37,7 +37,7 @@ def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last)
                      + np.uint32(image[row, source, 2]))
             value = value << np.uint32(places) if places >= 0 else value >> np.uint32(-places)
             target = columns - 1 - column if mirrored else column
-            fine[row + MARGIN, target + MARGIN] = value
+            fine[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
         pad_row(fine, row, columns)
 
@@ -65,14 +65,14 @@ def fine_grey_of_bytes(image, places, mirrored, fine, grey, first, last):
 
 @njit(nogil=True, cache=True)
 def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
-    """Do the same with one channel, uint8 or uint16 (R, C): fine = image * 2**places."""
+    """Do the same with one channel, uint8 or uint16 (R, C), in the place of B + 2 G + R."""
     columns = image.shape[1]
     for row in range(first, last):
         for column in range(columns):
             source = min(max(column - shift, 0), columns - 1)
             value = np.uint32(image[row, source]) << np.uint32(places)
             target = columns - 1 - column if mirrored else column
-            fine[row + MARGIN, target + MARGIN] = value
+            fine[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
         pad_row(fine, row, columns)
 

@@ -9,7 +9,6 @@ from fuzzy_stereo_ros.parameter_table import (
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 
 class RosParameters:
@@ -43,17 +42,6 @@ class RosParameters:
         if not self.settings['approximate_sync']:
             return None
         return round(self.settings['approximate_sync_tolerance_seconds'] * 1e9)
-
-    def input_qos(self):
-        """Return a new QoSProfile for an input: as for sensor data, or the middleware's own."""
-        if self.settings['use_system_default_qos']:
-            return QoSProfile(
-                history=HistoryPolicy.SYSTEM_DEFAULT,
-                reliability=ReliabilityPolicy.SYSTEM_DEFAULT,
-                durability=DurabilityPolicy.SYSTEM_DEFAULT)
-        return QoSProfile(
-            history=HistoryPolicy.KEEP_LAST, depth=5, reliability=ReliabilityPolicy.BEST_EFFORT,
-            durability=DurabilityPolicy.VOLATILE)
 
     def _declare_matcher(self, preset):
         rows = matcher_parameters(preset)
@@ -126,10 +114,12 @@ class RosParameters:
 def descriptor_of(row):
     """Return the ParameterDescriptor of a row of the table."""
     descriptor = ParameterDescriptor(description=row.described(), read_only=row.read_only)
+    if row.low is None:
+        return descriptor
     if isinstance(row.default, float):
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=float(row.low), to_value=float(row.high))]
-    elif row.low is not None:
+    else:
         descriptor.integer_range = [
             IntegerRange(from_value=int(row.low), to_value=int(row.high), step=1)]
     return descriptor

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the node says about itself: throttled sentences, figures, why no pair comes."""
+"""What the node says about itself: throttled sentences, figures, rates, how well it goes."""
 from collections import Counter, deque
-from dataclasses import dataclass, fields
+from dataclasses import fields
 import re
 import threading
 import traceback
@@ -63,15 +63,20 @@ class Figures:
     def __init__(self):
         """Start with nothing counted."""
         self._lock = threading.Lock()
-        self._latencies, self._times = deque(maxlen=RECENT), deque(maxlen=RECENT)
+        self._times = deque(maxlen=RECENT)
         self._match = None
         self.refused = Counter()    # by reason
 
-    def matched(self, match, milliseconds):
-        """Note a Match and the ms from its last message to its publishing."""
+    def matched(self, match, **times):
+        """
+        Note a Match and more ms by name, which stand before its times by stage.
+
+        latency: from the last message to the publishing. age: from the stamp to the publishing,
+        by the node's clock. stamps apart: between the earliest and the latest stamp of the pair.
+        """
         with self._lock:
-            self._latencies.append(milliseconds)
-            self._times.append(dict(match.times))
+            self._times.append({**times, **{
+                f'time of {stage}': value for stage, value in match.times.items()}})
             self._match = match
 
     def refuse(self, reason):
@@ -82,15 +87,16 @@ class Figures:
     def values(self):
         """Return {key: text}: times by stage, latency, and what the newest match was like."""
         with self._lock:
-            latencies, times, match = list(self._latencies), list(self._times), self._match
+            times, match = list(self._times), self._match
             values = {f'refused: {reason}': str(count)
                       for reason, count in sorted(self.refused.items())}
         if match is None:
             return values
-        values |= _median_and_percentile('latency', latencies)
-        for stage in times[-1]:
-            values |= _median_and_percentile(
-                f'time of {stage}', [one[stage] for one in times if stage in one])
+        for name, last in times[-1].items():
+            recent = [one[name] for one in times if name in one]
+            median, high = np.percentile(recent, (50, 95))
+            for what, value in (('last', last), ('median', median), ('95th percentile', high)):
+                values[f'{name}, {what}'] = f'{value:.1f} ms'
         values['generations'] = str(match.generations)
         values['warm'] = str(bool(match.warm)).lower()
         values['mean confidence'] = f'{float(np.mean(match.confidence)):.3f}'
@@ -142,9 +148,14 @@ def verdict(ready, subscribed, quiet, rates):
         return 'OK', 'idle: no output has a subscriber'
     if quiet:
         return 'ERROR', f'no stereo pair for {quiet:.0f} s'
-    if rates['pairs refused']:
-        return 'WARN', f"refusing {rates['pairs refused']:.1f} pairs/s"
-    return 'OK', f"matching {rates['pairs matched']:.1f} pairs/s"
+    matched, refused, dropped = (
+        rates[f'pairs {how}'] for how in ('matched', 'refused', 'dropped'))
+    if refused:
+        return ('WARN' if matched else 'ERROR'), f'refusing {refused:.1f} pairs/s'
+    if dropped > matched:
+        return 'WARN', (f'matching {matched:.1f} pairs/s and dropping {dropped:.1f}: they come '
+                        'faster than they can be matched; see scale and disparity_range')
+    return 'OK', f'matching {matched:.1f} pairs/s'
 
 
 def change_of(in_use, wanted):
@@ -164,54 +175,3 @@ def change_values(in_use, wanted, state):
 def trace(error):
     """Return an exception with its traceback, as Python prints it."""
     return ''.join(traceback.format_exception(error)).rstrip()
-
-
-@dataclass(frozen=True)
-class TopicState:
-    """What is known of an input topic: messages received, publishers now, incompatible QoS."""
-
-    name: str
-    received: int
-    publishers: int
-    incompatible: str = ''
-
-
-def no_pair_report(seconds, topics, difference, approximate, large_messages_pass):
-    """
-    Return one sentence that says why no pair may come and what to do.
-
-    seconds: without a pair. topics: TopicState of each input, the counts since the last pair.
-    difference: ns between the latest stamps of two topics at most, or None.
-    approximate: whether stamps may differ. large_messages_pass: whether a Fast DDS profile is set.
-    """
-    counts = ', '.join(f'{topic.name} {topic.received}' for topic in topics)
-    report = f'no stereo pair for {seconds:.0f} s; messages since then: {counts}'
-    if difference is not None:
-        report += f'; the latest stamps differ by up to {difference / 1e6:.3f} ms'
-    silent = [topic for topic in topics if not topic.received]
-    remedies = [f'{topic.name} is offered with an incompatible QoS ({topic.incompatible}): set '
-                f'qos_overrides.{topic.name}.subscription.{topic.incompatible}'
-                for topic in topics if topic.incompatible]
-    unpublished = [topic.name for topic in silent if not topic.publishers]
-    if unpublished:
-        remedies.append(f"nobody publishes {', '.join(unpublished)}: start the camera driver, or "
-                        'remap the topic')
-    lost = [topic.name for topic in silent if topic.publishers and not topic.incompatible]
-    if lost:
-        hint = ('' if large_messages_pass else
-                ', and Fast DDS loses large best-effort images unless both sides run with '
-                "FASTRTPS_DEFAULT_PROFILES_FILE set to this package's config/fastdds.xml")
-        remedies.append(f"nothing arrives from the publishers of {', '.join(lost)}: they may be "
-                        f'silent{hint}')
-    if not silent:
-        remedies.append(
-            'stamps differ by more than approximate_sync_tolerance_seconds, or queue_size is too '
-            'small' if approximate else
-            'no stamp came on all four topics: set approximate_sync if the cameras do not stamp '
-            'alike, or a larger queue_size')
-    return '; '.join([report, *remedies])
-
-
-def _median_and_percentile(name, milliseconds):
-    median, high = np.percentile(milliseconds, (50, 95))
-    return {f'{name}, median': f'{median:.1f} ms', f'{name}, 95th percentile': f'{high:.1f} ms'}

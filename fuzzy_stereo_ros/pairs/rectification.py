@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where in the raw image of a camera each pixel of its rectified image comes from."""
+import cv2
+from fuzzy_stereo_ros.pairs.calibration import numbers_of, times_binned
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+import numpy as np
+
+COEFFICIENTS = {'plumb_bob': (4, 5, 8, 12, 14), 'rational_polynomial': (4, 5, 8, 12, 14),
+                'equidistant': (4,)}        # how many D may have, of the models that cv2 knows
+ROTATION_TOLERANCE = 0.01   # of an element of R times its transpose
+STEPS = 1000                # at which it is looked where a lens turns back
+NOWHERE = -2.0              # px; remap finds only its border there
+FRACTIONS = 32              # of a pixel: what remap rounds places to
+
+
+def source_places(side, info, rows, columns):
+    """
+    Return x and y in the raw image for each pixel of the rectified one: float32 (R, C), px.
+
+    Both images are as they are, after the CameraInfo's region of interest and binning, and of one
+    size. What the camera cannot see, behind it or where the polynomial of its lens turns back,
+    comes from nowhere. A distortion_model that is not named counts as none.
+    Raises BadPair for K, D, R or a distortion_model that cannot be rectified with.
+    """
+    intrinsic, rotation, projection = _matrices(side, info)
+    distortion = _distortion(side, info)
+    arguments = rotation, projection, (columns, rows), cv2.CV_32FC1
+    if distortion is not None and info.distortion_model == 'equidistant':
+        places = cv2.fisheye.initUndistortRectifyMap(intrinsic, distortion, *arguments)
+    else:
+        places = cv2.initUndistortRectifyMap(intrinsic, distortion, *arguments)
+    x, y = places
+    unseen = _unseen(info.distortion_model, distortion, projection @ rotation, rows, columns)
+    x[unseen] = y[unseen] = NOWHERE
+    return x, y
+
+
+def has_source(x, y, rows, columns):
+    """Return which places lie inside an image of a size, as remap rounds them: bool (R, C)."""
+    x, y = (np.rint(places * np.float32(FRACTIONS)) for places in (x, y))
+    return (x >= 0) & (x <= FRACTIONS * (columns - 1)) & (y >= 0) & (y <= FRACTIONS * (rows - 1))
+
+
+def _matrices(side, info):
+    """Return K, R and the left of P, (3, 3), of the image as it is."""
+    k, r, p = (numbers_of(info, name) for name in 'krp')
+    if len(k) != 9 or not np.all(np.isfinite(k)) or min(k[0], k[4]) <= 0:
+        raise BadPair('calibration', f'{side} camera_info: K is not of a calibrated camera; '
+                      'calibrate it, or set rectify and crop to false')
+    if not _is_rotation(r):
+        raise BadPair('calibration', f'{side} camera_info: R is not a rotation; calibrate the two '
+                      'cameras as a pair, or set rectify and crop to false')
+    (across, down), region = times_binned(info), info.roi
+    of_image = np.array([[1 / across, 0, -int(region.x_offset) / across],
+                         [0, 1 / down, -int(region.y_offset) / down],
+                         [0, 0, 1]])
+    rotation = np.reshape(r, (3, 3))
+    intrinsic = np.array([[k[0], 0, k[2]], [0, k[4], k[5]], [0, 0, 1]])
+    projection = np.array([[p[0], p[1], p[2]], [0, p[5], p[6]], [0, 0, 1]])
+    return of_image @ intrinsic, rotation, of_image @ projection
+
+
+def _is_rotation(values):
+    if len(values) != 9 or not np.all(np.isfinite(values)):
+        return False
+    matrix = np.reshape(values, (3, 3))
+    return np.linalg.det(matrix) > 0 and np.allclose(
+        matrix @ matrix.T, np.eye(3), rtol=0, atol=ROTATION_TOLERANCE)
+
+
+def _distortion(side, info):
+    """Return D as an array, None where there is no distortion."""
+    distortion, model = np.array(numbers_of(info, 'd')), info.distortion_model
+    if not model or not distortion.any():
+        return None
+    if model not in COEFFICIENTS:
+        raise BadPair('calibration', f"{side} camera_info: distortion_model is '{model}'; "
+                      f"allowed are {', '.join(COEFFICIENTS)}; for others rectify elsewhere, "
+                      'and set rectify and crop to false')
+    allowed = COEFFICIENTS[model]
+    if distortion.size not in allowed or not np.all(np.isfinite(distortion)):
+        raise BadPair('calibration', f'{side} camera_info: D has {distortion.size} numbers; '
+                      f"allowed for {model} are {', '.join(map(str, allowed))} finite ones")
+    return distortion
+
+
+def _unseen(model, distortion, of_raw, rows, columns):
+    """
+    Return the pixels of the rectified image whose rays the raw image cannot hold: bool (R, C).
+
+    of_raw: float64 (3, 3), the raw camera's directions into rectified pixels.
+    """
+    back = np.linalg.inv(of_raw)
+    across, down = np.arange(columns), np.arange(rows)[:, np.newaxis]
+    x, y, z = (line[0] * across + line[1] * down + line[2] for line in back)
+    behind = z <= 0
+    if distortion is None or behind.all():
+        return behind
+    radius = np.hypot(x, y) / np.where(behind, np.inf, z)
+    tried = np.linspace(0, radius.max(), STEPS)
+    turned = np.diff(_distorted(model, distortion, tried)) <= 0
+    return behind | (radius > tried[turned.argmax()]) if turned.any() else behind
+
+
+def _distorted(model, distortion, radius):
+    """Return how far from the centre a lens shows what an ideal one shows at a radius."""
+    if model == 'equidistant':
+        angle = np.arctan(radius)
+        return angle * (1 + np.polyval([*distortion[::-1], 0], angle**2))
+    k1, k2, _, _, k3, k4, k5, k6 = np.pad(distortion, (0, 8))[:8]
+    square = radius**2
+    with np.errstate(divide='ignore', invalid='ignore'):
+        return radius * np.polyval([k3, k2, k1, 1], square) / np.polyval([k6, k5, k4, 1], square)

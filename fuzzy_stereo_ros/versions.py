@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What this runs on, as far as it may decide about the bits of a result."""
+from importlib.metadata import PackageNotFoundError
+import platform
+
+import cv2
+import fuzzy_stereo_ros
+import numba
+from numba.core.registry import cpu_target
+import numpy as np
+
+
+def versions():
+    """
+    Return {what: str}: versions, platform, and the processor that numba compiles for.
+
+    processor_features: names of instruction sets, separated by blanks.
+    """
+    try:
+        package = fuzzy_stereo_ros.__version__
+    except PackageNotFoundError:    # run from a source tree that was never installed
+        package = 'unknown'
+    _, processor, features = cpu_target.target_context.codegen().magic_tuple()
+    return {
+        'fuzzy_stereo_ros': package,
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'numba': numba.__version__,
+        'opencv': cv2.__version__,
+        'platform': platform.platform(),
+        'processor': processor,
+        'processor_features': ' '.join(
+            name[1:] for name in features.split(',') if name.startswith('+')),
+    }

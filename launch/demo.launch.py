@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Start disparity_node before two cameras that are not there, and show what comes out."""
+from pathlib import Path
+
+from fuzzy_stereo_ros.launching import arguments, declared, installed, program
+from fuzzy_stereo_ros.parameter_table import Parameter
+from launch import LaunchDescription
+from launch.actions import IncludeLaunchDescription, LogInfo, OpaqueFunction, Shutdown
+from launch_ros.actions import Node
+
+NODE = Path(__file__).resolve().with_name('fuzzy_stereo.launch.py')
+VIEWER = 'rqt_image_view'
+ROWS = (
+    Parameter('columns', 640, 'width of the images', 32, 4096, 'px'),
+    Parameter('rows', 480, 'height of the images', 32, 4096, 'px'),
+    Parameter('disparities', 64, 'number of disparities, made and searched', 1, 4096, 'px'),
+    Parameter('rate', 30.0, 'pairs of images in a second', 0.1, 1000.0, '1/s'),
+    Parameter('viewer', True, f'show the topic preview in {VIEWER}, where that is installed'))
+
+
+def generate_launch_description():
+    """Return the arguments and what they start."""
+    return LaunchDescription([*declared(ROWS), OpaqueFunction(function=_demo)])
+
+
+def _demo(context):
+    """Return the node by its own launch file, the cameras, and a viewer or what to do."""
+    chosen = arguments(context, ROWS)
+    if chosen['disparities'] > chosen['columns']:
+        raise ValueError(f"disparities is {chosen['disparities']}; allowed are 1 to the "
+                         f"{chosen['columns']} columns")
+    options = [f'--{name}={chosen[name]}' for name in ('columns', 'rows', 'disparities', 'rate')]
+    return [
+        IncludeLaunchDescription(str(NODE), launch_arguments={
+            'disparity_range': str(chosen['disparities'])}.items()),
+        Node(**program('fake_rig', *options), output='screen', on_exit=Shutdown()),
+        *(_viewer() if chosen['viewer'] else [])]
+
+
+def _viewer():
+    if installed(VIEWER):
+        return [Node(package=VIEWER, executable=VIEWER, arguments=['/preview'])]
+    return [LogInfo(msg=f'{VIEWER} is not installed: look at the topic /preview in RViz or '
+                        'Foxglove; nothing is matched before somebody looks')]

@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Start disparity_node for several rigs of one YAML file, in a process each or all in one."""
+from pathlib import Path
+
+from fuzzy_stereo_ros.launching import (
+    argument, arguments, dds_profile, declared, process_of, process_of_all, PROCESS_ROWS)
+from fuzzy_stereo_ros.parameter_table import Parameter
+from fuzzy_stereo_ros.rigs_file import read_rigs
+from launch import LaunchDescription
+from launch.actions import OpaqueFunction
+
+SHARE = Path(__file__).resolve().parents[1]
+RIGS_FILE = Parameter('rigs_file', str(SHARE / 'config' / 'rigs.yaml'), 'YAML file of the rigs')
+
+
+def generate_launch_description():
+    """Return the arguments, the environment and the nodes."""
+    return LaunchDescription([
+        *declared([RIGS_FILE, *PROCESS_ROWS]), *dds_profile(SHARE),
+        OpaqueFunction(function=_nodes)])
+
+
+def _nodes(context):
+    one_process, rigs = read_rigs(argument(context, RIGS_FILE))
+    process = arguments(context, PROCESS_ROWS)
+    if one_process:
+        return [process_of_all(context, rigs, **process)]
+    return [process_of(rig, **process) for rig in rigs]

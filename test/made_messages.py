@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of a small made rig: stand-ins with the fields of ROS's own."""
+from types import SimpleNamespace
+
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+import numpy as np
+import pytest
+
+
+def header(stamp=(12, 345), frame_id='left_optical'):
+    """Return a header of a stamp (s, ns)."""
+    return SimpleNamespace(
+        stamp=SimpleNamespace(sec=stamp[0], nanosec=stamp[1]), frame_id=frame_id)
+
+
+def image(pixels, pixel_encoding, padding=0, big_endian=False, as_data=bytes, **changes):
+    """Return an image message of an array (R, C) or (R, C, channels), rows padded with 170."""
+    rows, columns = pixels.shape[:2]
+    stored = pixels.astype(pixels.dtype.newbyteorder('>' if big_endian else '<'))
+    lines = np.frombuffer(stored.tobytes(), np.uint8).reshape(rows, -1)
+    lines = np.pad(lines, ((0, 0), (0, padding)), constant_values=170)
+    message = SimpleNamespace(
+        header=header(), height=rows, width=columns, encoding=pixel_encoding,
+        is_bigendian=int(big_endian), step=lines.shape[1], data=as_data(lines.tobytes()))
+    message.__dict__.update(changes)
+    return message
+
+
+def compressed(content, form='jpeg'):
+    """Return a compressed image message of a file's bytes."""
+    return SimpleNamespace(header=header(), format=form, data=bytes(content))
+
+
+def info(tx=0.0, cx=50.0, **changes):
+    """Return a CameraInfo of a camera of 100x80, fx 200."""
+    message = SimpleNamespace(
+        header=header(), height=80, width=100, binning_x=0, binning_y=0,
+        distortion_model='plumb_bob', d=[0.0] * 5, k=[200.0, 0, cx, 0, 200.0, 40.0, 0, 0, 1],
+        r=[1.0, 0, 0, 0, 1, 0, 0, 0, 1],
+        p=[200.0, 0, cx, tx, 0, 200.0, 40.0, 0, 0, 0, 1, 0], roi=region())
+    message.__dict__.update(changes)
+    return message
+
+
+def ros_1(message):
+    """Return a CameraInfo with its matrices under the names they have in ROS 1."""
+    for name in 'dkrp':
+        setattr(message, name.upper(), message.__dict__.pop(name))
+    return message
+
+
+def region(x_offset=0, y_offset=0, height=0, width=0):
+    """Return a region of interest."""
+    return SimpleNamespace(x_offset=x_offset, y_offset=y_offset, height=height, width=width)
+
+
+def projection(**places):
+    """Return P of `info` with elements changed: p3=-20 sets P[3]."""
+    values = info().p
+    for place, value in places.items():
+        values[int(place[1:])] = value
+    return values
+
+
+def noise(rows, columns, channels=1, dtype=np.uint8, seed=0):
+    """Return an image of random pixels, (R, C) or (R, C, channels)."""
+    shape = (rows, columns, channels) if channels > 1 else (rows, columns)
+    return np.random.default_rng(seed).integers(
+        0, np.iinfo(dtype).max, shape, dtype, endpoint=True)
+
+
+def refusal_of(function, *arguments):
+    """Return the BadPair that a call raises."""
+    with pytest.raises(BadPair) as refusal:
+        function(*arguments)
+    return refusal.value

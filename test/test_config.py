@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The configuration of the matcher for reduced images."""
+from dataclasses import replace
+
+from fuzzy_stereo_ros.matching import MatcherConfig
+from hypothesis import given, strategies as st
+import pytest
+
+ranges = st.tuples(st.integers(-2048, 2048), st.integers(1, 4096))
+scales = st.one_of(st.sampled_from([1.0, 0.5, 0.25]), st.floats(0.05, 1.0))
+
+
+@given(ranges, scales, st.floats(0, 1))
+def test_every_disparity_of_the_full_size_lies_in_the_range_of_the_reduced_one(
+        searched, scale, share):
+    first, count = searched
+    small = MatcherConfig(min_disparity=first, disparities=count).at_scale(scale)
+    disparity = (first + share * (count - 1)) * scale
+    assert small.min_disparity <= disparity <= small.min_disparity + small.disparities - 1
+
+
+@given(ranges, scales)
+def test_no_more_is_searched_than_the_full_range_needs(searched, scale):
+    first, count = searched
+    small = MatcherConfig(min_disparity=first, disparities=count).at_scale(scale)
+    assert small.min_disparity > first * scale - 1
+    assert small.min_disparity + small.disparities - 1 < (first + count - 1) * scale + 1
+
+
+@given(ranges, st.integers(0, 1000000))
+def test_at_full_size_nothing_changes(searched, speckle_size):
+    config = MatcherConfig(min_disparity=searched[0], disparities=searched[1],
+                           speckle_size=speckle_size)
+    assert config.at_scale(1) == config
+    assert config.at_scale(1.0) == config
+
+
+def test_what_is_measured_in_pixels_shrinks_and_all_else_stays():
+    config = MatcherConfig.from_profile('quality', min_disparity=-3, disparities=64,
+                                        speckle_size=100, speckle_range=2, seed=5, threads=2)
+    assert config.at_scale(0.5) == replace(
+        config, min_disparity=-2, disparities=33, speckle_size=25)
+    assert config.at_scale(0.25) == replace(
+        config, min_disparity=-1, disparities=17, speckle_size=6)
+
+
+@pytest.mark.parametrize('scale', [0, -1, 1.5, float('nan')])
+def test_a_scale_that_does_not_reduce_is_refused(scale):
+    with pytest.raises(ValueError, match=f'scale is {scale}; allowed are numbers above 0 up to 1'):
+        MatcherConfig().at_scale(scale)

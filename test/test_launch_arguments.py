@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Arguments of the launch files: which there are, and what a wrong one is told."""
+import subprocess
+import sys
+
+from fuzzy_stereo_ros.parameter_table import (
+    IGNORED_PARAMETERS, matcher_parameters, NODE_PARAMETERS, profile_config)
+from launched import actions, FOLDER, launch_ros, PROFILES_FILE, visited
+from node_process import ros_environment
+import pytest
+
+PEER = ('approximate_sync', 'use_color', 'avoid_point_cloud_padding', 'launch_image_proc',
+        'namespace', 'left_namespace', 'right_namespace', 'container', 'stereo_algorithm',
+        'prefilter_size', 'prefilter_cap', 'correlation_window_size', 'min_disparity',
+        'disparity_range', 'texture_threshold', 'speckle_size', 'speckle_range',
+        'disp12_max_diff', 'uniqueness_ratio', 'P1', 'P2', 'sgbm_mode')
+OUR_OWN = ('node_name', 'params_file', 'queue_size', 'approximate_sync_tolerance_seconds',
+           'image_transport', 'use_sim_time', 'log_level', 'output')
+FUZZY_STEREO, RIGS, DEMO = 'fuzzy_stereo.launch.py', 'rigs.launch.py', 'demo.launch.py'
+FILES = FUZZY_STEREO, RIGS, DEMO
+LAUNCH = """
+import sys
+from launch import LaunchDescription, LaunchService
+from launch.actions import IncludeLaunchDescription
+service = LaunchService()
+service.include_launch_description(LaunchDescription([
+    IncludeLaunchDescription(sys.argv[1], launch_arguments=[tuple(sys.argv[2:])])]))
+sys.exit(service.run())
+"""
+
+
+@pytest.fixture(autouse=True)
+def environment(monkeypatch, tmp_path):
+    """Set what launch needs, and keep what it sets out of the other tests."""
+    for name, value in ros_environment(tmp_path / 'log').items():
+        monkeypatch.setenv(name, value)
+
+
+def notices(context, found):
+    """Return the sentences of the LogInfo actions among those of a launch file."""
+    return [''.join(part.perform(context) for part in action.msg)
+            for action in found if isinstance(action, actions.LogInfo)]
+
+
+def argument_names(file):
+    return {action.name for action in visited(file)[1]
+            if isinstance(action, actions.DeclareLaunchArgument)}
+
+
+def test_every_parameter_and_every_argument_of_the_peers_launch_file_is_an_argument():
+    rows = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+    names = argument_names(FUZZY_STEREO)
+    assert names >= {*(row.name for row in rows), *IGNORED_PARAMETERS, *PEER, *OUR_OWN}
+
+
+def test_every_argument_of_every_launch_file_is_described():
+    for file in FILES:
+        for action in visited(file)[1]:
+            if isinstance(action, actions.DeclareLaunchArgument):
+                assert len(action.description) > 10, action.name
+
+
+@pytest.mark.parametrize('file, name, value, sentence', [
+    (FUZZY_STEREO, 'disparity_range', 'many',
+     "disparity_range is 'many'; allowed are values like 64"),
+    (FUZZY_STEREO, 'disparity_range', '0',
+     'disparity_range is 0; allowed are numbers from 1 to 4096'),
+    (FUZZY_STEREO, 'deadline_ms', 'nan',
+     'deadline_ms is nan; allowed are numbers from 0 to 3600000'),
+    (FUZZY_STEREO, 'approximate_sync', 'maybe',
+     "approximate_sync is 'maybe'; allowed are values like False"),
+    (FUZZY_STEREO, 'launch_image_proc', 'maybe',
+     "launch_image_proc is 'maybe'; allowed are values like False"),
+    (FUZZY_STEREO, 'use_sim_time', '2', "use_sim_time is '2'; allowed are values like False"),
+    (FUZZY_STEREO, 'image_transport', 'theora',
+     "image_transport is 'theora'; allowed are raw, compressed"),
+    (FUZZY_STEREO, 'log_level', 'loud',
+     "log_level is 'loud'; allowed are debug, info, warn, error, fatal"),
+    (FUZZY_STEREO, 'output', 'paper',
+     "output is 'paper'; allowed are screen, log, both, own_log, full"),
+    (FUZZY_STEREO, 'params_file', '/no/such.yaml',
+     "params_file is '/no/such.yaml', which is no file; give the path of a file of parameters, "
+     'or nothing for the defaults'),
+    (RIGS, 'rigs_file', '/no/such.yaml', 'the file of rigs /no/such.yaml cannot be read: '
+     "[Errno 2] No such file or directory: '/no/such.yaml'"),
+    (DEMO, 'disparities', '700', 'disparities is 700; allowed are 1 to the 640 columns'),
+    (DEMO, 'rate', '0', 'rate is 0.0; allowed are numbers from 0.1 to 1000'),
+])
+def test_a_wrong_value_ends_in_one_sentence(file, name, value, sentence):
+    with pytest.raises(ValueError) as raised:
+        visited(file, **{name: value})
+    assert str(raised.value) == sentence
+
+
+def test_launch_prints_the_sentence_and_starts_nothing():
+    ended = subprocess.run(
+        [sys.executable, '-c', LAUNCH, FOLDER / FUZZY_STEREO, 'disparity_range', '0'],
+        capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    printed = ended.stdout + ended.stderr
+    assert 'disparity_range is 0; allowed are numbers from 1 to 4096' in printed
+    assert 'process started' not in printed
+    assert 'Traceback' not in printed
+
+
+def test_a_container_is_told_that_the_node_runs_beside_it():
+    context, found = visited(FUZZY_STEREO, container='/my_container', node_name='stereo')
+    assert notices(context, found) == [
+        'container:=/my_container: a Python node cannot be loaded into a container of '
+        'components; stereo runs as a process of its own']
+    assert notices(*visited(FUZZY_STEREO)) == []
+
+
+def test_a_profile_of_fast_dds_that_is_set_is_kept(monkeypatch):
+    for name in ('FASTDDS_DEFAULT_PROFILES_FILE', PROFILES_FILE):
+        monkeypatch.delenv(PROFILES_FILE, raising=False)
+        monkeypatch.setenv(name, '/my/profile.xml')
+        for file in FILES:
+            assert not any(isinstance(action, actions.SetEnvironmentVariable)
+                           for action in visited(file)[1])
+        monkeypatch.delenv(name)
+
+
+def test_the_demo_shows_the_preview_where_there_is_a_viewer_and_says_how_elsewhere(
+        monkeypatch, tmp_path):
+    def nodes(found):
+        return [action.node_package for action in found if isinstance(action, launch_ros.Node)]
+
+    def install(package):
+        marker = tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages' / package
+        marker.parent.mkdir(parents=True, exist_ok=True)
+        marker.touch()
+
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    install('fuzzy_stereo_ros')
+    assert notices(*visited(DEMO)) == [
+        'rqt_image_view is not installed: look at the topic /preview in RViz or Foxglove; '
+        'nothing is matched before somebody looks']
+    install('rqt_image_view')
+    context, found = visited(DEMO)
+    assert sorted(nodes(found)) == ['fuzzy_stereo_ros', 'fuzzy_stereo_ros', 'rqt_image_view']
+    assert notices(context, found) == []
+    assert 'rqt_image_view' not in nodes(visited(DEMO, viewer='false')[1])
+
+
+def test_without_an_installed_package_python_runs_the_module(monkeypatch, tmp_path):
+    def programs():
+        return [action.node_executable for action in visited(DEMO, viewer='False')[1]
+                if isinstance(action, launch_ros.Node)]
+
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    assert programs() == [sys.executable] * 2
+    monkeypatch.delenv('AMENT_PREFIX_PATH')
+    assert programs() == [sys.executable] * 2

@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Disparities into metres: depth, millimetres and points in space."""
+from fuzzy_stereo_ros.pairs.metres import depth_of, millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
+from hypothesis import given, strategies as st
+from hypothesis.extra.numpy import arrays
+import numpy as np
+import pytest
+
+LEFT = Projection(410.0, 395.5, 17.25, 11.5)
+DISPARITIES = arrays(
+    np.float32, st.tuples(st.integers(1, 19), st.integers(1, 37)),
+    elements=st.one_of(st.integers(-500, 2000).map(lambda steps: steps / 16), st.just(np.nan)))
+CALIBRATIONS = st.builds(
+    Calibration, focal=st.floats(50, 5000), baseline=st.floats(0.01, 2),
+    offset=st.integers(-40000, 40000).map(lambda number: number / 1000), left=st.builds(
+        Projection, st.floats(50, 5000), st.floats(50, 5000), st.floats(-10, 50),
+        st.floats(-10, 50)))
+
+
+def made_calibration(offset=0.0):
+    return Calibration(400.0, 0.5, offset, LEFT)
+
+
+def plain_depth(disparity, calibration):
+    """Return depth pixel by pixel, float64 (R, C)."""
+    depth = np.full(disparity.shape, np.nan)
+    for place, value in np.ndenumerate(disparity):
+        corrected = float(value - np.float32(calibration.offset))
+        if not np.isnan(value):
+            depth[place] = (calibration.focal * calibration.baseline / corrected
+                            if corrected > 0 else np.inf)
+    return depth
+
+
+def points_of(depth, left, words=3):
+    points = np.full((*depth.shape, words), -7, np.float32)
+    write_points(depth, left, points)
+    return points
+
+
+@given(DISPARITIES, CALIBRATIONS)
+def test_depth_is_focal_length_times_baseline_by_the_corrected_disparity(disparity, calibration):
+    given_disparity = disparity.copy()
+    depth = depth_of(disparity, calibration)
+    assert depth.dtype == np.float32
+    np.testing.assert_allclose(depth, plain_depth(disparity, calibration), rtol=3e-7)
+    np.testing.assert_array_equal(disparity, given_disparity)
+
+
+@pytest.mark.parametrize('offset, disparity, depth', [
+    (0.0, 20.0, 10.0), (0.0, np.nan, np.nan), (0.0, 0.0, np.inf), (0.0, -0.0, np.inf),
+    (0.0, -3.0, np.inf), (-1e-42, 0.0, np.inf), (-2.0, -1.0, 200.0), (-2.0, -2.0, np.inf),
+    (4.0, 3.0, np.inf), (4.0, 8.0, 50.0), (4.0, np.nan, np.nan)])
+def test_depth_is_infinite_where_a_valid_pixel_is_too_far(offset, disparity, depth):
+    found = depth_of(np.full((3, 11), disparity, np.float32), made_calibration(offset))
+    np.testing.assert_array_equal(found, np.full((3, 11), depth, np.float32))
+
+
+@pytest.mark.parametrize('depth, millimetres', [
+    (np.nan, 0), (np.inf, 0), (0.0004, 0), (0.0006, 1), (1.2344, 1234), (1.2346, 1235),
+    (65.5344, 65534), (65.535, 65535), (65.536, 0), (70.0, 0), (131.07, 0), (2.2e6, 0),
+    (1e30, 0)])
+def test_millimetres_are_rounded_and_zero_where_there_are_none(depth, millimetres):
+    for shape in ((1, 1), (1, 5), (3, 37)):
+        found = millimetres_of(np.full(shape, depth, np.float32))
+        np.testing.assert_array_equal(found, np.full(shape, millimetres, np.uint16))
+        assert found.dtype == np.uint16
+
+
+@given(DISPARITIES, CALIBRATIONS)
+def test_millimetres_are_the_depth_to_half_of_one(disparity, calibration):
+    depth = depth_of(disparity, calibration)
+    millimetres, exact = millimetres_of(depth), 1000 * depth.astype(np.float64)
+    there = exact <= 65535
+    assert not millimetres[~there].any()
+    assert (np.abs(millimetres[there] - exact[there]) <= 0.5 + 0.004).all()
+
+
+@given(DISPARITIES, CALIBRATIONS)
+def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration):
+    left = calibration.left
+    points = points_of(depth_of(disparity, calibration), left).astype(np.float64)
+    corrected = disparity - np.float32(calibration.offset)
+    seen = corrected > 0
+    rows, columns = np.nonzero(seen)
+    x, y, z = points[seen].T
+    assert (z > 0).all()
+    np.testing.assert_allclose(left.fx * x / z + left.cx, columns, atol=1e-4)
+    np.testing.assert_allclose(left.fy * y / z + left.cy, rows, atol=1e-4)
+    np.testing.assert_allclose(calibration.focal * calibration.baseline / z, corrected[seen],
+                               rtol=3e-7)
+
+
+@given(DISPARITIES, CALIBRATIONS)
+def test_there_is_a_point_exactly_where_the_corrected_disparity_is_positive(
+        disparity, calibration):
+    points = points_of(depth_of(disparity, calibration), calibration.left)
+    seen = disparity - np.float32(calibration.offset) > 0
+    np.testing.assert_array_equal(np.isfinite(points), np.repeat(seen[:, :, None], 3, axis=2))
+    assert np.isnan(points[~seen]).all()
+
+
+def test_only_the_place_of_a_point_is_written():
+    points = points_of(np.ones((3, 5), np.float32), LEFT, words=8)
+    assert (points[:, :, 3:] == -7).all()
+    assert (points[:, :, 2] == 1).all()

@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the real node publishes besides disparity and confidence, and that nobody pays unasked."""
+from node_process import shifted_pair, values_of
+import numpy as np
+import pytest
+
+SHIFT, OFFSET = 7, 3.0
+PAIR = shifted_pair(SHIFT)
+SMALL = ('--ros-args', '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=600.0')
+DEPTH = 200.0 * 0.12 / (SHIFT - OFFSET)     # m; the fake rig's focal length and baseline
+
+
+@pytest.fixture(scope='module')
+def bench(make_bench):
+    """Return a node whose rig has principal points that differ."""
+    with make_bench(*SMALL, offset=OFFSET) as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        yield bench
+
+
+def answer(bench, kind, topic):
+    """Return a disparity, and the message of another topic that came of the same pair."""
+    messages = {}
+    bench.collect(kind, topic, messages)
+
+    def both():
+        stamps = set(messages) & set(bench.disparities)
+        return max(stamps) if stamps else bench.rig.publish(*PAIR) and None
+
+    stamp = bench.until(both, f'{topic} and disparity of one pair')
+    bench.listener.destroy_subscription(bench.subscriptions.pop())
+    return bench.disparities[stamp], messages[stamp]
+
+
+def points_of(message):
+    """Return x, y, z as float32 (R, C, 3), and rgb as uint8 (R, C, 3), of a PointCloud2."""
+    places = {field.name: field.offset for field in message.fields}
+    data = np.frombuffer(message.data, np.uint8).reshape(
+        message.height, message.width, message.point_step)
+
+    def of(name):
+        return np.ascontiguousarray(data[:, :, places[name]:places[name] + 4])
+
+    place = np.concatenate([of(name).view('<f4') for name in 'xyz'], axis=2)
+    return place, of('rgb')[:, :, 2::-1]
+
+
+def test_depth_is_metres_of_the_disparity_and_nan_where_it_is_invalid(bench):
+    from sensor_msgs.msg import Image
+    disparity, depth = answer(bench, Image, 'depth/image_rect')
+    assert (depth.encoding, depth.header) == ('32FC1', disparity.header)
+    published = values_of(disparity.image)
+    valid = published >= disparity.min_disparity
+    expected = np.where(valid & (published > 0), disparity.f * disparity.t / np.where(
+        published > 0, published, 1), np.inf)
+    expected[~valid] = np.nan
+    np.testing.assert_allclose(values_of(depth), expected, rtol=1e-5)
+    assert np.nanmedian(values_of(depth)[:, 15:]) == pytest.approx(DEPTH, rel=0.05)
+
+
+def test_depth_camera_info_is_the_left_camera_s(bench):
+    from sensor_msgs.msg import CameraInfo
+    disparity, info = answer(bench, CameraInfo, 'depth/camera_info')
+    assert info.header == disparity.header
+    assert (info.width, info.height) == (120, 60)
+    assert list(info.p) == [200.0, 0, 59.5, 0, 0, 200.0, 29.5, 0, 0, 0, 1, 0]
+    assert list(info.k) == [200.0, 0, 59.5, 0, 200.0, 29.5, 0, 0, 1]
+
+
+def test_points_lie_on_the_plane_with_the_colours_of_the_left_image(bench):
+    from sensor_msgs.msg import PointCloud2
+    disparity, cloud = answer(bench, PointCloud2, 'points2')
+    assert (cloud.header, cloud.height, cloud.width) == (disparity.header, 60, 120)
+    assert not cloud.is_dense
+    place, colour = points_of(cloud)
+    published = values_of(disparity.image)
+    seen = (published >= disparity.min_disparity) & (published > 0)
+    np.testing.assert_array_equal(np.isfinite(place).all(2), seen)
+    v, u = np.nonzero(seen)
+    z = disparity.f * disparity.t / published[seen]
+    np.testing.assert_allclose(place[seen], np.stack(
+        [(u - 59.5) * z / 200, (v - 29.5) * z / 200, z], axis=1), rtol=1e-4, atol=1e-5)
+    np.testing.assert_array_equal(colour[seen], PAIR[0][seen][:, None].repeat(3, 1))
+
+
+def test_the_preview_shows_what_is_valid_in_colour_and_the_rest_dark(bench):
+    from sensor_msgs.msg import Image
+    disparity, preview = answer(bench, Image, 'preview')
+    assert (preview.encoding, preview.header) == ('bgr8', disparity.header)
+    picture = np.frombuffer(preview.data, np.uint8).reshape(60, 120, 3)
+    valid = values_of(disparity.image) >= disparity.min_disparity
+    assert (picture[~valid] == 32).all()
+    assert len(np.unique(picture[valid], axis=0)) > 1
+
+
+@pytest.mark.parametrize('topic', ['confidence', 'depth/image_rect', 'preview'])
+def test_an_output_alone_is_served_each_time_somebody_comes_back(bench, topic):
+    from sensor_msgs.msg import Image
+    for _ in range(2):
+        bench.leave()
+        bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
+        messages = {}
+        bench.collect(Image, topic, messages)
+        bench.until(bench.rig.subscribed, 'the node subscribes again')
+        bench.until(lambda: bench.rig.publish(*PAIR) and messages, topic)  # noqa: B023
+    bench.leave()
+    bench.listen()
+    bench.until(bench.rig.subscribed, 'the node subscribes again')
+    bench.first_match(*PAIR)
+
+
+def test_points_that_another_node_publishes_are_left_to_it(bench):
+    from sensor_msgs.msg import PointCloud2
+    other = bench.listener.create_publisher(PointCloud2, 'points2', 1)
+    bench.leave()
+    bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
+    mark, messages = bench.node.mark(), {}
+    bench.collect(PointCloud2, 'points2', messages)
+    bench.node.logged('/points2 is published by another node as well and left to it', mark)
+    assert not bench.rig.subscribed()
+    bench.listener.destroy_publisher(other)
+    bench.until(lambda: bench.rig.publish(*PAIR) and messages, 'points of this node')
+    bench.leave()
+    bench.listen()
+    bench.first_match(*PAIR)
+
+
+def test_only_what_outputs_names_is_advertised_and_depth_may_be_millimetres(make_bench):
+    from sensor_msgs.msg import Image
+    with make_bench(*SMALL, '-p', 'outputs:=disparity depth', '-p',
+                    'depth_encoding:=16UC1', offset=OFFSET) as bench:
+        bench.listen(confidence=False)
+        bench.connect()
+        bench.first_match(*PAIR)
+        _, depth = answer(bench, Image, 'depth/image_rect')
+        assert depth.encoding == '16UC1'
+        millimetres = np.frombuffer(depth.data, '<u2').reshape(60, 120)
+        assert np.median(millimetres[:, 15:]) == pytest.approx(1000 * DEPTH, rel=0.05)
+        offered = {name for name, _ in bench.listener.get_publisher_names_and_types_by_node(
+            'disparity_node', '/')}
+        assert offered - {'/rosout', '/parameter_events', '/diagnostics'} == {
+            '/disparity', '/depth/image_rect', '/depth/camera_info'}
+
+
+def test_an_incompatible_subscriber_of_an_output_is_told(make_bench):
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from stereo_msgs.msg import DisparityImage
+    with make_bench(*SMALL) as bench:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        bench.collect(DisparityImage, 'disparity', {}, latched)
+        bench.node.logged('a subscriber of /disparity asks for an incompatible QoS (DURABILITY)')
+
+
+def test_reduced_scale_keeps_metres_and_tells_focal_length_and_size(make_bench):
+    from sensor_msgs.msg import CameraInfo
+    far, near = shifted_pair(8, rows=120, columns=240)
+    with make_bench(*SMALL, '-p', 'scale:=0.5', '-p', 'disparity_range:=32') as bench:
+        bench.listen()
+        bench.connect()
+        message = bench.first_match(far, near)
+        assert (message.image.width, message.image.height, message.f) == (120, 60, 100.0)
+        assert (message.min_disparity, message.max_disparity) == (0.0, 16.0)
+        assert (message.delta_d, message.valid_window.x_offset) == (1 / 16, 16)
+        assert np.mean(np.abs(values_of(message.image)[:, 15:] - 4) < 0.5) > 0.95
+        infos = {}
+        bench.collect(CameraInfo, 'depth/camera_info', infos)
+        bench.until(lambda: bench.rig.publish(far, near) and infos, 'camera_info')
+        info = infos[min(infos)]
+        assert (info.width, info.height, info.p[0]) == (120, 60, 100.0)
+        assert info.p[2] == (119.5 + 0.5) / 2 - 0.5

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node's quality of service: one word for inputs, one for outputs, overrides, latches."""
+from node_process import shifted_pair, values_of
+import numpy as np
+import pytest
+
+SHIFT = 7
+PAIR = shifted_pair(SHIFT)
+SMALL = ('--ros-args', '-p', 'disparity_range:=16')
+
+
+def subscribed_with(bench, topic):
+    (found,) = bench.listener.get_subscriptions_info_by_topic(topic)
+    quality = found.qos_profile
+    return quality.reliability.name, quality.durability.name, quality.depth
+
+
+def published_with(bench, topic):
+    found = bench.until(lambda: bench.listener.get_publishers_info_by_topic(topic), topic)
+    quality = found[0].qos_profile
+    return quality.reliability.name, quality.durability.name
+
+
+@pytest.mark.parametrize('arguments, reliability', [
+    ((), 'BEST_EFFORT'),
+    (('input_qos:=reliable',), 'RELIABLE'),
+    (('input_qos:=best_available',), 'RELIABLE'),
+    (('input_qos:=reliable',
+      'qos_overrides./left/image_rect.subscription.reliability:=best_effort'), 'BEST_EFFORT'),
+])
+def test_a_word_chooses_the_quality_of_inputs_and_overrides_have_the_last_word(
+        make_bench, arguments, reliability):
+    words = [word for argument in arguments for word in ('-p', argument)]
+    with make_bench(*SMALL, *words, best_effort=True, reliable=True) as bench:
+        bench.listen()
+        bench.connect()
+        assert subscribed_with(bench, '/left/image_rect')[:2] == (reliability, 'VOLATILE')
+        bench.first_match(*PAIR)
+
+
+def test_use_system_default_qos_leaves_the_inputs_to_the_middleware(ros):
+    from fuzzy_stereo_ros.node.quality_of_service import input_quality
+    from rclpy.qos import QoSPresetProfiles
+    for settings in ({'use_system_default_qos': True, 'input_qos': 'sensor_data'},
+                     {'use_system_default_qos': False, 'input_qos': 'system_default'}):
+        assert input_quality(settings) == QoSPresetProfiles.SYSTEM_DEFAULT.value
+
+
+def test_inputs_are_sensor_data_and_outputs_reliable_unless_told_otherwise(make_bench):
+    with make_bench(*SMALL, best_effort=True) as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        assert published_with(bench, '/disparity') == ('RELIABLE', 'VOLATILE')
+        assert subscribed_with(bench, '/right/camera_info')[:2] == ('BEST_EFFORT', 'VOLATILE')
+
+
+def test_latched_outputs_reach_who_comes_later(make_bench):
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from stereo_msgs.msg import DisparityImage
+    with make_bench(*SMALL, '-p', 'output_qos:=latched') as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        late = {}
+        bench.collect(DisparityImage, 'disparity', late,
+                      QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        bench.until(lambda: late, 'the disparity from before')
+
+
+def test_calibrations_that_are_published_once_are_used_for_every_pair(make_bench):
+    """Both ways: latched before anybody subscribed, and once with a stamp of long ago."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from sensor_msgs.msg import CameraInfo
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    with make_bench(*SMALL, '-p', 'cache_camera_info:=true') as bench:
+        infos = bench.rig.infos(PAIR[0].shape)
+        publishers = [bench.listener.create_publisher(CameraInfo, topic, latched)
+                      for topic in infos]
+        for publisher, info in zip(publishers, infos.values()):
+            publisher.publish(info)
+        bench.listen()
+        bench.connect()
+
+        def without_infos(messages):
+            for topic in infos:
+                del messages[topic]
+
+        def answered():
+            bench.rig.publish(*PAIR, change=without_infos)
+            return bench.disparities
+
+        message = bench.until(answered, 'disparities').popitem()[1]
+        assert np.mean(np.abs(values_of(message.image)[:, 15:] - SHIFT) < 0.5) > 0.95
+        assert bench.match(*PAIR, change=without_infos).f == 200.0
+        assert 'WARN' not in bench.node.log()

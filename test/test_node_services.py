@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The services of the real node: forget, and save what `fuzzy-stereo match` makes again."""
+import json
+
+from fuzzy_stereo_ros.command_line import main
+from node_process import shifted_pair, values_of
+import numpy as np
+import pytest
+
+LEFT, RIGHT = shifted_pair(7)
+
+
+def noisy(seed):
+    """Return the pair with noise: what a warm start has something to say about."""
+    chance = np.random.default_rng(seed)
+    return [np.clip(image + chance.normal(0, 5, image.shape), 0, 255).astype(np.uint8)
+            for image in (LEFT, RIGHT)]
+
+
+@pytest.fixture
+def bench(make_bench, tmp_path):
+    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
+                    f'save_directory:={tmp_path / "saved"}') as bench:
+        yield bench
+
+
+def test_a_saved_pair_is_matched_again_bit_for_bit(bench, tmp_path, capsys):
+    bench.node.logged('ready')
+    assert bench.trigger('save') == (False, 'no pair has been matched yet; nothing is saved')
+    bench.listen()
+    bench.connect()
+    bench.first_match(*noisy(0))
+    for seed in range(1, 5):
+        message = bench.match(*noisy(seed))
+    done, sentence = bench.trigger('save')
+    assert done, sentence
+    (folder,) = (tmp_path / 'saved').iterdir()
+    assert sentence == (
+        f'saved to {folder}; match it again with `fuzzy-stereo match --saved {folder}`')
+    output = tmp_path / 'again.npy'
+    assert main(['match', '--saved', str(folder), '--output', str(output)]) == 0
+    assert 'bit for bit' in capsys.readouterr().out
+    again = np.load(output)
+    published = values_of(message.image)
+    valid = published >= message.min_disparity
+    np.testing.assert_array_equal(valid, np.isfinite(again))
+    np.testing.assert_array_equal(published[valid], np.maximum(again, 0)[valid])
+    about = json.dumps(json.loads((folder / 'about.json').read_text()))
+    assert '"parameter disparity_range": "16"' in about
+
+
+def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, tmp_path):
+    (tmp_path / 'file').write_text('')
+    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
+                    f'save_directory:={tmp_path / "file" / "saved"}') as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(LEFT, RIGHT)
+        done, sentence = bench.trigger('save')
+        assert not done
+        assert 'cannot be saved' in sentence
+        bench.match(LEFT, RIGHT)
+
+
+def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
+    bench.listen()
+    bench.connect()
+    bench.first_match(LEFT, RIGHT)
+    stamp = 2_000_000_000_000
+    before = stamp - 33_000_000
+
+    def matched():
+        return values_of(bench.match(*noisy(1), stamp=stamp).image)
+
+    alone = matched()
+    bench.match(*noisy(2), stamp=before)
+    assert (matched() != alone).any()
+    assert bench.counts()['warm'] == 'true'
+    bench.match(*noisy(2), stamp=before)
+    assert bench.trigger('reset') == (True, 'the next pair is matched from nothing')
+    np.testing.assert_array_equal(matched(), alone)
+    assert bench.counts()['warm'] == 'false'

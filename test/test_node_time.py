@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node with a clock of its own: bags that loop, clocks that go back."""
+from fuzzy_stereo_ros.pairs.messages import stamp_of
+from node_process import shifted_pair, values_of
+import numpy as np
+import pytest
+
+SHIFT = 7
+PAIR = shifted_pair(SHIFT)
+SMALL = ('--ros-args', '-p', 'disparity_range:=16')
+SECOND = 1_000_000_000
+
+
+@pytest.fixture
+def bench(make_bench):
+    """Return a node with sim time, and what sets the clock as `bench.set_clock(ns)`."""
+    from rclpy.time import Time
+    from rosgraph_msgs.msg import Clock
+    with make_bench(*SMALL, '-p', 'use_sim_time:=true') as bench:
+        clock = bench.listener.create_publisher(Clock, '/clock', 1)
+        bench.set_clock = lambda now: clock.publish(Clock(clock=Time(nanoseconds=now).to_msg()))
+        bench.listen()
+        bench.connect()
+        bench.until(lambda: bench.listener.count_subscribers('/clock'), 'the node hears /clock')
+        bench.first_match(*PAIR)
+        yield bench
+
+
+def values_at(bench, now):
+    """Return the values of diagnostics from a time of the clock, ns, on."""
+    bench.diagnostics.clear()
+    bench.set_clock(now)
+
+    def at_that_time():
+        return next((message for message in bench.diagnostics
+                     if stamp_of(message.header) == now), None)
+
+    message = bench.until(at_that_time, 'diagnostics')
+    return {value.key: value.value for value in message.status[0].values}
+
+
+def play(bench, stamps):
+    """Play pairs of a bag with its clock; each is answered."""
+    for stamp in stamps:
+        bench.set_clock(stamp)
+        message = bench.match(*PAIR, stamp=stamp)
+        assert np.mean(np.abs(values_of(message.image)[:, 15:] - SHIFT) < 0.5) > 0.95
+
+
+def test_a_bag_that_loops_is_matched_in_each_round_and_starts_anew(bench):
+    stamps = [100 * SECOND + number * SECOND // 30 for number in range(4)]
+    play(bench, stamps)
+    before = int(values_at(bench, stamps[-1] + 1)['stamps went back'])
+    for _ in range(2):
+        play(bench, stamps)
+    assert int(values_at(bench, stamps[-1] + 1)['stamps went back']) == before + 2
+    bench.node.logged('the clock went back: starting anew')
+    bench.node.logged('the stamps went back: starting anew')
+    assert 'Traceback' not in bench.node.log()
+
+
+def test_diagnostics_have_the_time_of_the_clock_and_the_age_of_pairs_by_it(bench):
+    play(bench, [500 * SECOND])
+    assert values_at(bench, 500 * SECOND)['age, last'] == '0.0 ms'
+
+
+def test_a_clock_that_goes_back_has_the_next_pair_matched_cold(bench):
+    play(bench, [700 * SECOND, 700 * SECOND + SECOND // 30])
+    assert values_at(bench, 700 * SECOND + SECOND // 10)['warm'] == 'true'
+    mark = bench.node.mark()
+    bench.set_clock(600 * SECOND)
+    bench.node.logged('the clock went back: starting anew', mark)
+    bench.match(*PAIR, stamp=700 * SECOND + 2 * SECOND // 30)
+    assert values_at(bench, 601 * SECOND)['warm'] == 'false'

@@ -1,0 +1,353 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Four messages into a pair: what belongs together, sizes, depths, cropping and scale."""
+from array import array
+
+import cv2
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs import pair_reader
+from fuzzy_stereo_ros.pairs.messages import ENCODINGS
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
+from fuzzy_stereo_ros.pairs.rectification import source_places
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
+from made_messages import header, image, info, noise, refusal_of, region
+import numpy as np
+import pytest
+from raw_camera import CENTRE, COLUMNS, FOCAL, LENSES, RawCamera, ROWS
+
+DISPARITIES = 32
+LEFT = Projection(200.0, 200.0, 50.0, 40.0)
+
+
+def test_a_pair_has_the_stamp_and_frame_of_the_left_image():
+    left, right = noise(80, 100), noise(80, 100, seed=1)
+    right_message = image(right, 'mono8')
+    right_message.header = header((12, 346), 'right_optical')
+    pair = PairReader().read(image(left, 'mono8'), info(), right_message, info(tx=-24.0))
+    np.testing.assert_array_equal(pair.left, left)
+    np.testing.assert_array_equal(pair.right, right)
+    assert (pair.stamp, pair.frame_id) == (12_000_000_345, 'left_optical')
+    assert pair.calibration == Calibration(200.0, 0.12, 0.0, LEFT)
+
+
+def test_an_image_of_another_size_than_its_camera_info_is_used_with_a_remark():
+    pair = PairReader().read(image(noise(40, 50), 'mono8'), info(),
+                             image(noise(40, 50), 'mono8'), info(tx=-24.0, width=0))
+    assert pair.calibration.remarks == (
+        'the left image is 50x40, its camera_info expects 100x80; disparities are of the image '
+        'as it is',)
+
+
+def test_a_binned_image_of_a_region_has_the_expected_size():
+    changes = {'binning_x': 2, 'binning_y': 2, 'roi': region(4, 4, 60, 80)}
+    pair = PairReader().read(image(noise(30, 40), 'mono8'), info(**changes),
+                             image(noise(30, 40), 'mono8'), info(tx=-24.0, **changes))
+    assert pair.calibration.remarks == ()
+
+
+def test_images_of_two_sizes_are_refused():
+    refusal = refusal_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
+                         image(noise(80, 99), 'mono8'), info(tx=-24.0))
+    assert (refusal.reason, str(refusal)) == (
+        'size', 'the left image is 100x80, the right one 99x80; a pair needs two of one size')
+
+
+def test_a_refusal_names_the_side():
+    refusal = refusal_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
+                         image(noise(80, 100), 'mono8', encoding='32FC1'), info(tx=-24.0))
+    assert str(refusal).startswith("right image: encoding is '32FC1'")
+
+
+@pytest.mark.parametrize('left, right, dtype', [
+    (noise(80, 100), noise(80, 100, 3), np.uint8),
+    (noise(80, 100), noise(80, 100, dtype=np.uint16), np.uint16),
+    (noise(80, 100, 3), noise(80, 100, dtype=np.uint16), np.uint16),
+])
+def test_two_images_of_a_pair_become_equally_deep(left, right, dtype):
+    names = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8'}
+    pair = PairReader().read(
+        image(left, names[left.ndim, left.itemsize]), info(),
+        image(right, names[right.ndim, right.itemsize]), info(tx=-24.0))
+    assert (pair.left.dtype, pair.right.dtype) == (dtype, dtype)
+    assert (pair.left.shape, pair.right.shape) == (left.shape, right.shape)
+
+
+def test_eight_and_twelve_bits_of_one_scene_become_equally_bright():
+    grey = noise(80, 100)
+    pair = PairReader().read(image(grey, 'mono8'), info(),
+                             image(grey.astype(np.uint16) * 16, 'mono16'), info(tx=-24.0))
+    assert np.abs(pair.left.astype(int) - pair.right).max() < 257
+
+
+def test_messages_of_ros_are_read():
+    sensor_messages = pytest.importorskip('sensor_msgs.msg')
+    grey = noise(80, 100, dtype=np.uint16)
+    left, right = sensor_messages.Image(), sensor_messages.Image()
+    for message in (left, right):
+        message.height, message.width, message.step = 80, 100, 200
+        message.encoding = 'mono16'
+        message.data = array('B', grey.tobytes())
+    left.header.stamp.sec, left.header.stamp.nanosec = 12, 345
+    left.header.frame_id = 'left_optical'
+    infos = [sensor_messages.CameraInfo(
+        height=80, width=100, k=made.k, p=made.p) for made in (info(), info(tx=-24.0, cx=52.0))]
+    pair = PairReader().read(left, infos[0], right, infos[1])
+    np.testing.assert_array_equal(pair.left, grey)
+    assert pair.calibration == Calibration(200.0, 0.12, -2.0, LEFT)
+
+
+# ---- rectified here ----
+
+
+def raw_pair(model='plumb_bob', channels=0, bits=8):
+    """Return a made pair and the four messages of a rig that sees it through a lens."""
+    pair = made_pair(ROWS, COLUMNS, DISPARITIES, seed=3, colour=channels == 3, bits=bits)
+    encoding = {(0, 8): 'mono8', (0, 12): 'mono16', (3, 8): 'bgr8'}[channels, bits]
+    cameras = (RawCamera(model, (0.02, -0.03, 0.015)),
+               RawCamera(model, (-0.015, 0.025, -0.01), right=0.1))
+    messages = []
+    for camera, rectified in zip(cameras, pair[:2]):
+        messages += [image(camera.raw(rectified), encoding), camera.info()]
+    return pair, messages
+
+
+def window_of(pair):
+    """Return the slices that a pair of the raw rig was cut by, by its calibration."""
+    left = pair.calibration.left
+    row, column = round(CENTRE[1] - left.cy), round(CENTRE[0] - left.cx)
+    return np.s_[row:row + pair.left.shape[0], column:column + pair.left.shape[1]]
+
+
+@pytest.mark.parametrize('channels, bits', [(0, 8), (3, 8), (0, 12)])
+@pytest.mark.parametrize('model', LENSES)
+def test_raw_images_are_rectified_to_what_the_lens_was_shown(model, channels, bits):
+    made, messages = raw_pair(model, channels, bits)
+    read = PairReader(rectify=True, crop=True).read(*messages)
+    for found, shown in ((read.left, made.left), (read.right, made.right)):
+        assert found.dtype == shown.dtype
+        error = abs(found.astype(float) - shown[window_of(read)]) / (2**bits - 1)
+        assert error.mean() < 0.01
+    assert read.calibration.focal == FOCAL
+    assert read.calibration.baseline == pytest.approx(0.1)
+    assert read.calibration.offset == 0
+
+
+@pytest.mark.parametrize('model', LENSES)
+def test_a_pair_rectified_here_has_the_disparities_of_what_the_lens_was_shown(model):
+    made, messages = raw_pair(model)
+    read = PairReader(rectify=True, crop=True).read(*messages)
+    window = window_of(read)
+    found, wanted = (
+        StereoMatcher(MatcherConfig(disparities=DISPARITIES, fill=True)).match(*images).disparity
+        for images in ((read.left, read.right), (made.left[window], made.right[window])))
+    inside = np.arange(found.shape[1]) >= made.truth[window]
+    seen = made.visible[window] & inside
+    assert np.mean(abs(found - wanted)[seen] > 1) < 0.025
+    assert abs(np.median((found - made.truth[window])[seen])) < 0.02
+
+
+def test_a_raw_bayer_pair_is_filled_in_before_it_is_rectified():
+    _, messages = raw_pair()
+    for message in messages[::2]:
+        message.encoding = 'bayer_grbg8'
+    read = PairReader(rectify=True).read(*messages)
+    coloured = cv2.cvtColor(np.frombuffer(messages[0].data, np.uint8).reshape(ROWS, COLUMNS),
+                            cv2.COLOR_BayerGB2BGR)
+    places = source_places('left', messages[1], ROWS, COLUMNS)
+    np.testing.assert_array_equal(read.left, cv2.remap(
+        coloured, *cv2.convertMaps(*places, cv2.CV_16SC2), cv2.INTER_LINEAR))
+
+
+def test_a_map_is_made_once_for_each_calibration_and_size(monkeypatch):
+    made = []
+    monkeypatch.setattr(pair_reader, 'source_places', lambda *arguments: made.append(
+        arguments) or source_places(*arguments))
+    _, messages = raw_pair()
+    reader = PairReader(rectify=True, crop=True)
+    for _ in range(3):
+        reader.read(*messages)
+        messages[1].header.stamp.sec += 1
+    assert len(made) == 2
+    messages[3].d = [-0.2, 0.05, 0.0, 0.0, 0.0]
+    changed = reader.read(*messages)
+    assert len(made) == 4
+    np.testing.assert_array_equal(
+        changed.right, PairReader(rectify=True, crop=True).read(*messages).right)
+
+
+@pytest.mark.parametrize('name, value', [
+    ('d', [-0.2, 0.08, 0, 0, 0]), ('k', [310.0, 0, 155, 0, 305, 122, 0, 0, 1]),
+    ('r', [1.0, 0, 0, 0, 1, 0, 0, 0, 1]), ('distortion_model', ''),
+    ('p', [280.0, 0, 161, 0, 0, 280, 118, 0, 0, 0, 1, 0]),
+    ('roi', region(x_offset=2, width=COLUMNS, height=ROWS))])
+def test_whatever_changes_in_a_calibration_counts_from_the_next_pair_on(name, value):
+    _, messages = raw_pair()
+    reader = PairReader(rectify=True)
+    before = reader.read(*messages).left
+    setattr(messages[1], name, value)
+    after = reader.read(*messages).left
+    assert (before != after).any()
+    np.testing.assert_array_equal(after, PairReader(rectify=True).read(*messages).left)
+
+
+def test_a_pair_that_is_kept_is_not_overwritten_by_the_next():
+    _, messages = raw_pair()
+    reader = PairReader(rectify=True, crop=True, scale=0.5)
+    kept = reader.read(*messages)
+    before = kept.left.copy(), kept.right.copy()
+    for message in messages[::2]:
+        message.data = bytes(len(message.data))
+    reader.read(*messages)
+    np.testing.assert_array_equal((kept.left, kept.right), before)
+
+
+# ---- cut ----
+
+
+def white_pair():
+    """Return the messages of a raw rig before a white wall."""
+    _, messages = raw_pair()
+    for message in messages[::2]:
+        message.data = b'\xff' * len(message.data)
+    return messages
+
+
+def test_a_cut_pair_has_no_pixel_without_source():
+    messages = white_pair()
+    whole = PairReader(rectify=True).read(*messages)
+    cut = PairReader(rectify=True, crop=True).read(*messages)
+    assert (whole.left == 0).any()
+    assert (whole.right == 0).any()
+    assert (cut.left == 255).all()
+    assert (cut.right == 255).all()
+    assert cut.left.size > 0.8 * whole.left.size
+
+
+def test_cutting_leaves_the_pixels_and_moves_the_centre():
+    _, messages = raw_pair()
+    whole = PairReader(rectify=True).read(*messages)
+    cut = PairReader(rectify=True, crop=True).read(*messages)
+    window = window_of(cut)
+    np.testing.assert_array_equal(cut.left, whole.left[window])
+    np.testing.assert_array_equal(cut.right, whole.right[window])
+    assert cut.left.flags.c_contiguous
+    before, after = whole.calibration, cut.calibration
+    assert (before.focal, before.baseline, before.offset) == (
+        after.focal, after.baseline, after.offset)
+    assert window[0].start > 0
+    assert window[1].start > 0
+
+
+def test_images_rectified_elsewhere_are_cut_as_those_rectified_here():
+    _, messages = raw_pair()
+    here = PairReader(rectify=True, crop=True).read(*messages)
+    whole = PairReader(rectify=True).read(*messages)
+    for message, rectified in zip(messages[::2], (whole.left, whole.right)):
+        message.data = rectified.tobytes()
+    elsewhere = PairReader(crop=True).read(*messages)
+    np.testing.assert_array_equal(elsewhere.left, here.left)
+    np.testing.assert_array_equal(elsewhere.right, here.right)
+    assert elsewhere.left.flags.c_contiguous
+    assert elsewhere.calibration == here.calibration
+
+
+def test_where_nothing_is_missing_nothing_is_cut_or_copied():
+    messages = (image(noise(80, 100), 'mono8'), info(),
+                image(noise(80, 100), 'mono8'), info(tx=-24.0))
+    pair = PairReader(crop=True).read(*messages)
+    assert pair.left.shape == (80, 100)
+    assert pair.calibration == PairReader().read(*messages).calibration
+    assert np.shares_memory(pair.left, np.frombuffer(messages[0].data, np.uint8))
+
+
+def test_cameras_that_look_elsewhere_are_refused():
+    aside = info(tx=-24.0, p=[200.0, 0, 5050, -24, 0, 200, 40, 0, 0, 0, 1, 0])
+    refusal = refusal_of(PairReader(crop=True).read, image(noise(80, 100), 'mono8'), info(),
+                         image(noise(80, 100), 'mono8'), aside)
+    assert refusal.reason == 'calibration'
+    assert str(refusal).startswith('no rectangle is left in which both rectified images have')
+
+
+@pytest.mark.parametrize('options', [{'rectify': True}, {'crop': True}])
+def test_an_image_of_another_size_than_its_camera_info_is_neither_rectified_nor_cut(options):
+    refusal = refusal_of(PairReader(**options).read, image(noise(80, 90), 'mono8'), info(),
+                         image(noise(80, 90), 'mono8'), info(tx=-24.0))
+    assert (refusal.reason, str(refusal)) == (
+        'size', 'the left image is 90x80, its camera_info expects 100x80; it can be neither '
+        'rectified nor cropped: correct the camera_info, or set rectify and crop to false')
+
+
+def test_a_camera_info_without_a_size_takes_the_images_as_they_are():
+    pair = PairReader(rectify=True).read(
+        image(noise(80, 90), 'mono8'), info(width=0, height=0),
+        image(noise(80, 90), 'mono8'), info(tx=-24.0, width=0))
+    np.testing.assert_array_equal(pair.left, noise(80, 90))
+
+
+# ---- reduced ----
+
+
+@pytest.mark.parametrize('scale', [0.5, 0.25])
+@pytest.mark.parametrize('shape', [(80, 100), (83, 103), (4, 4), (5, 98)])
+@pytest.mark.parametrize('encoding', ['mono8', 'mono16', 'bgr8', 'bgr16'])
+def test_a_reduced_image_is_the_mean_of_blocks(scale, shape, encoding):
+    dtype, channels, _ = ENCODINGS[encoding]
+    images = [noise(*shape, channels, dtype, seed) for seed in (1, 2)]
+    sizes = {'height': 0, 'width': 0}
+    pair = PairReader(scale=scale).read(image(images[0], encoding), info(**sizes),
+                                        image(images[1], encoding), info(tx=-24.0, **sizes))
+    block = round(1 / scale)
+    rows, columns = shape[0] // block, shape[1] // block
+    for found, full in ((pair.left, images[0]), (pair.right, images[1])):
+        blocks = full[:rows * block, :columns * block].reshape(
+            rows, block, columns, block, *full.shape[2:])
+        assert found.dtype == dtype
+        assert found.flags.c_contiguous
+        assert abs(found - blocks.mean(axis=(1, 3))).max() <= 0.5
+
+
+@pytest.mark.parametrize('scale', [0.5, 0.25])
+def test_a_reduced_pair_measures_the_same_rays_and_depths(scale):
+    """Brightness is the column, so that the images say which columns a pixel is the mean of."""
+    columns = np.tile(np.arange(100, dtype=np.uint16) * 100, (80, 1))
+    messages = (image(columns, 'mono16'), info(),
+                image(columns, 'mono16'), info(tx=-24.0, cx=53.0))
+    full = PairReader().read(*messages).calibration
+    pair = PairReader(scale=scale).read(*messages)
+    small = pair.calibration
+    rays = (pair.left[0] / 100 - full.left.cx) / full.left.fx
+    reduced = (np.arange(pair.left.shape[1]) - small.left.cx) / small.left.fx
+    np.testing.assert_allclose(rays, reduced, rtol=0, atol=1e-9)
+    assert small.left.cy == (40 + 0.5) * scale - 0.5
+    assert (small.left.fy, small.baseline) == (200 * scale, full.baseline)
+    disparity = 7.0
+    assert (small.focal * small.baseline / (disparity * scale - small.offset)
+            == pytest.approx(full.focal * full.baseline / (disparity - full.offset)))
+
+
+@pytest.mark.parametrize('scale', [0.5, 0.25])
+def test_what_is_rectified_and_cut_is_reduced_last(scale):
+    _, messages = raw_pair()
+    cut = PairReader(rectify=True, crop=True).read(*messages)
+    small = PairReader(rectify=True, crop=True, scale=scale).read(*messages)
+    rows, columns = small.left.shape
+    block = round(1 / scale)
+    blocks = cut.left[:rows * block, :columns * block].reshape(rows, block, columns, block)
+    assert small.left.shape == (cut.left.shape[0] // block, cut.left.shape[1] // block)
+    assert abs(small.left - blocks.mean(axis=(1, 3))).max() <= 0.5
+    assert small.calibration == cut.calibration.scaled(scale)
+
+
+def test_an_image_smaller_than_a_block_is_refused():
+    refusal = refusal_of(PairReader(scale=0.25).read, image(noise(3, 100), 'mono8'), info(),
+                         image(noise(3, 100), 'mono8'), info(tx=-24.0))
+    assert (refusal.reason, str(refusal)) == (
+        'size', 'the images are 100x3; scale 0.25 averages blocks of 4x4 pixels and needs one at '
+        'least')
+
+
+@pytest.mark.parametrize('scale', [0, 2, 0.3, -0.5, float('nan')])
+def test_another_scale_is_refused(scale):
+    with pytest.raises(ValueError, match=f'scale is {scale}; allowed are 1, 0.5, 0.25'):
+        PairReader(scale=scale)

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The maps of a rectification, against a plain camera and what a lens cannot show."""
+import cv2
+from fuzzy_stereo_ros.pairs.rectification import (
+    COEFFICIENTS, has_source, NOWHERE, source_places)
+from made_messages import info, refusal_of, region, ros_1
+import numpy as np
+import pytest
+from raw_camera import CENTRE, COLUMNS, FOCAL, LENSES, RawCamera, ROWS
+
+CAMERAS = {'left': RawCamera(turn=(0.02, -0.03, 0.015)),
+           'right': RawCamera(turn=(-0.015, 0.025, -0.01), right=0.1)}
+EACH_LENS = pytest.mark.parametrize('model', LENSES)
+
+
+def places_of(camera_info, rows=ROWS, columns=COLUMNS):
+    return np.stack(source_places('left', camera_info, rows, columns))
+
+
+def plane(camera, depth):
+    """Return the points at a depth that the pixels of a camera's rectified image show."""
+    down, across = np.mgrid[:ROWS, :COLUMNS].astype(np.float64)
+    return np.stack([(across - CENTRE[0]) / FOCAL * depth + camera.right,
+                     (down - CENTRE[1]) / FOCAL * depth, np.full((ROWS, COLUMNS), depth)])
+
+
+@EACH_LENS
+@pytest.mark.parametrize('side', CAMERAS)
+@pytest.mark.parametrize('depth', [0.5, 20.0])
+def test_a_rectified_pixel_comes_from_where_the_camera_sees_its_point(model, side, depth):
+    camera = RawCamera(model, CAMERAS[side].turn, CAMERAS[side].right)
+    seen = camera.sees(plane(camera, depth))
+    np.testing.assert_allclose(places_of(camera.info()), seen, rtol=0, atol=1e-4)
+
+
+def test_points_of_a_plane_lie_in_one_row_and_as_far_apart_as_their_disparity():
+    left, right = CAMERAS.values()
+    points = np.random.default_rng(0).uniform((-1, -1, 2), (1, 1, 2), (100, 3)).T
+    (x, y), (x_right, y_right) = left.rectified(points), right.rectified(points)
+    np.testing.assert_allclose(y, y_right)
+    np.testing.assert_allclose(x - x_right, FOCAL * 0.1 / 2)
+    for camera, spots in ((left, (x, y)), (right, (x_right, y_right))):
+        spots = np.float32(spots)
+        inside = ((spots > 0) & (spots.T < (COLUMNS - 1, ROWS - 1)).T).all(axis=0)
+        assert inside.sum() > 50
+        sources = [cv2.remap(place, *spots[:, np.newaxis], cv2.INTER_LINEAR).ravel()
+                   for place in places_of(camera.info())]
+        np.testing.assert_allclose(np.array(sources)[:, inside],
+                                   np.array(camera.sees(points))[:, inside], rtol=0, atol=0.05)
+
+
+@pytest.mark.parametrize('changes', [
+    {'d': []}, {'d': [0.0] * 5}, {'d': [], 'distortion_model': ''},
+    {'d': [0.1] * 5, 'distortion_model': ''}, {'d': [0.0] * 6, 'distortion_model': 'unheard of'}])
+def test_a_camera_without_distortion_or_turn_is_left_as_it_is(changes):
+    down, across = np.mgrid[:80, :100]
+    places = places_of(info(**changes), 80, 100)
+    np.testing.assert_allclose(places, [across, down], rtol=0, atol=1e-4)
+    assert has_source(*places, 80, 100).all()
+
+
+def test_ros_1_names_give_the_same_map():
+    camera = CAMERAS['left']
+    np.testing.assert_array_equal(places_of(ros_1(camera.info())), places_of(camera.info()))
+
+
+@EACH_LENS
+def test_a_region_of_the_raw_image_becomes_that_region_of_the_rectified_one(model):
+    camera = RawCamera(model, (0.02, -0.03, 0.015))
+    cut = camera.info(roi=region(x_offset=30, y_offset=20, height=150, width=200))
+    whole = places_of(camera.info())[:, 20:170, 30:230]
+    np.testing.assert_allclose(places_of(cut, 150, 200), whole - [[[30]], [[20]]],
+                               rtol=0, atol=1e-3)
+
+
+@EACH_LENS
+def test_a_binned_image_is_rectified_as_the_full_one(model):
+    camera = RawCamera(model, (0.02, -0.03, 0.015))
+    binned = camera.info(binning_x=4, binning_y=2,
+                         roi=region(x_offset=16, y_offset=8, height=160, width=200))
+    whole = places_of(camera.info())[:, 8:168:2, 16:216:4]
+    np.testing.assert_allclose(places_of(binned, 80, 50),
+                               (whole - [[[16]], [[8]]]) / [[[4]], [[2]]], rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize('model, coefficients, last', [
+    ('plumb_bob', [-0.4, 0, 0, 0, 0], 1 / np.sqrt(3 * 0.4)),
+    ('rational_polynomial', [0, 0, 0, 0, 0, 1.0, 0, 0], 1.0),
+    ('rational_polynomial', [0, 0, 0, 0, 0, -1.0, 0, 0], 1.0),
+    ('equidistant', [-0.5, 0, 0, 0], np.tan(np.sqrt(1 / 1.5)))])
+def test_what_lies_beyond_where_a_lens_turns_back_comes_from_nowhere(model, coefficients, last):
+    strong = info(distortion_model=model, d=coefficients,
+                  p=[30.0, 0, 50, 0, 0, 30, 40, 0, 0, 0, 1, 0])
+    down, across = np.mgrid[:80, :100]
+    radius = np.hypot(across - 50, down - 40) / 30
+    nowhere = (places_of(strong, 80, 100) == NOWHERE).all(axis=0)
+    assert nowhere[radius > last + 0.01].all()
+    assert not nowhere[radius < last - 0.01].any()
+
+
+def test_what_lies_behind_a_camera_comes_from_nowhere():
+    turned = info(r=list(cv2.Rodrigues(np.array([0, np.pi, 0]))[0].ravel()))
+    assert (places_of(turned, 80, 100) == NOWHERE).all()
+
+
+def test_a_place_is_inside_where_its_four_pixels_are():
+    x, y = np.float32([0, -0.01, -0.02, 9, 9.01, 9.02, 5, 5, np.inf]), np.float32([0] * 9)
+    y[6:8] = 4, 4.5
+    inside = [True, True, False, True, True, False, True, False, False]
+    assert has_source(x, y, 5, 10).tolist() == inside
+
+
+@pytest.mark.parametrize('changes, sentence', [
+    ({'r': [0.0] * 9}, 'left camera_info: R is not a rotation; calibrate the two cameras as a'),
+    ({'r': []}, 'left camera_info: R is not a rotation'),
+    ({'r': [float('nan')] * 9}, 'left camera_info: R is not a rotation'),
+    ({'r': [2.0, 0, 0, 0, 2, 0, 0, 0, 2]}, 'left camera_info: R is not a rotation'),
+    ({'r': [1.0, 0, 0, 0, 1, 0, 0, 0, -1]}, 'left camera_info: R is not a rotation'),
+    ({'k': [200.0, 0, 50, 0, 0, 40, 0, 0, 1]}, 'left camera_info: K is not of a calibrated'),
+    ({'k': [200.0, 0, float('nan'), 0, 200, 40, 0, 0, 1]}, 'left camera_info: K is not of a'),
+    ({'k': [200.0]}, 'left camera_info: K is not of a calibrated camera'),
+    ({'distortion_model': 'fov', 'd': [0.9]},
+     "left camera_info: distortion_model is 'fov'; allowed are plumb_bob, rational_polynomial, "
+     'equidistant; for others'),
+    ({'d': [0.1] * 3}, 'left camera_info: D has 3 numbers; allowed for plumb_bob are 4, 5, 8,'),
+    ({'d': [0.1] * 5, 'distortion_model': 'equidistant'},
+     'left camera_info: D has 5 numbers; allowed for equidistant are 4 finite ones'),
+    ({'d': [0.1, float('nan'), 0, 0]}, 'left camera_info: D has 4 numbers; allowed for plumb_bo'),
+])
+def test_a_camera_that_cannot_be_rectified_is_refused_with_a_sentence(changes, sentence):
+    refusal = refusal_of(source_places, 'left', info(**changes), 80, 100)
+    assert refusal.reason == 'calibration'
+    assert str(refusal).startswith(sentence)
+
+
+@pytest.mark.parametrize('model, count', [
+    (model, count) for model, counts in COEFFICIENTS.items() for count in counts])
+def test_every_allowed_number_of_coefficients_is_taken(model, count):
+    places = places_of(info(distortion_model=model, d=[0.01] + [0.0] * (count - 1)), 80, 100)
+    assert np.abs(places).max() < 110

@@ -1,0 +1,434 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A saved pair is read as it was, matches to the same bits, and is there whole or not at all."""
+from dataclasses import fields, replace
+import json
+import os
+from pathlib import Path
+import resource
+import shutil
+import tempfile
+
+from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.evolution import Generation
+from fuzzy_stereo_ros.matching.warm_start import FrameState, LONGEST_GAP_NS
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
+from fuzzy_stereo_ros.saved_pair import read_saved_pair, SavedPair, write_saved_pair
+from fuzzy_stereo_ros.versions import versions
+from hypothesis import given, settings, strategies as st
+from hypothesis.extra import numpy as arrays
+import numpy as np
+import pytest
+from saved_scene import running
+
+FILES = {'left.png', 'right.png', 'calibration.json', 'parameters.json', 'disparity.npy',
+         'confidence.npy', 'history.json', 'about.json', 'README.txt'}
+
+
+def through_files(saved):
+    with tempfile.TemporaryDirectory() as folder:
+        write_saved_pair(Path(folder) / 'report', saved)
+        return read_saved_pair(Path(folder) / 'report')
+
+
+def assert_equal(one, two):
+    """Assert that two values are equal, arrays to the last bit and dtype, as deep as they go."""
+    assert type(one) is type(two)
+    if isinstance(one, np.ndarray):
+        assert (one.dtype, one.shape) == (two.dtype, two.shape)
+        assert one.tobytes() == two.tobytes()
+    elif hasattr(one, '__dataclass_fields__'):
+        for part in fields(one):
+            assert_equal(getattr(one, part.name), getattr(two, part.name))
+    else:
+        assert one == two
+
+
+def matched_again(saved):
+    """Return the match of a matcher that has seen nothing else."""
+    matcher = StereoMatcher(saved.config)
+    matcher.restore(saved.state)
+    return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp)
+
+
+def assert_same_bits(one, two):
+    assert_equal(one.disparity, two.disparity)
+    assert_equal(one.confidence, two.confidence)
+    assert one.warm == two.warm
+
+
+# ---- what is matched again ----
+
+
+SCENES = {
+    'grey': {'grey': 'both'},
+    'colour': {},
+    'left grey': {'grey': 'left'},
+    'right grey': {'grey': 'right'},
+    '12 bits': {'grey': 'both', 'bits': 12},
+    '16 bits in colour': {'bits': 16},
+    'negative disparities': {'min_disparity': -7},
+    'chance': {'generations': 3, 'sweeps': 1, 'seed': 5},
+    'from the right': {'reference': 'right'},
+    'filled': {'fill': True},
+    'paper': {'profile': 'paper', 'population': 6, 'generations': 3},
+    'quality': {'profile': 'quality', 'generations': 1},
+}
+
+
+@pytest.mark.parametrize('frame', [0, 2])
+@pytest.mark.parametrize('scene', SCENES)
+def test_a_saved_pair_is_matched_to_the_bits_of_the_running_sequence(scene, frame):
+    saved = running(**SCENES[scene])[frame]
+    assert saved.match.warm == (frame > 0 and saved.config.warm_start)
+    again = through_files(saved)
+    assert_equal(again, saved)
+    assert_same_bits(matched_again(again), saved.match)
+
+
+def test_without_its_state_a_warm_pair_would_be_matched_to_other_bits():
+    saved = running()[2]
+    cold = matched_again(replace(saved, state=None, match=replace(saved.match, warm=False)))
+    assert (cold.disparity != saved.match.disparity).mean() > 0.1
+
+
+def test_the_previous_frame_is_given_on_where_it_took_no_part():
+    """Too old: it may be what the report is about."""
+    *_, saved = running()
+    late = replace(saved.pair, stamp=saved.pair.stamp + 2 * LONGEST_GAP_NS)
+    match = matched_again(replace(saved, pair=late, match=replace(saved.match, warm=False)))
+    assert not match.warm
+    again = through_files(replace(saved, pair=late, match=match))
+    assert_equal(again.state, saved.state)
+    assert_same_bits(matched_again(again), match)
+
+
+# ---- what is written is what is read ----
+
+
+FLOATS = st.floats(allow_nan=False, width=64)
+TEXTS = st.dictionaries(st.text(max_size=9), st.text(max_size=9), max_size=3)
+NUMBERS = st.dictionaries(st.text(max_size=9), FLOATS, max_size=3)
+STAMPS = st.integers(-2**62, 2**62)
+
+
+def parameters():
+    """Return a strategy for each parameter of the configuration."""
+    def values(parameter):
+        rules = parameter.metadata
+        if parameter.type is bool:
+            return st.booleans()
+        if parameter.type is str:
+            return st.sampled_from(rules['choices'])
+        if parameter.name == 'neighbourhood':
+            return st.sampled_from([1, 3, 31])
+        return (st.integers if parameter.type is int else st.floats)(rules['low'], rules['high'])
+    return {parameter.name: values(parameter) for parameter in fields(MatcherConfig)}
+
+
+@st.composite
+def saved_pairs(draw):
+    rows, columns = draw(st.tuples(st.integers(2, 5), st.integers(2, 40)))
+    config = MatcherConfig(**draw(st.fixed_dictionaries(
+        {**parameters(), 'disparities': st.integers(1, columns)})))
+    depth = draw(st.sampled_from([np.uint8, np.uint16]))
+
+    def values(kind, *shape, **options):
+        return draw(arrays.arrays(kind, shape, **options))
+
+    images = [values(depth, rows, columns, *draw(st.sampled_from([(), (3,)]))) for _ in range(2)]
+    pair = StereoPair(*images, Calibration(
+        *(draw(FLOATS) for _ in range(3)), Projection(*(draw(FLOATS) for _ in range(4))),
+        tuple(draw(st.lists(st.text(), max_size=2)))), draw(STAMPS), draw(st.text()))
+    state = None
+    if draw(st.booleans()):
+        state = FrameState(
+            values(np.uint8, rows, columns, elements=st.integers(0, config.disparities - 1)),
+            values(np.uint8, rows, columns), values(np.uint16, 2, rows, columns),
+            values(np.float32, 2, 1, -(-columns // 16), elements=st.integers(1, 8)),
+            draw(st.one_of(st.none(), STAMPS, st.integers(1, 9).map(lambda ns: pair.stamp - ns))),
+            draw(st.integers(0, 99)), config.disparities, config.min_disparity)
+    fits = state is not None and state.fits((rows, columns), config, pair.stamp)
+    history = [Generation(number + 1, *(draw(FLOATS) for _ in range(4)), draw(NUMBERS))
+               for number in range(draw(st.integers(0, 2)))]
+    match = Match(values(np.float32, rows, columns), values(np.float32, rows, columns), history,
+                  draw(NUMBERS), fits and draw(st.booleans()))
+    return SavedPair(pair, config, state, match, draw(TEXTS))
+
+
+@settings(max_examples=60, deadline=None)
+@given(saved=saved_pairs())
+def test_every_bit_of_a_saved_pair_is_read_back(saved):
+    assert_equal(through_files(saved), saved)
+
+
+def test_numbers_of_numpy_are_read_back_as_plain_ones(tmp_path):
+    saved = running()[0]
+    numpy_like = replace(
+        saved, config=replace(saved.config, seed=np.int64(3), elite=np.float32(0.5)),
+        match=replace(saved.match, times={'total': np.float32(1.5)}))
+    write_saved_pair(tmp_path / 'report', numpy_like)
+    again = read_saved_pair(tmp_path / 'report')
+    assert (again.config.seed, again.config.elite, again.match.times) == (3, 0.5, {'total': 1.5})
+
+
+def test_genes_of_more_than_256_disparities_are_read_back():
+    *_, saved = running()
+    config = replace(saved.config, disparities=300)
+    wide = StereoPair(*(np.zeros((60, 320), np.uint8) for _ in range(2)), saved.pair.calibration,
+                      saved.pair.stamp)
+    state = replace(saved.state, labels=saved.state.labels.astype(np.uint16) + 270,
+                    disparities=300)
+    maps = [np.zeros((60, 320), np.float32) for _ in range(2)]
+    kept = SavedPair(wide, config, state, Match(*maps, [], {}, False))
+    assert_equal(through_files(kept), kept)
+
+
+# ---- the folder ----
+
+
+def test_a_folder_holds_what_people_and_programs_look_for(tmp_path):
+    cold, _, warm = running()
+    write_saved_pair(tmp_path / 'cold', cold)
+    write_saved_pair(tmp_path / 'warm', warm)
+    assert set(os.listdir(tmp_path / 'cold')) == FILES
+    assert set(os.listdir(tmp_path / 'warm')) == FILES | {'state.npz'}
+    told = (tmp_path / 'warm' / 'README.txt').read_text(encoding='utf-8').splitlines()
+    assert len(told) == 3 and told[2] == 'fuzzy-stereo match --saved .'
+    assert json.loads((tmp_path / 'warm' / 'about.json').read_text(encoding='utf-8')) == {
+        'versions': versions(), 'about': warm.about}
+    parameters_told = (tmp_path / 'warm' / 'parameters.json').read_text(encoding='utf-8')
+    assert len(parameters_told.splitlines()) == len(fields(MatcherConfig)) + 2
+
+
+def test_the_versions_name_what_decides_about_bits():
+    found = versions()
+    assert found['numpy'] == np.__version__
+    assert found['processor'] and found['processor_features']
+    assert all(isinstance(value, str) and value for value in found.values())
+
+
+def test_a_folder_is_as_open_to_others_as_any_new_one(tmp_path):
+    write_saved_pair(tmp_path / 'report', running()[0])
+    (tmp_path / 'plain').mkdir()
+    assert (tmp_path / 'report').stat().st_mode == (tmp_path / 'plain').stat().st_mode
+
+
+def test_an_empty_folder_is_taken_and_a_link_to_one_is_followed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path('empty').mkdir()
+    Path('link').symlink_to('empty')
+    write_saved_pair('link', running()[0])
+    assert Path('link').is_symlink()
+    assert set(os.listdir('empty')) == FILES
+    assert sorted(os.listdir()) == ['empty', 'link']
+
+
+def refused(folder, reason):
+    """Assert that nothing is written to a folder, for a reason, and what is around stays."""
+    around = sorted(Path(folder).absolute().parent.parent.rglob('*'))
+    with pytest.raises(OSError, match=f'{reason}; give a folder that is missing or empty'):
+        write_saved_pair(folder, running()[0])
+    assert sorted(Path(folder).absolute().parent.parent.rglob('*')) == around
+
+
+def test_a_folder_that_is_taken_is_refused_and_stays_as_it_is(tmp_path):
+    for name in ('full', 'outer'):
+        (tmp_path / name).mkdir()
+    (tmp_path / 'full' / 'file').write_text('kept')
+    refused(tmp_path / 'full', 'Directory not empty')
+    assert (tmp_path / 'full' / 'file').read_text() == 'kept'
+    refused(tmp_path / 'full' / 'file', 'Not a directory')
+    refused(tmp_path / 'outer' / 'none' / 'report', 'No such file or directory')
+
+
+def test_a_disk_without_room_leaves_no_part_of_a_folder(tmp_path):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))
+    try:
+        refused(tmp_path / 'report', 'File too large')
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+# ---- damage ----
+
+
+@pytest.fixture(scope='module')
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('saved') / 'report'
+    write_saved_pair(folder, running()[2])
+    return folder
+
+
+@pytest.fixture
+def report(whole, tmp_path):
+    """Return a copy of a saved warm pair, to be damaged."""
+    return Path(shutil.copytree(whole, tmp_path / 'report'))
+
+
+def rewritten(path, *route, **changes):
+    """Change entries of the record that a route leads to in a JSON file; None drops one."""
+    record = inner = json.loads(path.read_text(encoding='utf-8'))
+    for step in route:
+        inner = inner[step]
+    for name, value in changes.items():
+        inner[name] = value
+        if value is None:
+            del inner[name]
+    path.write_text(json.dumps(record), encoding='utf-8')
+
+
+def restored(path, **changes):
+    """Change arrays of the state; None drops one."""
+    arrays_there = {**np.load(path), **changes}
+    np.savez(path, **{name: array for name, array in arrays_there.items() if array is not None})
+
+
+@pytest.mark.parametrize('name', sorted(FILES - {'README.txt'}))
+def test_a_missing_file_is_named(report, name):
+    (report / name).unlink()
+    with pytest.raises(ValueError, match=f'{name} cannot be read: No such file'):
+        read_saved_pair(report)
+
+
+@pytest.mark.parametrize('content', [b'', b'{', b'[]', b'nonsense \xff', b'[' * 100_000, b'7'])
+@pytest.mark.parametrize('name', sorted(FILES - {'README.txt'} | {'state.npz'}))
+def test_a_file_of_something_else_is_named(report, name, content):
+    (report / name).write_bytes(content)
+    with pytest.raises(ValueError, match=f'{name} is (damaged|not an image)'):
+        read_saved_pair(report)
+
+
+@pytest.mark.parametrize('name', ['disparity.npy', 'confidence.npy', 'state.npz'])
+def test_half_an_array_and_a_pickle_are_refused(report, name):
+    whole_content = (report / name).read_bytes()
+    (report / name).write_bytes(whole_content[:len(whole_content) // 2])
+    with pytest.raises(ValueError, match=f'{name} is damaged'):
+        read_saved_pair(report)
+    pickled = np.array([{'an': 'object'}])
+    if name == 'state.npz':
+        restored_state = {'labels': pickled}
+        np.savez(report / name, **restored_state)
+    else:
+        np.save(report / name, pickled)
+    with pytest.raises(ValueError, match=f'{name} is damaged: .*allow_pickle'):
+        read_saved_pair(report)
+
+
+def maps(rows, columns, kind=np.float32):
+    return np.zeros((rows, columns), kind)
+
+
+DAMAGES = {
+    'a newer parameter': (
+        lambda folder: rewritten(folder / 'parameters.json', shiny=1),
+        'parameters.json has shiny, as no file of version .* take the version that wrote it'),
+    'an older parameter': (
+        lambda folder: rewritten(folder / 'parameters.json', patience=None),
+        'parameters.json lacks patience'),
+    'a parameter out of range': (
+        lambda folder: rewritten(folder / 'parameters.json', elite=7.0),
+        'parameters.json: elite is 7.0; allowed are numbers from 0.0 to 1.0'),
+    'a parameter of another type': (
+        lambda folder: rewritten(folder / 'parameters.json', fill=1),
+        'parameters.json is damaged: fill is 1, no bool'),
+    'no stamp': (
+        lambda folder: rewritten(folder / 'calibration.json', stamp=1.5),
+        'calibration.json is damaged: stamp is 1.5, no int'),
+    'another camera': (
+        lambda folder: rewritten(folder / 'calibration.json', 'left', fx='wide'),
+        "calibration.json is damaged: fx is 'wide', no float"),
+    'no projection': (
+        lambda folder: rewritten(folder / 'calibration.json', 'left', cy=None),
+        'calibration.json lacks cy'),
+    'another row of the history': (
+        lambda folder: rewritten(folder / 'history.json', 'generations', 0, gains=3),
+        'history.json is damaged: gains is 3, no dict'),
+    'a gain that is none': (
+        lambda folder: rewritten(folder / 'history.json', 'generations', 0, 'gains', crossover=''),
+        "history.json is damaged: crossover is '', no float"),
+    'a time that is none': (
+        lambda folder: rewritten(folder / 'history.json', 'times', total='long'),
+        "history.json is damaged: total is 'long', no float"),
+    'more to tell than text': (
+        lambda folder: rewritten(folder / 'about.json', 'about', rate=3),
+        'about.json is damaged: rate is 3, no str'),
+    'an image of another size': (
+        lambda folder: write_image(folder / 'right.png', maps(60, 99, np.uint8)),
+        'the left image is 100 x 60, the right one 99 x 60'),
+    'an image of another depth': (
+        lambda folder: write_image(folder / 'right.png', maps(60, 100, np.uint16)),
+        'the left image is uint8, the right one uint16'),
+    'disparities of another size': (
+        lambda folder: np.save(folder / 'disparity.npy', maps(60, 99)),
+        r'disparity is float32 \(60, 99\); needed is float32 \(60, 100\)'),
+    'confidence of another kind': (
+        lambda folder: np.save(folder / 'confidence.npy', maps(60, 100, np.float64)),
+        r'confidence is float64 \(60, 100\); needed is float32'),
+    'several maps': (
+        lambda folder: (folder / 'disparity.npy').write_bytes(
+            (folder / 'state.npz').read_bytes()),
+        'disparity is no array'),
+    'a state that is missing': (
+        lambda folder: (folder / 'state.npz').unlink(),
+        'the previous frame took part in the match, but the state is missing'),
+    'a state of another size': (
+        lambda folder: restored(
+            folder / 'state.npz', labels=maps(60, 90, np.uint8), verdict=maps(60, 90, np.uint8),
+            pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32)),
+        'took part in the match, but the state is of another frame'),
+    'a state of the future': (
+        lambda folder: restored(folder / 'state.npz', stamp=np.array([2**60])),
+        'took part in the match, but the state is of another frame'),
+    'a part of a state': (
+        lambda folder: restored(folder / 'state.npz', ages=None), 'state.npz lacks ages'),
+    'more than a state': (
+        lambda folder: restored(folder / 'state.npz', more=maps(1, 1)), 'state.npz has more'),
+    'labels in a row': (
+        lambda folder: restored(folder / 'state.npz', labels=np.zeros(60, np.uint8)),
+        r'labels of the state is uint8 \(60,\)'),
+    'labels of another type': (
+        lambda folder: restored(folder / 'state.npz', labels=maps(60, 100, np.uint16)),
+        r'labels of the state is uint16 \(60, 100\); needed is uint8'),
+    'labels beyond the range': (
+        lambda folder: restored(folder / 'state.npz', labels=maps(60, 100, np.uint8) + 24),
+        'labels or ages that no frame has'),
+    'ages that are not numbers': (
+        lambda folder: restored(folder / 'state.npz',
+                                ages=np.full((2, 4, 7), np.nan, np.float32)),
+        'labels or ages that no frame has'),
+    'too few tiles': (
+        lambda folder: restored(folder / 'state.npz', ages=np.ones((2, 4, 6), np.float32)),
+        'ages of the state is'),
+    'a frame number in a row': (
+        lambda folder: restored(folder / 'state.npz', frame=np.array([1, 2])),
+        r'state.npz: frame is int64 \(2,\)'),
+    'two stamps': (
+        lambda folder: restored(folder / 'state.npz', stamp=np.array([1, 2])),
+        r'state.npz: stamp is int64 \(2,\); needed is int64 \(1,\)'),
+}
+
+
+@pytest.mark.parametrize('case', DAMAGES)
+def test_what_does_not_belong_together_is_refused_with_a_sentence(report, case):
+    damage, words = DAMAGES[case]
+    damage(report)
+    with pytest.raises(ValueError, match=words) as caught:
+        read_saved_pair(report)
+    assert str(caught.value).startswith(str(report)) and '\n' not in str(caught.value)
+
+
+def test_no_folder_at_all_is_refused(tmp_path):
+    with pytest.raises(ValueError, match='none is no folder; give one that holds a saved pair'):
+        read_saved_pair(tmp_path / 'none')
+
+
+def test_what_could_not_be_read_again_is_not_written():
+    *_, saved = running()
+    with pytest.raises(ValueError, match='the state is missing'):
+        replace(saved, state=None)
+    with pytest.raises(ValueError, match='disparity is float64'):
+        replace(saved, match=replace(
+            saved.match, disparity=saved.match.disparity.astype(np.float64)))
