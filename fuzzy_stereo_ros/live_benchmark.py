@@ -5,7 +5,7 @@ What the node is like beside a camera: latency, rate, idle cost, memory; each as
 
 `python -m fuzzy_stereo_ros.live_benchmark --output docs/benchmarks.md` writes its section.
 """
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 import os
 from pathlib import Path
 import signal
@@ -56,6 +56,11 @@ class Listener:
     def leave(self):
         """Want nothing any more."""
         self._node.destroy_subscription(self._subscription)
+
+    def close(self):
+        """End; otherwise the middleware would go on listening."""
+        self._executor.shutdown()
+        self._node.destroy_node()
 
     def spin(self, seconds=None, until=lambda: False, progress=lambda: None):
         """Listen for a time in s, or until something is true, at most as long as a start takes."""
@@ -114,8 +119,7 @@ def running(module, columns, rows, disparities, rate, log):
         '--rate', str(rate)], log.with_name('camera.log'))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
-        with node as process, camera:
-            listener = Listener()
+        with node as process, camera, closing(Listener()) as listener:
             listener.subscribe()
             listener.spin(until=lambda: listener.ages)
             yield listener, Process(process)
@@ -126,19 +130,23 @@ def running(module, columns, rows, disparities, rate, log):
 def live_row(case, seconds, log):
     """Return the row of a case of the first table."""
     columns, rows, disparities = case
-    with running(PROBED, *case, RATE, log) as (listener, process):
+    with running(NODE, *case, RATE, log) as (listener, process):
         listener.spin(SETTLED)
         before, used, started = listener.news(), process.seconds(), time.monotonic()
         listener.ages.clear()
-        listener.late.clear()
         listener.spin(seconds)
-        ages, late = list(listener.ages), list(listener.late)
+        ages = list(listener.ages)
         after, share = listener.news(), process.seconds() - used
         passed = time.monotonic() - started
-        counts = [after[name] - before[name] for name in COUNTED]
-        return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / passed,
-                *np.percentile(ages, (50, 95)).tolist(), max(one[1] for one in late),
-                float(np.median([one[0] for one in late])), 100 * share / passed)
+    with running(PROBED, *case, RATE, log) as (listener, process):
+        listener.spin(SETTLED)
+        listener.late.clear()
+        listener.spin(seconds)
+        late = list(listener.late)
+    counts = [after[name] - before[name] for name in COUNTED]
+    return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / passed,
+            *np.percentile(ages, (50, 95)).tolist(), 100 * share / passed,
+            max(one[1] for one in late), float(np.median([one[0] for one in late])))
 
 
 def memory_rows(frames, seconds, log):
@@ -162,6 +170,10 @@ def run(arguments):
     """Measure, print the tables, and return the exit code."""
     if arguments.output is not None:
         check_page(arguments.output)
+    for name in ('seconds', 'frames'):
+        value = getattr(arguments, name)
+        if value <= 0:
+            raise ValueError(f'--{name} is {value}; allowed are numbers above 0')
     try:
         with ros_environment() as log:
             rows = [live_row(case, arguments.seconds, log) for case in CASES]
@@ -178,10 +190,10 @@ def run(arguments):
                      'a subscriber of disparity in a third process'},
         [Table('Rate and latency', (
             'live', 'pairs', 'matched', 'dropped', 'refused', 'pairs/s', 'latency median [ms]',
-            '95th percentile [ms]', 'latest turn of the executor [ms]', '99th percentile [ms]',
-            'of a core [%]'), rows,
-            'The executor is asked for a turn every 2 ms; what is shown is by how much it came '
-            'late, at the latest and in the median second.'),
+            '95th percentile [ms]', 'of a core [%]', 'latest turn of the executor [ms]',
+            '99th percentile [ms]'), rows,
+            'The executor of another run is asked for a turn every 5 ms; what is shown is by how '
+            'much it came late, at the latest and in the median second.'),
          Table(f'Memory at {SMALL[0]}x{SMALL[1]}, {SMALL[2]} disparities, as fast as it goes',
                ('pairs', 'MB'), memory, 'Without a subscriber, the camera going on, the node then '
                f'takes {idle:.2f} % of a core.', digits=1)])

@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.stereo_node import DisparityNode
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Float32MultiArray
 
-PERIOD = 0.002      # s
+PERIOD = 0.005      # s
 
 
 class ProbedNode(DisparityNode):

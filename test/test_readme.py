@@ -123,7 +123,8 @@ def test_the_executable_and_the_dds_profile_that_are_named_exist():
 
 def test_every_link_leads_to_a_file():
     for name, folder in (('README.md', ROOT), ('docs/architecture.md', ROOT / 'docs'),
-                         ('docs/algorithm.md', ROOT / 'docs')):
+                         ('docs/algorithm.md', ROOT / 'docs'),
+                         ('docs/from_stereo_image_proc.md', ROOT / 'docs')):
         text = (ROOT / name).read_text(encoding='utf-8')
         for target in re.findall(r'\]\(([^)#:]+)\)', text):
             assert (folder / target).exists(), f'{name} links to {target}'
