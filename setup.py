@@ -27,8 +27,10 @@ setup(
     maintainer_email=maintainer.get('email'),
     packages=find_packages(include=[package_name, f'{package_name}.*']),
     python_requires='>=3.11',
-    install_requires=['numba>=0.58', 'numpy>=1.26', 'opencv-python-headless>=4.6'],
+    install_requires=['numba>=0.58', 'numpy>=1.26', 'opencv-python-headless>=4.6', 'PyYAML>=5'],
     extras_require={
+        'bags': ['rosbags>=0.11,<0.12'],
+        'cluster': ['distributed>=2024.1'],
         'demo': ['matplotlib', 'scikit-image', 'tqdm'],
         'ros': [
             'ros-jazzy-common-interfaces',

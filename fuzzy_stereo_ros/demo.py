@@ -14,11 +14,11 @@ import signal
 import sys
 import time
 
-from fuzzy_stereo_ros.command_line import (
-    add_matcher_options, matcher_changes, Parser, run_cleanly)
+from fuzzy_stereo_ros.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.demo_sequence import MotorcycleWindow
 from fuzzy_stereo_ros.demo_stage import NodeFailed, open_stage, ros_environment, running_node
 from fuzzy_stereo_ros.demo_table import table
+from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.parameter_table import profile_config, ros_name
 from fuzzy_stereo_ros.pictures import check_panel_suffix, write_panel
 from tqdm import tqdm

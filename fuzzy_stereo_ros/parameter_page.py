@@ -10,7 +10,7 @@ from pathlib import Path
 import re
 import sys
 
-from fuzzy_stereo_ros.command_line import written_value
+from fuzzy_stereo_ros.matcher_options import written_value
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.parameter_table import field_names, listed, NODE_PARAMETERS, ros_name

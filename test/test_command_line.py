@@ -8,11 +8,12 @@ import re
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import match_command
-from fuzzy_stereo_ros.command_line import (
-    add_matcher_options, main, matcher_config, option_name, Parser, written_value)
+from fuzzy_stereo_ros.command_line import main, Parser
+from fuzzy_stereo_ros.commands import match as match_command
 from fuzzy_stereo_ros.evaluation import score
 from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matcher_options import (
+    add_matcher_options, matcher_config, option_name, written_value)
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image

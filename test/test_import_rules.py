@@ -32,7 +32,8 @@ class Room:
 
 
 FLAT = Room(libraries=frozenset({'cv2', 'numba', 'numpy', 'tqdm'}),
-            libraries_inside_functions=frozenset({'matplotlib', 'skimage'}),
+            libraries_inside_functions=frozenset(
+                {'distributed', 'matplotlib', 'rerun', 'skimage'}),
             project=(PACKAGE,))
 MATCHING = Room(libraries=frozenset({'cv2', 'numba', 'numpy'}),
                 libraries_inside_functions=frozenset(),
@@ -41,7 +42,7 @@ SIMD = Room(libraries=MATCHING.libraries | {'llvmlite'},
             libraries_inside_functions=frozenset(),
             project=MATCHING.project)
 PAIRS = Room(libraries=frozenset({'cv2', 'numpy'}),
-             libraries_inside_functions=frozenset({'rosbags'}),
+             libraries_inside_functions=frozenset({'rosbags', 'yaml'}),
              project=(f'{PACKAGE}.pairs',))
 BENCHMARKS = Room(libraries=frozenset({'cv2', 'numpy'}),
                   libraries_inside_functions=frozenset({'matplotlib', 'skimage', 'tqdm'}),

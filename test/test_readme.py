@@ -5,8 +5,8 @@ from pathlib import Path
 import re
 import shlex
 
-from fuzzy_stereo_ros.benchmark_command import BENCHMARKS
 from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.demo_table import Phase, table
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity

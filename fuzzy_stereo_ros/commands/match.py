@@ -9,6 +9,8 @@ from pathlib import Path
 import time
 
 from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.matcher_options import (
+    add_matcher_options, matcher_config, USUAL_PROFILE)
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import (
     check_disparity_suffix, read_disparity, write_disparity)
@@ -19,6 +21,7 @@ from fuzzy_stereo_ros.reproduction import comparison, is_broken, sentence
 from fuzzy_stereo_ros.saved_pair import read_saved_pair
 import numpy as np
 
+HELP = 'match two images'
 DESCRIPTION = ('Match a rectified pair of images. The disparities belong to the image that\n'
                '--reference names; a pixel that was refused is invalid (see --fill).\n'
                'With --saved: match a saved pair as it was matched, and say whether the same\n'
@@ -32,7 +35,7 @@ DIFFERENT = 1       # exit code: a saved pair does not come out as it was
 
 
 def add_arguments(parser):
-    """Add the arguments of `match`, but for those of the matcher."""
+    """Add the arguments of `match`."""
     parser.add_argument('left', metavar='LEFT', help='left image, 8 or 16 bits, grey or colour')
     parser.add_argument('right', metavar='RIGHT', help='right image, of the same size')
     parser.add_argument('--saved', metavar='FOLDER', action=_Saved,
@@ -54,6 +57,8 @@ def add_arguments(parser):
                        help='grey levels per pixel of disparity in a picture; default for '
                             '16 bits: 256')
     truth.add_argument('--mask', metavar='FILE', help='picture; only pixels of 255 count')
+    add_matcher_options(parser, required=('disparities',))
+    parser.set_defaults(profile=None)       # a saved pair must know whether it is given
 
 
 class _Saved(argparse.Action):
@@ -64,7 +69,16 @@ class _Saved(argparse.Action):
         parser.waive(*BROUGHT, 'output')
 
 
-def read_saved(arguments):
+def run(arguments, stream):
+    """Match what the arguments name, and return the exit code; see `_run`."""
+    if arguments.saved is not None:
+        saved = _read_saved(arguments)
+        return _run(arguments, matcher_config(arguments, saved.repeatable), stream, saved)
+    arguments.profile = arguments.profile or USUAL_PROFILE
+    return _run(arguments, matcher_config(arguments), stream)
+
+
+def _read_saved(arguments):
     """Return the SavedPair of --saved; ValueError where what it brings is given too."""
     if any(getattr(arguments, name, None) is not None for name in BROUGHT):
         raise ValueError('--saved brings the images and the number of disparities; leave out '
@@ -72,7 +86,7 @@ def read_saved(arguments):
     return read_saved_pair(arguments.saved)
 
 
-def run(arguments, config, stream, saved=None):
+def _run(arguments, config, stream, saved=None):
     """
     Match, write the files, print the figures to the stream, and return the exit code.
 

@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.benchmarks.datasets import data_folder, DATA_VARIABLE, USU
 from fuzzy_stereo_ros.benchmarks.progress import follow
 from fuzzy_stereo_ros.benchmarks.report import check_page, for_json, markdown, write_section
 from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
 
 BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
               'paper': paper_tables.run, 'ablation': ablation.run, 'anytime': anytime.run,
@@ -18,6 +19,7 @@ BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
 REPEATS = 15
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
 
+HELP = 'measure the matcher side by side with OpenCV'
 DESCRIPTION = (
     'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
     '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
@@ -37,7 +39,7 @@ EXAMPLE = ('example:\n'
 
 
 def add_arguments(parser):
-    """Add the arguments of `benchmark`, but for those of the matcher."""
+    """Add the arguments of `benchmark`."""
     parser.add_argument('names', metavar='NAME', nargs='+', choices=tuple(BENCHMARKS),
                         help=', '.join(BENCHMARKS))
     parser.add_argument('--data', metavar='DIR',
@@ -51,21 +53,23 @@ def add_arguments(parser):
     parser.add_argument('--output', metavar='FILE.md',
                         help='write each benchmark into its section of this page too')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
+    add_matcher_options(parser, left_out=DECIDED)
 
 
-def run(arguments, changes, stream, progress_stream=None):
+def run(arguments, stream, progress_stream=None):
     """
     Run the benchmarks that are named, one after the other, and print what they found.
 
-    changes: {parameter: value} of the matcher under test. stream, progress_stream: texts.
+    stream, progress_stream: texts.
     Raises ValueError and OSError for bad input, before anything is measured where possible.
     """
     if arguments.repeats < 1:
         raise ValueError(f'--repeats is {arguments.repeats}; allowed are 1 and more')
     if arguments.output is not None:
         check_page(arguments.output)
-    request = Request(arguments.profile, changes, data_folder(arguments.data), arguments.only,
-                      arguments.repeats, partial(follow, stream=progress_stream or sys.stderr))
+    request = Request(
+        arguments.profile, matcher_changes(arguments), data_folder(arguments.data),
+        arguments.only, arguments.repeats, partial(follow, stream=progress_stream or sys.stderr))
     request.config(disparities=16)
     request.scenes()
     reports = []
