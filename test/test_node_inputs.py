@@ -3,8 +3,10 @@
 """The real node with inputs of other kinds: stamps apart, compressed, other QoS, no clock."""
 from functools import partial
 
+import cv2
 from node_process import shifted_pair, START, values_of
 import numpy as np
+from raw_camera import COLUMNS, FOCAL, RawCamera, ROWS
 
 SHIFT = 7
 PAIR = shifted_pair(SHIFT)
@@ -66,3 +68,27 @@ def test_with_sim_time_and_no_clock_it_matches_and_still_reports(make_bench):
         bench.until(lambda: 'no stereo pair for' in bench.node.log(), 'the report')
         line = bench.node.logged('no stereo pair for')
         assert 'messages since then: /left/image_rect 0, ' in line
+
+
+def test_raw_images_are_rectified_and_cut_to_what_both_cameras_see(make_bench):
+    cameras = [RawCamera(turn=(0.02, 0.03, -0.01)),
+               RawCamera(turn=(-0.02, 0.01, 0.02), right=0.12, centre=(160.0, 118.0))]
+    pair = shifted_pair(SHIFT, ROWS, COLUMNS)
+    blurred = [cv2.GaussianBlur(image, (0, 0), 1.5) for image in pair]
+    raw = [camera.raw(image) for camera, image in zip(cameras, blurred)]
+
+    def calibrate(messages):
+        for side, camera in zip(('left', 'right'), cameras):
+            made, info = camera.info(), messages[f'{side}/camera_info']
+            for name in ('height', 'width', 'distortion_model', 'd', 'k', 'r', 'p'):
+                setattr(info, name, getattr(made, name))
+
+    with make_bench(*SMALL, '-p', 'rectify:=true', '-p', 'crop:=true') as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*raw)     # not calibrated yet: as it is
+        message = bench.match(*raw, change=calibrate)
+        assert message.f == FOCAL
+        assert 0.7 * ROWS < message.image.height < ROWS
+        assert 0.7 * COLUMNS < message.image.width < COLUMNS
+        check_disparity(message)

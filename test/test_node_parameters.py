@@ -159,6 +159,10 @@ def test_the_paper_s_profile_at_start_gives_left_referenced_disparities(make_ben
     ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),
     ('queue_size:=0', 'queue_size is 0; allowed are numbers from 1 to'),
     ('approximate_sync:=1', 'approximate_sync is 1; allowed are values like False'),
+    ('scale:=0.3', "scale is '0.3'; allowed are 1, 0.5, 0.25"),
+    ('input_qos:=best', "input_qos is 'best'; allowed are sensor_data, reliable, best_available"),
+    ('outputs:=disparity mesh',
+     "outputs is 'disparity mesh'; allowed are disparity, confidence, depth, points2, preview"),
 ])
 def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(
         start_node, argument, sentence):
