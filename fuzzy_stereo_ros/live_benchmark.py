@@ -13,9 +13,9 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from fuzzy_stereo_ros.benchmarks.report import (
-    check_page, environment, markdown, Report, Table, write_section)
+from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
 from fuzzy_stereo_ros.command_line import Parser, run_cleanly
+from fuzzy_stereo_ros.comparing.report import environment, markdown, Report, Table
 from fuzzy_stereo_ros.demo_stage import (
     LONGEST_START, NODE, NodeFailed, ros_environment, running_module)
 from fuzzy_stereo_ros.pairs.messages import stamp_of

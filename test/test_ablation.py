@@ -8,12 +8,11 @@ from fuzzy_stereo_ros.benchmarks import ablation, variants
 from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, VARIANTS
 from fuzzy_stereo_ros.benchmarks.correlation import (
     correlation_table, fittest, Point, ranks, spearman)
-from fuzzy_stereo_ros.benchmarks.datasets import (
-    bad_percent, KITTI, KnownPair, MIDDLEBURY, Scene)
-from fuzzy_stereo_ros.benchmarks.measured_search import (
-    asked_about_truth, genes_of, MeasuredSearch)
+from fuzzy_stereo_ros.benchmarks.datasets import Scene
+from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence, window
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.fitness import FuzzyFitness, total_fitness

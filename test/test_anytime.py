@@ -4,9 +4,10 @@
 from fuzzy_stereo_ros.benchmarks import anytime, anytime_picture
 from fuzzy_stereo_ros.benchmarks.anytime import Stand, stand_at
 from fuzzy_stereo_ros.benchmarks.courses import course_of, DataSeeds, RandomSeeds, STARTS
-from fuzzy_stereo_ros.benchmarks.datasets import KnownPair, MIDDLEBURY, Scene
+from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.measured_search import MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.comparing.known_pairs import KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np

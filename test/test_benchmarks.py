@@ -9,16 +9,16 @@ import json
 import cv2
 from fuzzy_stereo_ros.benchmarks import accuracy, datasets, paper_tables, sequences, speed, warm
 from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
-from fuzzy_stereo_ros.benchmarks.datasets import (
-    available_scenes, bad_percent, data_folder, KITTI, KnownPair, MIDDLEBURY, Scene)
-from fuzzy_stereo_ros.benchmarks.progress import follow
-from fuzzy_stereo_ros.benchmarks.report import (
-    check_page, for_json, HEADING, markdown, Report, Table, write_section)
+from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, data_folder, Scene
+from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.benchmarks.rivals import (
-    default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
-from fuzzy_stereo_ros.benchmarks.visibility import cross_checked, seen_by_both, warped_to_right
 from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.comparing.progress import follow
+from fuzzy_stereo_ros.comparing.report import for_json, markdown, Report, Table
+from fuzzy_stereo_ros.comparing.rivals import (
+    default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
+from fuzzy_stereo_ros.comparing.visibility import cross_checked, seen_by_both, warped_to_right
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image

@@ -44,10 +44,15 @@ SIMD = Room(libraries=MATCHING.libraries | {'llvmlite'},
 PAIRS = Room(libraries=frozenset({'cv2', 'numpy'}),
              libraries_inside_functions=frozenset({'rosbags', 'yaml'}),
              project=(f'{PACKAGE}.pairs',))
-BENCHMARKS = Room(libraries=frozenset({'cv2', 'numpy'}),
-                  libraries_inside_functions=frozenset({'matplotlib', 'skimage', 'tqdm'}),
+COMPARING = Room(libraries=frozenset({'cv2', 'numpy'}),
+                 libraries_inside_functions=frozenset({'tqdm'}),
+                 project=tuple(f'{PACKAGE}.{name}' for name in (
+                     'comparing', 'evaluation', 'matching', 'pairs', 'pictures')))
+BENCHMARKS = Room(libraries=COMPARING.libraries,
+                  libraries_inside_functions=frozenset({'matplotlib', 'skimage'}),
                   project=tuple(f'{PACKAGE}.{name}' for name in (
-                      'benchmarks', 'evaluation', 'made_scenes', 'matching', 'pairs')))
+                      'benchmarks', 'comparing', 'evaluation', 'made_scenes', 'matching',
+                      'pairs')))
 ROS = Room(libraries=FLAT.libraries | {'yaml'},
            libraries_inside_functions=FLAT.libraries_inside_functions,
            project=FLAT.project,
@@ -61,6 +66,8 @@ def room_of(path):
         return SIMD if parts[2:] == ('kernels', 'simd') else MATCHING
     if parts[:2] == (PACKAGE, 'pairs'):
         return PAIRS
+    if parts[:2] == (PACKAGE, 'comparing'):
+        return COMPARING
     if parts[:2] == (PACKAGE, 'benchmarks'):
         return BENCHMARKS
     return ROS if parts[1:] and parts[1] in ROS_FILES else FLAT
@@ -165,7 +172,8 @@ IN_MATCHING = f'{PACKAGE}/matching/operators.py'
 IN_KERNELS = f'{PACKAGE}/matching/kernels/sweep.py'
 IN_SIMD = f'{PACKAGE}/matching/kernels/simd.py'
 IN_PAIRS = f'{PACKAGE}/pairs/bags.py'
-IN_BENCHMARKS = f'{PACKAGE}/benchmarks/rivals.py'
+IN_COMPARING = f'{PACKAGE}/comparing/rivals.py'
+IN_BENCHMARKS = f'{PACKAGE}/benchmarks/speed.py'
 IN_FLAT = f'{PACKAGE}/worker.py'
 IN_NODE = f'{PACKAGE}/stereo_node.py'
 
@@ -181,6 +189,10 @@ IN_NODE = f'{PACKAGE}/stereo_node.py'
     (IN_SIMD, 'from llvmlite import ir'),
     (IN_PAIRS, f'from {PACKAGE}.pairs import stereo_pair'),
     (IN_PAIRS, inside_a_function('from rosbags.highlevel import AnyReader')),
+    (IN_COMPARING, f'from {PACKAGE}.evaluation import score'),
+    (IN_COMPARING, f'from {PACKAGE}.pairs.image_files import read_pair'),
+    (IN_COMPARING, inside_a_function('from tqdm import tqdm')),
+    (IN_BENCHMARKS, f'from {PACKAGE}.comparing.rivals import dense'),
     (IN_BENCHMARKS, f'from {PACKAGE}.evaluation import score'),
     (IN_BENCHMARKS, f'from {PACKAGE}.matching import StereoMatcher'),
     (IN_BENCHMARKS, f'from {PACKAGE}.pairs.image_files import read_pair'),
@@ -217,9 +229,13 @@ def test_an_import_of_its_own_room_is_accepted(path, line):
     (IN_PAIRS, 'from rosbags.highlevel import AnyReader', 'only inside a function'),
     (IN_PAIRS, 'if True:\n    import rosbags', 'only inside a function'),
     (IN_PAIRS, 'class Bag:\n    import rosbags', 'only inside a function'),
+    (IN_COMPARING, f'from {PACKAGE}.benchmarks.datasets import Scene', 'outside its room'),
+    (IN_COMPARING, f'from {PACKAGE} import command_line', 'outside its room'),
+    (IN_COMPARING, 'import rclpy', 'ROS outside the ROS files'),
+    (IN_COMPARING, 'import tqdm', 'only inside a function'),
     (IN_BENCHMARKS, f'from {PACKAGE} import command_line', 'outside its room'),
     (IN_BENCHMARKS, 'import rclpy', 'ROS outside the ROS files'),
-    (IN_BENCHMARKS, 'import tqdm', 'only inside a function'),
+    (IN_BENCHMARKS, 'import skimage', 'only inside a function'),
     (IN_FLAT, 'import rclpy', 'ROS outside the ROS files'),
     (IN_FLAT, inside_a_function('import rclpy'), 'ROS outside the ROS files'),
     (IN_FLAT, 'from rcl_interfaces.msg import Parameter', 'ROS outside the ROS files'),

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 
 from fuzzy_stereo_ros.benchmarks import ablation_tables, variants
 from fuzzy_stereo_ros.benchmarks.correlation import Point
-from fuzzy_stereo_ros.benchmarks.datasets import bad_percent, Scene
-from fuzzy_stereo_ros.benchmarks.measured_search import (
-    asked_about_truth, genes_of, MeasuredSearch)
-from fuzzy_stereo_ros.benchmarks.report import environment, Report
-from fuzzy_stereo_ros.benchmarks.rivals import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.benchmarks.datasets import Scene
+from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.sequences import available_sequences, Sequence
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
+from fuzzy_stereo_ros.comparing.report import environment, Report
+from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.evaluation import flicker
 from fuzzy_stereo_ros.matching import StereoMatcher
 import numpy as np

@@ -10,9 +10,10 @@ can be checked on the other.
 from dataclasses import dataclass, replace
 
 from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
-from fuzzy_stereo_ros.benchmarks.datasets import bad_percent, KITTI, MIDDLEBURY, Scene
-from fuzzy_stereo_ros.benchmarks.report import environment, Report, Table
-from fuzzy_stereo_ros.benchmarks.rivals import (
+from fuzzy_stereo_ros.benchmarks.datasets import Scene
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.comparing.report import environment, Report, Table
+from fuzzy_stereo_ros.comparing.rivals import (
     default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
 import numpy as np
 
@@ -52,7 +53,7 @@ def run(request):
         **environment('one each'),
         'ours': f'{request.subject}, filled, cold, colour images; the output as it comes',
         'rivals': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
-                  'border padded, settings as in fuzzy_stereo_ros/benchmarks/rivals.py); invalid '
+                  'border padded, settings as in fuzzy_stereo_ros/comparing/rivals.py); invalid '
                   'pixels filled from the background side on their row, then a 5x5 median',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth)',

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from fuzzy_stereo_ros.benchmarks.anytime_picture import drawn
 from fuzzy_stereo_ros.benchmarks.correlation import correlation_table, Point
 from fuzzy_stereo_ros.benchmarks.courses import ALLELES, course_of, STARTS
-from fuzzy_stereo_ros.benchmarks.datasets import bad_percent, Scene
-from fuzzy_stereo_ros.benchmarks.measured_search import (
-    asked_about_truth, genes_of, MeasuredSearch)
+from fuzzy_stereo_ros.benchmarks.datasets import Scene
+from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.paper_tables import fastest
-from fuzzy_stereo_ros.benchmarks.report import environment, Report, Table
-from fuzzy_stereo_ros.benchmarks.rivals import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.benchmarks.speed import with_noise
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
+from fuzzy_stereo_ros.comparing.report import environment, Report, Table
+from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
 

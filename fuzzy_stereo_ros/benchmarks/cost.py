@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.benchmarks.compiling import compile_table
 from fuzzy_stereo_ros.benchmarks.cost_tables import growth_table, race_table
-from fuzzy_stereo_ros.benchmarks.datasets import MIDDLEBURY
 from fuzzy_stereo_ros.benchmarks.deadline import deadline_table
 from fuzzy_stereo_ros.benchmarks.memory import memory_row, memory_table
-from fuzzy_stereo_ros.benchmarks.report import environment, Report, Table
-from fuzzy_stereo_ros.benchmarks.rivals import grey, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.benchmarks.speed import Contestant
+from fuzzy_stereo_ros.comparing.known_pairs import MIDDLEBURY
+from fuzzy_stereo_ros.comparing.report import environment, Report, Table
+from fuzzy_stereo_ros.comparing.rivals import grey, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.made_scenes import made_pair
 import numpy as np
 

@@ -12,9 +12,10 @@ from importlib.util import find_spec
 import os
 from pathlib import Path
 
-from fuzzy_stereo_ros.benchmarks.visibility import (
-    cross_checked, seen_by_both, warped_to_right)
-from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.comparing.known_pairs import (
+    KITTI, KnownPair, LIMITS, MIDDLEBURY, read_truth, WHOLE_PIXEL_TRUTH)
+from fuzzy_stereo_ros.comparing.middlebury import MIDDLEBURY_FOLDERS
+from fuzzy_stereo_ros.comparing.visibility import cross_checked, seen_by_both, warped_to_right
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
@@ -23,20 +24,6 @@ import numpy as np
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'
 USUAL_DATA = Path('../shared/data')
 
-MIDDLEBURY, KITTI = 'Middlebury', 'KITTI'
-LIMITS = {MIDDLEBURY: 1.0, KITTI: 3.0}
-WHOLE_PIXEL_TRUTH = {'tsukuba'}
-
-# group: {scene: (grey levels per pixel of disparity, disparities)}
-MIDDLEBURY_FOLDERS = {
-    'middv2': {'tsukuba': (16, 16), 'venus': (8, 20), 'teddy': (4, 60), 'cones': (4, 60)},
-    'midd2001': {'bull': (8, 21), 'sawtooth': (8, 19)},
-    'midd2006_third': {
-        'Aloe': (3, 72), 'Baby1': (3, 47), 'Bowling1': (3, 78), 'Cloth1': (3, 59),
-        'Cloth3': (3, 57), 'Flowerpots': (3, 62), 'Lampshade1': (3, 66), 'Midd1': (3, 70),
-        'Rocks1': (3, 58), 'Wood1': (3, 73)},
-    'midd2006_half': {'Cloth3': (2, 84)},
-}
 # folder: (suffix of the images' names, truth of all pixels, disparities)
 KITTI_FOLDERS = {
     'kitti2015/000000': ('', 'disp_occ_0.png', 66),
@@ -48,24 +35,6 @@ MOTORCYCLE = 'midd2014/Motorcycle'
 MOTORCYCLE_DISPARITIES = 64
 MADE_SCENES = 4
 MADE_ROWS, MADE_COLUMNS, MADE_DISPARITIES = 240, 320, 48
-
-
-@dataclass(frozen=True)
-class KnownPair:
-    """
-    A pair whose disparities are known.
-
-    left, right: uint8 (R, C) or (R, C, 3) BGR.
-    truth: float32 (R, C), pixels, NaN = unknown, or None where nothing is known.
-    counts: bool (R, C), the pixels that are scored; None = all with a truth.
-    whole_pixel: the truth has whole pixels only, so that a disparity is rounded before scoring.
-    """
-
-    left: np.ndarray
-    right: np.ndarray
-    truth: np.ndarray | None
-    counts: np.ndarray | None = None
-    whole_pixel: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,16 +61,6 @@ class Scene:
     def path(self):
         """Group and name, as they are written in tables."""
         return f'{self.group}/{self.name}'
-
-
-def bad_percent(disparity, known, limit):
-    """
-    Return the percent of the pixels that count which are off by more than limit, or invalid.
-
-    disparity: float (R, C), pixels, NaN = invalid; rounded first where the truth is whole.
-    """
-    found = np.rint(disparity) if known.whole_pixel else disparity
-    return score(found, known.truth, known.counts, (limit,)).bad_dense[limit]
 
 
 def data_folder(given=None):
@@ -173,13 +132,6 @@ def read_middlebury(folder, scale):
     return KnownPair(left, right, read_truth(folder / 'groundtruth.png', scale),
                      (mask if mask.ndim == 2 else mask[:, :, 0]) == 255,
                      folder.name in WHOLE_PIXEL_TRUTH)
-
-
-def read_truth(path, scale):
-    """Return the disparities of a picture, grey or grey in three channels: float32, NaN."""
-    levels = read_image(path)
-    levels = levels if levels.ndim == 2 else levels[:, :, 0]
-    return np.where(levels > 0, levels / np.float32(scale), np.nan).astype(np.float32)
 
 
 def read_middlebury_from_right(folder, scale):

@@ -5,7 +5,7 @@ from itertools import pairwise
 import time
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.report import Table
+from fuzzy_stereo_ros.comparing.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import always
 from fuzzy_stereo_ros.matching.guided_search import GuidedSearch

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The guided search as it is, which can be asked what any chromosome is worth to it."""
-from fuzzy_stereo_ros.benchmarks.datasets import bad_percent, KITTI
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI
 from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
 import numpy as np
 

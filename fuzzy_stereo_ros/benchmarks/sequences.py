@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
-from fuzzy_stereo_ros.benchmarks.datasets import KITTI, KnownPair, LIMITS, MIDDLEBURY
 from fuzzy_stereo_ros.benchmarks.speed import with_noise
+from fuzzy_stereo_ros.comparing.known_pairs import KITTI, KnownPair, LIMITS, MIDDLEBURY
 from fuzzy_stereo_ros.made_scenes import made_sequence
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_pair

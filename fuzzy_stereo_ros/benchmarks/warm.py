@@ -7,10 +7,10 @@ Cold means that the matcher forgets the frame before each one.
 """
 from dataclasses import dataclass
 
-from fuzzy_stereo_ros.benchmarks.datasets import bad_percent
-from fuzzy_stereo_ros.benchmarks.report import environment, Report, Table
-from fuzzy_stereo_ros.benchmarks.rivals import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.benchmarks.sequences import available_sequences, Sequence
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
+from fuzzy_stereo_ros.comparing.report import environment, Report, Table
+from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.evaluation import flicker
 import numpy as np
 

@@ -8,9 +8,10 @@ import sys
 from fuzzy_stereo_ros.benchmarks import (
     ablation, accuracy, anytime, cost, paper_tables, speed, warm)
 from fuzzy_stereo_ros.benchmarks.datasets import data_folder, DATA_VARIABLE, USUAL_DATA
-from fuzzy_stereo_ros.benchmarks.progress import follow
-from fuzzy_stereo_ros.benchmarks.report import check_page, for_json, markdown, write_section
+from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
 from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.comparing.progress import follow
+from fuzzy_stereo_ros.comparing.report import for_json, markdown
 from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
 
 BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import cv2
-from fuzzy_stereo_ros.benchmarks.datasets import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.comparing.known_pairs import KITTI, MIDDLEBURY
 import numpy as np
 
 MODES = {'SGBM': cv2.STEREO_SGBM_MODE_SGBM, '3WAY': cv2.STEREO_SGBM_MODE_SGBM_3WAY,
