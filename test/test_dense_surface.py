@@ -79,6 +79,19 @@ def test_fitness_is_what_matches_and_steps_do_not_cost(shape):
         1 - cost / (FULL / 2 * surface.size), abs=1e-5)
 
 
+@pytest.mark.parametrize('shape', SHAPES)
+def test_possibility_is_1_less_the_cost_of_matches_that_are_not_trusted_too(shape):
+    fitness, costs, _, _ = measured(shape)
+    fitness.trust(np.ones(shape, bool))
+    surface = surface_of(shape)
+    before = fitness.measure(Crew(1), surface, STEPS)
+    found = fitness.possibility_of(Crew(1), surface)
+    genes = [twins.cost_at(costs[place] >> 1, surface[place], 9) for place in np.ndindex(shape)]
+    np.testing.assert_allclose(found.ravel(), 1 - np.array(genes) / (FULL / 2), atol=1e-5)
+    assert found.dtype == np.float32
+    assert fitness.measure(Crew(1), surface, STEPS) == before
+
+
 @pytest.mark.parametrize('seed', range(5))
 @pytest.mark.parametrize('shape', SHAPES)
 def test_a_child_is_as_fit_as_both_parents_and_as_fit_as_is_said(shape, seed):

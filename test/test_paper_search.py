@@ -118,6 +118,34 @@ def origins_of(child, former):
     return [origin[0] for origin in origins]
 
 
+@pytest.mark.parametrize('number', [1, 2])
+def test_the_kinship_tells_where_every_row_comes_from(number):
+    search, _ = search_for(mutation_rate=0.0)
+    assert search.kinship is None
+    for generation in range(1, number + 1):
+        former = search.population.copy()
+        search.generation(generation)
+    elite, parents, lines = search.kinship
+    np.testing.assert_array_equal(search.population[:elite.size], former[elite])
+    assert elite.size == 4
+    for child in range(elite.size, len(former)):
+        first, second = former[parents[child]]
+        np.testing.assert_array_equal(search.population[child, :lines[child]],
+                                      first[:lines[child]])
+        np.testing.assert_array_equal(search.population[child, lines[child]:],
+                                      second[lines[child]:])
+    search.start(*pair(seed=5), None, (0, 1))
+    assert search.kinship is None
+
+
+def test_a_generation_that_is_not_made_leaves_the_kinship_of_the_living():
+    search, _ = search_for()
+    search.generation(1)
+    kinship = search.kinship
+    search.generation(2, lambda: False)
+    assert search.kinship is kinship
+
+
 def children_without_mutation(number=1, seed_words=(0, 0)):
     """Return the origins of each child of one generation."""
     search, _ = search_for(seed_words=seed_words, mutation_rate=0.0)

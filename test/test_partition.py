@@ -226,6 +226,20 @@ def test_an_equal_pair_seen_as_it_is_has_fitness_1():
     assert measured.adopt(CREW, nothing.copy()) == 1
 
 
+@pytest.mark.parametrize('shape', [(1, 1), (9, 21), (130, 5)])
+def test_possibility_is_1_less_the_share_of_the_dearest_and_asking_leaves_no_trace(shape):
+    measured, twin, gene_costs_of = fitness_of(shape, 17)
+    mother, father, asked = (random_map(shape, 17, seed) for seed in (3, 4, 5))
+    before, father_fitness = twin(mother), twin(father)
+    measured.adopt(CREW, mother)
+    measured.aim(CREW, mother, 0.4)         # from now on the costs of the mother are known
+    found = measured.possibility_of(CREW, asked)
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found, 1 - gene_costs_of(asked) / measured.dearest, atol=1e-6)
+    assert before + measured.join(CREW, mother, father)[1] == pytest.approx(
+        father_fitness, abs=1e-12)
+
+
 # ---- mutation ----
 
 

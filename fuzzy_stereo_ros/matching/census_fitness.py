@@ -106,6 +106,17 @@ class CensusFitness:
             self._scene, chromosome, self._costs, 1, band[1], band[2]), self._bands)
         return self._costs
 
+    def possibility_of(self, crew, chromosome):
+        """
+        Return how possible each gene is, hidden ones as the fitness counts them.
+
+        chromosome: (R, C) labels; possibility: float32 (R, C), 0 to 1. Changes nothing here.
+        """
+        costs = np.empty_like(self._costs)
+        crew.each(lambda band: gene_cost.gene_costs(
+            self._scene, chromosome, costs, 1, band[1], band[2]), self._bands)
+        return 1 - costs / np.float32(self.dearest)
+
     def aim(self, crew, mother, rate):
         """
         Learn what a mother's genes cost, and which are the `rate` least possible ones.

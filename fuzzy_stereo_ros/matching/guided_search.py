@@ -67,6 +67,10 @@ class GuidedSearch:
         """The members alive, the fittest first."""
         return self._members[:len(self.fitness)]
 
+    def possibility_of(self, chromosome):
+        """Return how possible the matches of a member are: float32 (R, C), 0 to 1."""
+        return self._fitness.possibility_of(self._crew, chromosome)
+
     def start(self, left, right, state, seed_words):
         """
         Make the initial population of a pair.

@@ -64,7 +64,9 @@ class StereoMatcher:
 
         left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype.
         stamp: int ns, of the pair; None counts pairs as consecutive.
-        observe: called with generation number and population (P, R, C) after each generation.
+        observe: called with generation number and population (P, R, C) after each generation,
+        genes from 0 for min_disparity, mirrored where the reference is the right image; `search`
+        tells the fitness and, by `possibility_of`, how possible a chromosome is.
         Raises ValueError, with a sentence that says why, for what is no such pair.
         """
         started = time.perf_counter_ns()

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search of the paper, assembled: random maps, cut crossover, patch mutation, Eq. 3."""
 from itertools import count
+from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching import operators
 from fuzzy_stereo_ros.matching.bands import Crew
@@ -14,6 +15,20 @@ from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 import numpy as np
 
 
+class Kinship(NamedTuple):
+    """
+    Where the chromosomes of a generation come from, as indices of the former generation.
+
+    elite: int64 (E,), of the first E, which live on unchanged.
+    parents: int64 (P, 2) and lines: int64 (P,), of the others: the rows above the line are those
+    of the first parent, the rest those of the second, unless mutation struck.
+    """
+
+    elite: np.ndarray
+    parents: np.ndarray
+    lines: np.ndarray
+
+
 class PaperSearch:
     """
     A population of disparity maps of the left image, evolved as the paper has it.
@@ -22,6 +37,7 @@ class PaperSearch:
 
     fitness: float64 (P,), Eq. 3, higher is fitter; P is smaller after a generation cut short
     settled: whether `patience` generations went by without a fitter best: the stop condition
+    kinship: the Kinship of the living generation, None for the initial population
     times: milliseconds by stage; warm: never, the paper knows no previous frame
     """
 
@@ -38,7 +54,7 @@ class PaperSearch:
         self._crew = Crew(config.threads)
         self._scratches = [self._measure.scratch() for _ in range(self._crew.threads)]
         self.fitness = np.zeros(config.population)
-        self.settled = False
+        self.settled, self.kinship = False, None
         self.times = {}
 
     @property
@@ -77,7 +93,7 @@ class PaperSearch:
             slot, key_of(*seed_words, 0, slot), scratch))
         self.fitness = self._living.fitness()
         self._without_gain = 0
-        self.settled = False
+        self.settled, self.kinship = False, None
         self._watch.took('seeds')
 
     def generation(self, number, in_time=always):
@@ -107,6 +123,7 @@ class PaperSearch:
         if made:
             self._living, self._coming = coming, living
             self.fitness = coming.fitness()[:made]
+            self.kinship = Kinship(elite, parents, lines)
         return self._gains(best_before)
 
     def finish(self, stamp, frame, disparity, confidence):

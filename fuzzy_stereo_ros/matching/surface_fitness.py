@@ -84,6 +84,19 @@ class SurfaceFitness:
             self._change)
         return saved / self._most(mother), -dearer / self._most(mother)
 
+    def possibility_of(self, crew, surface):
+        """
+        Return how possible the matches of a map are, those that count little among them.
+
+        surface: float32 (R, C), px; possibility: float32 (R, C), 0 to 1. Changes nothing here.
+        """
+        costs = np.empty_like(self._mother_costs)
+        full, trusted = np.float32(FULL >> _HALF), np.ones_like(self._trust)
+        crew.each(lambda band: surface_cost.gene_costs(
+            self._costs, self._disparities, surface, trusted, costs, band[1], band[2]),
+            self._bands)
+        return 1 - costs / full
+
     def _numbers(self, steps):
         full = FULL >> _HALF
         return (np.float32(steps.slope * full), np.float32(steps.free),

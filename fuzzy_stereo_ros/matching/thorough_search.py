@@ -95,6 +95,10 @@ class ThoroughSearch:
         """The members alive as labels, the fittest first: int16 (P, R, C)."""
         return np.rint(self._members[:len(self.fitness)]).astype(np.int16)
 
+    def possibility_of(self, chromosome):
+        """Return how possible the matches of a member are: float32 (R, C), 0 to 1."""
+        return self._fitness.possibility_of(self._crew, chromosome.astype(np.float32))
+
     def start(self, left, right, state, seed_words):
         """
         Make the first member of a pair, and what all are measured by.
