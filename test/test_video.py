@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Videos are read back: frames, rate, size, and that they are there as a whole or not at all."""
+import os
+import subprocess
+import sys
+
+import cv2
+from fuzzy_stereo_ros import video
+from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pictures import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.video import CODECS, VideoFile, VideoSink
+from fuzzy_stereo_ros.video_frames import HEAD, letterboxed, PANEL, side_by_side
+from hypothesis import given, strategies as st
+from matched_scene import DISPARITIES, made_matched
+import numpy as np
+import pytest
+
+RANGE = 0, DISPARITIES - 1
+LOSS = 6        # grey levels by which a flat frame may differ after it was compressed
+
+
+def plain(level, rows=48, columns=64):
+    return np.full((rows, columns, 3), level, np.uint8)
+
+
+def read_back(path):
+    """Return the frames of a video and its rate."""
+    found, frames = cv2.VideoCapture(str(path)), []
+    rate = found.get(cv2.CAP_PROP_FPS)
+    while (read := found.read())[0]:
+        frames.append(read[1])
+    found.release()
+    return frames, rate
+
+
+def written(path, *frames, rate=10):
+    file = VideoFile(path, rate)
+    for frame in frames:
+        file.write(frame)
+    file.close()
+    return read_back(path)
+
+
+@pytest.mark.parametrize('rate', [0.5, 10, 29.97])
+@pytest.mark.parametrize('suffix', CODECS)
+def test_the_frames_are_read_back_in_order_and_at_their_rate(tmp_path, suffix, rate):
+    levels = [30, 200, 90, 250, 10]
+    frames, found_rate = written(tmp_path / f'video{suffix}', *map(plain, levels), rate=rate)
+    assert found_rate == pytest.approx(rate, rel=1e-3)
+    assert [frame.shape for frame in frames] == [(48, 64, 3)] * len(levels)
+    for frame, level in zip(frames, levels):
+        assert abs(frame.astype(int) - level).max() <= LOSS
+
+
+@pytest.mark.parametrize('suffix', CODECS)
+@pytest.mark.parametrize('size', [(47, 64), (48, 63), (49, 65), (1, 1)])
+def test_odd_sizes_are_made_even_by_one_row_or_column_more(tmp_path, suffix, size):
+    ((frame,), _) = written(tmp_path / f'video{suffix}', plain(200, *size))
+    assert frame.shape == (size[0] + size[0] % 2, size[1] + size[1] % 2, 3)
+
+
+def test_the_first_frame_decides_the_size_and_others_are_fitted_into_it(tmp_path):
+    frames, _ = written(tmp_path / 'video.avi', plain(200), plain(200, 24, 64), plain(200, 96, 32))
+    assert [frame.shape for frame in frames] == [(48, 64, 3)] * 3
+    wide, high = (frame[:, :, 1] > 120 for frame in frames[1:])
+    assert wide.mean(axis=1).round().sum() == 24 and wide.mean(axis=0).round().sum() == 0
+    assert high[24].sum() == 16 and high[:, 32].all()
+
+
+def test_a_frame_larger_than_players_take_is_reduced(tmp_path, monkeypatch):
+    monkeypatch.setattr(video, 'LARGEST', (64, 32))
+    frames, _ = written(tmp_path / 'video.mp4', plain(200, 40, 160))
+    assert frames[0].shape == (16, 64, 3)
+
+
+@given(st.integers(1, 40), st.integers(1, 40), st.integers(1, 40), st.integers(1, 40))
+def test_a_fitted_picture_touches_two_borders_and_keeps_its_proportions(
+        rows, columns, high, wide):
+    whole = letterboxed(np.full((rows, columns, 3), 255, np.uint8), high, wide)
+    assert whole.shape == (high, wide, 3) and whole.dtype == np.uint8
+    places = np.argwhere(whole[:, :, 0] == 255)
+    (top, left), (bottom, right) = places.min(axis=0), places.max(axis=0) + 1
+    assert (whole[top:bottom, left:right] == 255).all()
+    assert np.count_nonzero(whole[:, :, 0] == INVALID_GREY) == high * wide - len(places)
+    if (high - rows, wide - columns) in ((0, 1), (1, 0), (1, 1)):
+        assert (bottom - top, right - left) == (rows, columns)
+        return
+    scale = min(high / rows, wide / columns)
+    assert bottom - top == high or right - left == wide
+    assert abs(bottom - top - rows * scale) <= 1 and abs(right - left - columns * scale) <= 1
+
+
+@pytest.mark.parametrize('suffix', CODECS)
+def test_a_video_has_its_name_when_it_is_closed_and_not_before(tmp_path, suffix):
+    path = tmp_path / f'video{suffix}'
+    path.write_text('the one before')
+    file = VideoFile(path, 10)
+    assert os.listdir(tmp_path) == [path.name]
+    file.write(plain(9))
+    assert path.read_text() == 'the one before'
+    assert len(os.listdir(tmp_path)) == 2
+    file.close()
+    assert os.listdir(tmp_path) == [path.name]
+    assert len(read_back(path)[0]) == 1
+    file.close()
+
+
+def test_without_a_frame_there_is_no_file(tmp_path):
+    VideoFile(tmp_path / 'video.mp4', 10).close()
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize('name, rate, words', [
+    ('video.mov', 10, "has the suffix '.mov'; allowed are .mp4, .avi"),
+    ('none/video.mp4', 10, 'there is no folder'),
+    ('video.mp4', 0, 'is 0; allowed are numbers from 0.1 to 240 frames per second'),
+    ('video.mp4', float('nan'), 'is nan; allowed are numbers'),
+    ('video.avi', 1000, 'is 1000; allowed are numbers')])
+def test_what_cannot_be_written_is_refused_before_the_first_frame(tmp_path, name, rate, words):
+    for begin in (VideoFile, lambda path, rate: VideoSink(path, rate, *RANGE)):
+        with pytest.raises(ValueError, match=words):
+            begin(tmp_path / name, rate)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_missing_encoder_is_told_in_one_sentence_with_the_remedy(tmp_path, monkeypatch, capfd):
+    monkeypatch.setitem(CODECS, '.avi', 'none')
+    file = VideoFile(tmp_path / 'video.avi', 10)
+    with pytest.raises(ValueError, match='no encoder none, or the folder .*; take .mp4, or'):
+        file.write(plain(9))
+    file.close()
+    assert os.listdir(tmp_path) == []
+
+
+FULL_DISK = """
+import resource, sys
+import numpy as np
+from fuzzy_stereo_ros.video import VideoFile
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+chance, file = np.random.default_rng(0), VideoFile(sys.argv[1], 10)
+for _ in range(20):
+    file.write(chance.integers(0, 256, (120, 160, 3)).astype(np.uint8))
+try:
+    file.close()
+except OSError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize('suffix', CODECS)
+def test_a_video_that_did_not_become_whole_is_told_and_leaves_nothing(tmp_path, suffix):
+    path = tmp_path / f'video{suffix}'
+    path.write_text('the one before')
+    ended = subprocess.run([sys.executable, '-c', FULL_DISK, path], capture_output=True,
+                           text=True, check=True)
+    assert ended.stdout.startswith(f'{path} could not be written whole, ')
+    assert ended.stdout.endswith(' of 20 frames; is the disk full?\n')
+    assert path.read_text() == 'the one before' and os.listdir(tmp_path) == [path.name]
+
+
+# ---- matched pairs side by side ----
+
+
+@pytest.mark.parametrize('options', [{}, {'colour': True}, {'bits': 12}])
+@pytest.mark.parametrize('reference', ['left', 'right'])
+def test_a_frame_is_the_reference_image_the_disparity_and_the_confidence(options, reference):
+    matched = made_matched(reference=reference, **options)
+    pictures = np.split(side_by_side(matched, *RANGE)[HEAD:], 3, axis=1)
+    image = in_eight_bits(getattr(matched.pair, reference))
+    np.testing.assert_array_equal(
+        pictures[0], image if image.ndim == 3 else image[:, :, np.newaxis].repeat(3, axis=2))
+    np.testing.assert_array_equal(pictures[1], colour_disparity(matched.match.disparity, *RANGE))
+    ramp = cv2.applyColorMap(np.array([[0, 255]], np.uint8), cv2.COLORMAP_VIRIDIS)[0]
+    assert (pictures[2][:, 0] == ramp[0]).all() and (pictures[2][:, -1] == ramp[1]).all()
+
+
+def test_above_each_picture_stand_words_and_above_two_the_bars_of_their_colours():
+    heads = np.split(side_by_side(made_matched(), *RANGE)[:HEAD], 3, axis=1)
+    assert all((head[:26] > 200).any() for head in heads)
+    assert not np.ptp(heads[0].astype(int), axis=2).any()
+    for head, colours in zip(heads[1:], (cv2.COLORMAP_TURBO, cv2.COLORMAP_VIRIDIS)):
+        for end in cv2.applyColorMap(np.array([[0, 255]], np.uint8), colours)[0]:
+            assert (head == end).all(axis=2).sum() >= 10
+
+
+def test_the_head_tells_the_stamp_and_the_range():
+    def head(low=0, high=9, **options):
+        return side_by_side(made_matched(**options), low, high)[:HEAD].tobytes()
+    assert head() == head()
+    assert len({head(), head(stamp=1_260_000_000), head(low=1), head(high=8)}) == 4
+
+
+def test_a_narrow_picture_is_repeated_and_a_wide_one_reduced():
+    narrow = side_by_side(made_matched(20, 100), *RANGE)
+    assert narrow.shape == (HEAD + 80, 3 * 400, 3)
+    assert np.array_equal(narrow[HEAD::4, :400:4, 0], made_matched(20, 100).pair.left)
+    wide = side_by_side(made_matched(20, 2 * PANEL[1]), *RANGE)
+    assert wide.shape == (HEAD + 10, 3 * PANEL[1], 3)
+
+
+@pytest.mark.parametrize('suffix', CODECS)
+def test_the_sink_writes_a_frame_for_each_pair(tmp_path, suffix):
+    sink = VideoSink(tmp_path / f'video{suffix}', 4, *RANGE)
+    taken = [made_matched(seed=seed) for seed in range(3)]
+    for matched in taken:
+        sink.take(matched)
+    sink.close()
+    frames, rate = read_back(tmp_path / f'video{suffix}')
+    assert rate == 4 and len(frames) == 3
+    for frame, matched in zip(frames, taken):
+        expected = side_by_side(matched, *RANGE).astype(int)
+        differences = [abs(frame - side_by_side(other, *RANGE).astype(int)).mean()
+                       for other in taken]
+        assert frame.shape == expected.shape
+        assert min(differences) == abs(frame - expected).mean() < 12
