@@ -23,6 +23,18 @@ def test_the_right_image_moved_by_the_truth_is_the_left_image_where_visible(seed
     assert np.median(difference[~pair.visible]) > 20
 
 
+@pytest.mark.parametrize('options', [{'poles': 6}, {'fence': 9}])
+def test_the_right_image_moved_by_the_truth_shows_the_thin_objects_too(options):
+    plain = made_pair(150, 201, 40, 2, objects=0, colour=True)
+    pair = made_pair(150, 201, 40, 2, objects=0, colour=True, **options)
+    thin = (pair.truth != plain.truth) & pair.visible
+    assert thin.sum() > 500
+    right, wrong = (np.median(
+        abs(warp_right_to_left(pair._replace(truth=truth)).astype(int) - pair.left)[thin])
+        for truth in (pair.truth, plain.truth))
+    assert wrong > 5 * right
+
+
 def test_a_truth_off_by_one_pixel_fits_worse():
     pair = made_pair(120, 160, 24, seed=5)
     right = abs(warp_right_to_left(pair).astype(int) - pair.left)[pair.visible].mean()
@@ -49,11 +61,11 @@ def test_visible_is_what_a_count_over_the_right_image_says():
 @settings(deadline=None, max_examples=25)
 @given(rows=st.integers(1, 40), columns=st.integers(1, 60), share=st.floats(0, 1),
        low=st.integers(-20, 20), seed=st.integers(0, 1000), bits=st.sampled_from([8, 12, 16]),
-       colour=st.booleans())
-def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits, colour):
+       colour=st.booleans(), thin=st.integers(0, 5))
+def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits, colour, thin):
     disparities = 1 + int(share * (columns - 1))
     pair = made_pair(rows, columns, disparities, seed, min_disparity=low, bits=bits,
-                     colour=colour)
+                     colour=colour, poles=thin, fence=thin)
     shape = (rows, columns, 3) if colour else (rows, columns)
     for image in (pair.left, pair.right):
         assert image.shape == shape
@@ -85,6 +97,41 @@ def test_objects_move_by_themselves_and_the_background_stays():
     frames = list(made_sequence(60, 90, 24, 4, 3, motion=5))
     changed = abs(frames[-1].truth - frames[0].truth) > 1e-3
     assert 0.02 < changed.mean() < 0.8
+
+
+def test_thin_objects_leave_the_rest_of_the_scene_bit_for_bit_as_it_is():
+    options = {'pan': 2.0, 'motion': 2, 'noise': 3, 'colour': True}
+    plain = made_sequence(60, 90, 24, 3, 3, **options)
+    for without, with_thin in zip(plain, made_sequence(60, 90, 24, 3, 3, poles=3, fence=5,
+                                                       **options)):
+        same = with_thin.truth == without.truth
+        assert 0.5 < same.mean() < 0.98
+        assert np.array_equal(with_thin.left[same], without.left[same])
+
+
+def runs(row):
+    """Return how long the runs of true values in a row are."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], row.astype(int), [0]))))
+    return edges[1::2] - edges[::2]
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_a_pole_is_one_to_three_pixels_wide(seed):
+    plain, pair = (made_pair(120, 160, 32, seed, objects=0, poles=count) for count in (0, 1))
+    widths = np.concatenate([runs(row) for row in pair.truth != plain.truth])
+    assert len(widths) > 40
+    assert set(widths) <= {1, 2, 3}
+    assert np.unique(widths).size <= 2
+
+
+def test_a_fence_has_its_bars_and_comes_nearer_from_one_side_to_the_other():
+    plain, pair = (made_pair(120, 300, 64, 4, objects=0, fence=bars) for bars in (0, 11))
+    between_rails = 72
+    bars = pair.truth[between_rails] != plain.truth[between_rails]
+    assert len(runs(bars)) == 11
+    steps = np.diff(pair.truth[between_rails][bars])
+    assert (steps > 0).all() or (steps < 0).all()
+    assert abs(steps.sum()) > 20
 
 
 def test_noise_is_as_strong_as_asked_and_fresh_in_every_image():

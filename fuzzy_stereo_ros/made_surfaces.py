@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The surfaces of a made scene: textured planes cut out by shapes, and where two cameras meet them.
+
+A surface is a plane of disparity d = a + b x + c y over left image coordinates. A right pixel x_r
+shows the left coordinate x = (x_r + a + c y) / (1 - b), so that both images are drawn directly and
+disparity and occlusion are known without any rounding.
+"""
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+SHAPES = ('pole', 'ellipse', 'box')
+STEEPEST = 0.2      # largest change of disparity per pixel in x; at 1 the right image has no width
+THIN = 0.5, 1.5     # from and to, half the width of a thin pole, px
+BAR = 1.0           # half the width of a bar and of a rail of the fence, px
+RAIL = 0.6          # how far the rails are from the middle of the fence, in half heights
+
+
+class Surface(NamedTuple):
+    """A plane over world coordinates: disparity and gradient at its centre, shape, velocity."""
+
+    shape: str
+    centre: tuple  # x, y in pixels at frame 0
+    half: tuple  # half width and half height in pixels
+    tilt: float  # slope of the shape's own axis, dx per dy
+    disparity: float
+    slope: tuple  # b, c: change of disparity per pixel in x and in y
+    velocity: tuple  # pixels per frame in x and y
+    texture: np.ndarray
+    bars: int = 0  # how many bars a fence has
+
+
+class World(NamedTuple):
+    """
+    What the surfaces of a scene share.
+
+    span: x in pixels, from and to, over which the left image moves. motion: largest speed of an
+    object, pixels per frame. contrast, colour: of the textures.
+    """
+
+    rows: int
+    columns: int
+    span: tuple
+    min_disparity: int
+    disparities: int
+    motion: float
+    contrast: float
+    colour: bool
+
+
+def background(chance, world):
+    """Return the plane behind everything: the lowest 40 % of the range, slanted over all of it."""
+    last = world.min_disparity + world.disparities - 1
+    reach = max(abs(world.min_disparity), abs(last))
+    low, high = world.span[0] - reach, world.span[1] + reach
+    half = ((high - low) / 2, world.rows / 2)
+    spread = 0.4 * (world.disparities - 1) / 2
+    share = chance.uniform(0.3, 0.7)
+    slope = (chance.choice((-1, 1)) * share * spread / half[0],
+             chance.choice((-1, 1)) * (1 - share) * spread / half[1])
+    return Surface('background', ((low + high) / 2, (world.rows - 1) / 2), half, 0.0,
+                   world.min_disparity + spread, slope, (0.0, 0.0), _texture(chance, half, world))
+
+
+def standing_object(chance, shape, world):
+    """Return a plane of one of the SHAPES in the highest 60 % of the range."""
+    rows, columns = world.rows, world.columns
+    half = {'pole': (max(1.5, 0.006 * columns), 0.45 * rows),
+            'ellipse': (chance.uniform(0.08, 0.2) * columns, chance.uniform(0.12, 0.3) * rows),
+            'box': (chance.uniform(0.08, 0.2) * columns, chance.uniform(0.12, 0.3) * rows)}[shape]
+    return _upright(chance, shape, half, world)
+
+
+def thin_pole(chance, world):
+    """Return a pole of 1 to 3 pixels in the highest 60 % of the range."""
+    return _upright(chance, 'pole', (chance.uniform(*THIN), 0.45 * world.rows), world)
+
+
+def _upright(chance, shape, half, world):
+    """Return a plane of a shape and size where chance puts it."""
+    slack = 0.1 * (world.disparities - 1)
+    low = world.min_disparity + 0.4 * (world.disparities - 1)
+    high = world.min_disparity + world.disparities - 1
+    tilt = chance.uniform(-0.15, 0.15)
+    extent = half[0] + abs(tilt) * half[1]
+    share = chance.uniform(0.2, 0.8)
+    slope = (chance.choice((-1, 1)) * min(STEEPEST, share * slack / extent),
+             chance.choice((-1, 1)) * (1 - share) * slack / half[1])
+    return Surface(shape, (chance.uniform(*world.span), chance.uniform(0.2, 0.8) * world.rows),
+                   half, tilt, chance.uniform(low + slack, high - slack), slope,
+                   tuple(chance.uniform(-world.motion, world.motion, 2)),
+                   _texture(chance, (extent, half[1]), world))
+
+
+def fence(chance, world, bars):
+    """Return bars on two rails that come nearer from one side to the other; they stand still."""
+    half = (0.35 * world.columns, 0.25 * world.rows)
+    slope = min(STEEPEST, 0.25 * (world.disparities - 1) / half[0])
+    return Surface('fence', (np.mean(world.span), 0.6 * world.rows), half, 0.0,
+                   world.min_disparity + 0.7 * (world.disparities - 1),
+                   (chance.choice((-1, 1)) * slope, 0.0), (0.0, 0.0),
+                   _texture(chance, half, world), bars)
+
+
+def _texture(chance, half, world):
+    """Return noise of five octaves, float32 (2 half + margin, 3 or 1), in 8-bit grey levels."""
+    width, height = (int(np.ceil(2 * side)) + 16 for side in half)
+    channels = 3 if world.colour else 1
+    total = np.zeros((height, width, channels), np.float32)
+    for octave in range(1, 6):
+        coarse = chance.standard_normal(
+            (height // 2**octave + 2, width // 2**octave + 2, channels), np.float32)
+        fine = cv2.resize(coarse, None, fx=2**octave, fy=2**octave,
+                          interpolation=cv2.INTER_CUBIC)
+        total += fine.reshape(*fine.shape[:2], channels)[:height, :width]
+    return chance.uniform(70, 180, channels).astype(np.float32) + 15 * world.contrast * total
+
+
+def place(surface, frame, world):
+    """Return the surface moved to where it is in a frame; it turns round at the borders."""
+    def turn(start, speed, low, high):
+        length = max(high - low, 1.0)
+        phase = (start - low + speed * frame) % (2 * length)
+        return low + min(phase, 2 * length - phase)
+
+    if surface.velocity == (0.0, 0.0):
+        return surface
+    return surface._replace(centre=(
+        turn(surface.centre[0], surface.velocity[0], *world.span),
+        turn(surface.centre[1], surface.velocity[1], 0, world.rows - 1)))
+
+
+def meet(surface, x, y, by_left):
+    """
+    Return left x, disparity and presence of a surface where the left or right image looks.
+
+    x, y: float64 (R, C), coordinates in the image that looks; three arrays (R, C) come out.
+    """
+    down = surface.disparity + surface.slope[1] * (y - surface.centre[1])
+    if not by_left:
+        x = (x + down - surface.slope[0] * surface.centre[0]) / (1 - surface.slope[0])
+    disparity = down + surface.slope[0] * (x - surface.centre[0])
+    across = (x - surface.centre[0] - surface.tilt * (y - surface.centre[1])) / surface.half[0]
+    along = (y - surface.centre[1]) / surface.half[1]
+    return x, disparity, _is_there(surface, across, along)
+
+
+def _is_there(surface, across, along):
+    """Return where a shape is, bool (R, C), by its own coordinates, -1 to 1 inside its box."""
+    if surface.shape == 'background':
+        return np.ones(across.shape, bool)
+    if surface.shape == 'ellipse':
+        return across**2 + along**2 <= 1
+    inside = (abs(across) <= 1) & (abs(along) <= 1)
+    if surface.shape != 'fence':
+        return inside
+    place_of_bar = (across + 1) / 2 * surface.bars % 1
+    pitch = 2 * surface.half[0] / surface.bars
+    bar = abs(place_of_bar - 0.5) * pitch <= BAR
+    rail = abs(abs(along) - RAIL) * surface.half[1] <= BAR
+    return inside & (bar | rail)
