@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Cameras in files: YAML as camera_calibration writes it, and calib.txt of Middlebury 2014.
+
+A calib.txt has its baseline in millimetres, and doffs, which is minus our offset.
+"""
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+import re
+from types import SimpleNamespace
+
+from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
+from fuzzy_stereo_ros.pairs.image_files import read_bytes
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
+from fuzzy_stereo_ros.pairs.whole_files import write_whole
+
+MATRICES = {'k': ('camera_matrix', 3, 3), 'd': ('distortion_coefficients', 1, None),
+            'r': ('rectification_matrix', 3, 3), 'p': ('projection_matrix', 3, 4)}
+YAML_SUFFIXES = ('.yaml', '.yml')
+
+
+def _whole_image():
+    return SimpleNamespace(x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """What sensor_msgs/CameraInfo says of a camera, field by field, but for the header."""
+
+    height: int
+    width: int
+    k: tuple
+    p: tuple
+    r: tuple = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    d: tuple = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion_model: str = 'plumb_bob'
+    binning_x: int = 0
+    binning_y: int = 0
+    roi: SimpleNamespace = field(default_factory=_whole_image)
+
+
+def centred_calibration(focal, baseline, offset, rows, columns):
+    """
+    Return the Calibration of a pair whose left camera looks along the middle of its image.
+
+    focal, offset: px. baseline: metres.
+    """
+    return Calibration(focal, baseline, offset,
+                       Projection(focal, focal, (columns - 1) / 2, (rows - 1) / 2))
+
+
+def rectified_cameras(calibration, rows, columns):
+    """Return {'left': Camera, 'right': Camera} of a rectified pair with a Calibration."""
+    fx, fy, cx, cy = calibration.left
+    focal = calibration.focal
+    return {'left': _rectified(fx, fy, cx, cy, 0.0, rows, columns),
+            'right': _rectified(focal, fy, cx - calibration.offset, cy,
+                                -focal * calibration.baseline, rows, columns)}
+
+
+def _rectified(fx, fy, cx, cy, tx, rows, columns):
+    return Camera(rows, columns, k=(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0),
+                  p=(fx, 0.0, cx, tx, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0))
+
+
+def write_camera(path, camera, name):
+    """Write a Camera as YAML, under a name; OSError where it cannot be written."""
+    lines = [f'image_width: {camera.width}', f'image_height: {camera.height}',
+             f'camera_name: {name}']
+    for letter, (title, rows, columns) in MATRICES.items():
+        numbers = getattr(camera, letter)
+        if letter == 'd':
+            lines.append(f'distortion_model: {camera.distortion_model}')
+        lines += [f'{title}:', f'  rows: {rows}', f'  cols: {columns or len(numbers)}',
+                  f"  data: [{', '.join(map(repr, numbers))}]"]
+    write_whole(path, ('\n'.join(lines) + '\n').encode())
+
+
+def read_camera(path):
+    """Return the Camera of a YAML file; ValueError where the file says less, or another thing."""
+    import yaml
+
+    try:
+        content = yaml.safe_load(read_bytes(path))
+        matrices = {letter: tuple(map(float, content[title]['data']))
+                    for letter, (title, *_) in MATRICES.items()}
+        return Camera(int(content['image_height']), int(content['image_width']), **matrices,
+                      distortion_model=str(content.get('distortion_model', 'plumb_bob')))
+    except (yaml.YAMLError, TypeError, KeyError, UnicodeDecodeError) as error:
+        raise ValueError(f'{path} is no calibration of a camera, as camera_calibration writes '
+                         f'it: {_in_one_line(error)}') from None
+
+
+def write_middlebury_calibration(path, calibration, shape, min_disparity, disparities):
+    """
+    Write a Calibration as calib.txt of Middlebury 2014; OSError where it cannot be written.
+
+    shape: (rows, columns) of the images. min_disparity, disparities: px, where the truth lies.
+    """
+    fx, fy, cx, cy = calibration.left
+    across = {'cam0': cx, 'cam1': cx - calibration.offset}
+    lines = [f'{name}=[{fx!r} 0 {place!r}; 0 {fy!r} {cy!r}; 0 0 1]'
+             for name, place in across.items()]
+    rows, columns = shape
+    lines += [f'doffs={0.0 - calibration.offset!r}', f'baseline={1000 * calibration.baseline!r}',
+              f'width={columns}', f'height={rows}', f'ndisp={min_disparity + disparities}',
+              'isint=0', f'vmin={min_disparity}', f'vmax={min_disparity + disparities - 1}',
+              'dyavg=0', 'dymax=0']
+    write_whole(path, ('\n'.join(lines) + '\n').encode())
+
+
+def read_middlebury_calibration(path):
+    """
+    Return the Calibration of a calib.txt of Middlebury 2014, and (rows, columns) or None.
+
+    Raises ValueError where the file lacks cam0, doffs or baseline, or has no sense in them.
+    """
+    text = read_bytes(path).decode('utf-8', 'replace')
+    found = dict(re.findall(r'^(\w+)=(.*?)\s*$', text, re.MULTILINE))
+    missing = [name for name in ('cam0', 'doffs', 'baseline') if name not in found]
+    if missing:
+        raise ValueError(f'{path} is no calib.txt of Middlebury 2014: it has no '
+                         f"{', no '.join(missing)}")
+    try:
+        fx, _, cx, _, fy, cy = map(float, re.findall(r'[^\s;\[\]]+', found['cam0'])[:6])
+        offset, baseline = -float(found['doffs']), float(found['baseline']) / 1000
+        size = tuple(int(found[name]) for name in ('height', 'width') if name in found)
+    except ValueError as error:
+        raise ValueError(f'{path} is damaged: {error}') from None
+    cameras = rectified_cameras(Calibration(fx, baseline, offset, Projection(fx, fy, cx, cy)),
+                                *(size if len(size) == 2 else (0, 0)))
+    return _checked(path, cameras['left'], cameras['right'])
+
+
+def read_calibration_files(paths, offset=0.0):
+    """
+    Return the Calibration of a pair, and the (rows, columns) of its images or None.
+
+    paths: a calib.txt of Middlebury 2014; or YAML files, of the right camera alone or of the left
+    one and the right one. offset: px, cx of the left camera minus that of the right one, where
+    only the right one is given.
+    Raises ValueError for another number of files, another suffix, and what cannot be read.
+    """
+    suffixes = [Path(path).suffix.lower() for path in paths]
+    if suffixes == ['.txt']:
+        return read_middlebury_calibration(paths[0])
+    if not 1 <= len(paths) <= 2 or not set(suffixes) <= set(YAML_SUFFIXES):
+        raise ValueError(f"the calibration is {' and '.join(map(str, paths))}; allowed are a "
+                         'calib.txt, the .yaml of the right camera, or those of the left and the '
+                         'right one')
+    cameras = [read_camera(path) for path in paths]
+    if len(cameras) == 1:
+        p = cameras[0].p
+        cameras.insert(0, replace(cameras[0], p=(*p[:2], p[2] + offset, 0.0, *p[4:])))
+    return _checked(paths[-1], *cameras)
+
+
+def _checked(path, left, right):
+    try:
+        return read_calibration(left, right), expected_size(right)
+    except ValueError as error:
+        raise ValueError(f'{path}: {error}') from None
+
+
+def _in_one_line(error):
+    sentence = f'it has no {error}' if isinstance(error, KeyError) else str(error)
+    return ' '.join(sentence.split())

@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Cameras in files come back as they were, and a file that says something else is refused."""
+from pathlib import Path
+
+from fuzzy_stereo_ros.pairs.calibration import read_calibration
+from fuzzy_stereo_ros.pairs.camera_files import (
+    Camera, centred_calibration, read_calibration_files, read_camera, rectified_cameras,
+    write_camera, write_middlebury_calibration)
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
+from hypothesis import given, HealthCheck, settings, strategies as st
+import pytest
+
+same_folder = settings(deadline=None,
+                       suppress_health_check=[HealthCheck.function_scoped_fixture])
+numbers = st.floats(-1e4, 1e4)
+calibrations = st.builds(
+    lambda fx, fy, baseline, offset, cx, cy: Calibration(
+        fx, baseline, offset, Projection(fx, fy, cx, cy)),
+    st.floats(1, 1e4), st.floats(1, 1e4), st.floats(0.01, 10), numbers, numbers, numbers)
+# As cameracalibrator of image_pipeline writes them; the second as camera_info_manager does.
+CALIBRATED = """\
+image_width: 640
+image_height: 480
+camera_name: narrow_stereo/right
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [430.15433,   0.     , 306.69134,
+           0.     , 430.60920, 227.22480,
+           0.     ,   0.     ,   1.     ]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [-0.337586, 0.111948, -0.000144, -0.000542, 0.000000]
+rectification_matrix:
+  rows: 3
+  cols: 3
+  data: [ 1.     ,  0.     ,  0.     ,
+          0.     ,  1.     ,  0.     ,
+          0.     ,  0.     ,  1.     ]
+projection_matrix:
+  rows: 3
+  cols: 4
+  data: [400.     ,   0.     , 310.     , -48.     ,
+           0.     , 400.     , 230.     ,   0.     ,
+           0.     ,   0.     ,   1.     ,   0.     ]
+"""
+MIDDLEBURY = """\
+cam0=[3997.684 0 1176.728; 0 3997.684 1011.728; 0 0 1]
+cam1=[3997.684 0 1307.839; 0 3997.684 1011.728; 0 0 1]
+doffs=131.111
+baseline=193.001
+width=2964
+height=1988
+ndisp=280
+isint=0
+vmin=31
+vmax=257
+dyavg=0.918
+dymax=1.516
+"""
+
+
+def assert_same(found, known):
+    assert found.focal == pytest.approx(known.focal, rel=1e-12)
+    assert found.baseline == pytest.approx(known.baseline, rel=1e-12)
+    assert found.offset == pytest.approx(known.offset, rel=1e-12, abs=1e-10)
+    assert found.left == pytest.approx(known.left, rel=1e-12, abs=1e-10)
+
+
+@same_folder
+@given(k=st.tuples(*[numbers] * 9), p=st.tuples(*[numbers] * 12), r=st.tuples(*[numbers] * 9),
+       d=st.lists(numbers, max_size=14).map(tuple), rows=st.integers(1, 9999),
+       model=st.sampled_from(['plumb_bob', 'rational_polynomial', 'equidistant']))
+def test_a_camera_comes_back_from_its_file_to_the_last_bit(tmp_path, k, p, r, d, rows, model):
+    camera = Camera(rows, 640, k, p, r, d, model)
+    write_camera(tmp_path / 'left.yaml', camera, 'made/left')
+    assert read_camera(tmp_path / 'left.yaml') == camera
+
+
+def test_the_file_of_camera_calibration_is_read(tmp_path):
+    (tmp_path / 'right.yaml').write_text(CALIBRATED)
+    camera = read_camera(tmp_path / 'right.yaml')
+    assert (camera.width, camera.height) == (640, 480)
+    assert camera.k[:3] == (430.15433, 0, 306.69134) and len(camera.k) == 9
+    assert camera.d == (-0.337586, 0.111948, -0.000144, -0.000542, 0)
+    assert camera.p[3] == -48
+
+
+def test_what_we_write_has_the_lines_that_camera_calibration_writes(tmp_path):
+    (tmp_path / 'theirs.yaml').write_text(CALIBRATED)
+    write_camera(tmp_path / 'ours.yaml', read_camera(tmp_path / 'theirs.yaml'),
+                 'narrow_stereo/right')
+
+    def words(name):
+        text = (tmp_path / name).read_text().replace(',\n', ', ')
+        return [line.split('data')[0].split() for line in text.splitlines()]
+
+    assert words('ours.yaml') == words('theirs.yaml')
+
+
+@same_folder
+@given(known=calibrations)
+def test_a_rig_comes_back_from_yaml_and_from_calib_txt(tmp_path, known):
+    cameras = rectified_cameras(known, 48, 64)
+    for side, camera in cameras.items():
+        write_camera(tmp_path / f'{side}.yaml', camera, side)
+    paths = [tmp_path / 'left.yaml', tmp_path / 'right.yaml']
+    found, size = read_calibration_files(paths)
+    assert_same(found, known)
+    assert size == (48, 64)
+    found, size = read_calibration_files(paths[1:], known.offset)
+    assert_same(found, known)
+    assert size == (48, 64)
+    write_middlebury_calibration(tmp_path / 'calib.txt', known, (48, 64), -3, 20)
+    found, size = read_calibration_files([tmp_path / 'calib.txt'])
+    assert_same(found, known)
+    assert size == (48, 64)
+
+
+def test_the_calibration_of_middlebury_2014_is_in_metres_and_of_our_sign(tmp_path):
+    """At doffs of 131 px what has no disparity is no further than f B / doffs."""
+    (tmp_path / 'calib.txt').write_text(MIDDLEBURY)
+    found, size = read_calibration_files([tmp_path / 'calib.txt'])
+    assert found.baseline == pytest.approx(0.193001)
+    assert (found.focal, found.offset) == (3997.684, pytest.approx(-131.111))
+    assert found.left == (3997.684, 3997.684, 1176.728, 1011.728)
+    assert size == (1988, 2964)
+
+
+def test_our_calib_txt_has_every_name_of_middleburys(tmp_path):
+    write_middlebury_calibration(tmp_path / 'calib.txt', centred_calibration(
+        100.0, 0.12, 0.0, 48, 64), (48, 64), 2, 20)
+    lines = dict(line.split('=') for line in (tmp_path / 'calib.txt').read_text().splitlines())
+    assert list(lines) == [line.split('=')[0] for line in MIDDLEBURY.splitlines()]
+    assert lines['cam0'] == lines['cam1'] == '[100.0 0 31.5; 0 100.0 23.5; 0 0 1]'
+    assert (lines['doffs'], lines['baseline']) == ('0.0', '120.0')
+    assert (lines['ndisp'], lines['vmin'], lines['vmax']) == ('22', '2', '21')
+
+
+def test_cameras_of_a_calibration_say_the_same_to_the_reader_of_messages():
+    known = centred_calibration(100.0, 0.25, -4.0, 48, 64)
+    assert_same(read_calibration(*rectified_cameras(known, 48, 64).values()), known)
+
+
+@pytest.mark.parametrize('name, content, words', [
+    ('right.yaml', 'image_width: 640', 'it has no .camera_matrix'),
+    ('right.yaml', 'a: [', 'is no calibration of a camera'),
+    ('right.yaml', 'just words', 'is no calibration of a camera'),
+    ('right.yaml', CALIBRATED.replace('-48.', '0.'), 'the baseline is 0 m'),
+    ('right.yaml', CALIBRATED.replace('-48.', '48.'), 'swapped'),
+    ('calib.txt', 'P0: 1 2 3', 'it has no cam0, no doffs, no baseline'),
+    ('calib.txt', MIDDLEBURY.replace('3997.684 0 1176', 'far 0 1176'), 'is damaged: could not'),
+    ('calib.txt', MIDDLEBURY.replace('193.001', '0'), 'the baseline is 0 m'),
+    ('camera.json', '{}', 'allowed are a calib.txt, the .yaml of the right camera')])
+def test_a_file_that_is_no_calibration_is_refused_by_name_in_one_line(
+        tmp_path, name, content, words):
+    (tmp_path / name).write_text(content)
+    with pytest.raises(ValueError, match=f'{name}.*{words}') as caught:
+        read_calibration_files([tmp_path / name])
+    assert '\n' not in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    for name in ('calib.txt', 'right.yaml'):
+        with pytest.raises(ValueError, match=f'{name} cannot be read: No such file'):
+            read_calibration_files([tmp_path / name])
+    with pytest.raises(ValueError, match='one.yaml and two.yaml and three.yaml; allowed'):
+        read_calibration_files([Path('one.yaml'), Path('two.yaml'), Path('three.yaml')])
+
+
+def test_two_cameras_that_are_no_pair_are_refused(tmp_path):
+    cameras = rectified_cameras(centred_calibration(100.0, 0.25, 0.0, 48, 64), 48, 64)
+    for side, camera in cameras.items():
+        write_camera(tmp_path / f'{side}.yaml', camera, side)
+    with pytest.raises(ValueError, match=r'left.yaml: the baseline is -0\.25 m: left and right '):
+        read_calibration_files([tmp_path / 'right.yaml', tmp_path / 'left.yaml'])
