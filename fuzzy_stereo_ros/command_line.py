@@ -10,9 +10,9 @@ import argparse
 from functools import partial
 import sys
 
-from fuzzy_stereo_ros.commands import benchmark, match
+from fuzzy_stereo_ros.commands import benchmark, match, synthesise
 
-COMMANDS = {'match': match, 'benchmark': benchmark}
+COMMANDS = {'match': match, 'benchmark': benchmark, 'synthesise': synthesise}
 BAD_INPUT = 2
 INTERRUPTED = 130
 

@@ -1,12 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A stereo rig that is not there: it publishes given pairs as two cameras would."""
-import argparse
 from array import array
+from functools import partial
 import sys
 
 import cv2
-from fuzzy_stereo_ros.made_scenes import made_sequence
+from fuzzy_stereo_ros.command_line import Parser, run_cleanly
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
+from fuzzy_stereo_ros.pairs.sequence_bag import encoding_of
+from fuzzy_stereo_ros.scene_options import (
+    add_scene_options, scene_calibration, scene_pairs, scene_values)
 import numpy as np
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -15,9 +19,8 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from rclpy.utilities import remove_ros_args
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 
-ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}
 SIDES = ('left', 'right')
 
 
@@ -97,7 +100,10 @@ class FakeRig(Node):
 
     def infos(self, shape):
         """Return {topic: CameraInfo} of both cameras for images of a shape; no stamps."""
-        return {f'{side}/camera_info': self._info(side, shape) for side in SIDES}
+        calibration = centred_calibration(
+            self._focal, self._baseline, self._offset, *shape[:2])
+        cameras = rectified_cameras(calibration, *shape[:2])
+        return {f'{side}/camera_info': info_message(camera) for side, camera in cameras.items()}
 
     def _tick(self):
         if self._next >= len(self._frames):
@@ -110,16 +116,10 @@ class FakeRig(Node):
             self._next %= len(self._frames)
         self.finished = self._next >= len(self._frames)
 
-    def _info(self, side, shape):
-        rows, columns = shape[:2]
-        cx = (columns - 1) / 2 - (self._offset if side == 'right' else 0.0)
-        cy = (rows - 1) / 2
-        tx = -self._focal * self._baseline if side == 'right' else 0.0
-        return CameraInfo(
-            height=rows, width=columns, distortion_model='plumb_bob', d=[0.0] * 5,
-            k=[self._focal, 0.0, cx, 0.0, self._focal, cy, 0.0, 0.0, 1.0],
-            r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-            p=[self._focal, 0.0, cx, tx, 0.0, self._focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
+
+def info_message(camera):
+    """Return a sensor_msgs/CameraInfo of a `Camera`; no header."""
+    return CameraInfo(**{**vars(camera), 'roi': RegionOfInterest(**vars(camera.roi))})
 
 
 def image_message(image):
@@ -129,7 +129,7 @@ def image_message(image):
     data.frombytes(memoryview(image.astype(image.dtype.newbyteorder('<'), copy=False)).cast('B'))
     return Image(
         height=image.shape[0], width=image.shape[1],
-        encoding=ENCODINGS[image.ndim, image.itemsize], is_bigendian=0,
+        encoding=encoding_of(image), is_bigendian=0,
         step=image.nbytes // image.shape[0], data=data)
 
 
@@ -139,25 +139,29 @@ def compressed_message(image):
 
 
 def main(arguments=None):
-    """Publish a made scene that moves, for trying the node, until SIGINT; return 0."""
-    parser = argparse.ArgumentParser(description='A stereo rig that is not there: a made scene '
-                                     'with exact ground truth moves before two cameras.')
-    parser.add_argument('--columns', type=int, default=640)
-    parser.add_argument('--rows', type=int, default=480)
-    parser.add_argument('--disparities', type=int, default=64)
-    parser.add_argument('--frames', type=int, default=12, help='shown forth and back')
-    parser.add_argument('--rate', type=float, default=30.0, help='pairs per second')
+    """Publish a made scene that moves, for trying the node, until SIGINT; return an exit code."""
+    parser = Parser(prog='fake_rig', description=(
+        'A stereo rig that is not there: a made scene with exact ground truth moves before two '
+        'cameras, forth and back. `fuzzy-stereo synthesise` writes the same to files.'))
+    add_scene_options(parser)
     parser.add_argument('--reliable', action='store_true', help='reliable QoS, not best effort')
     arguments = sys.argv if arguments is None else arguments
-    chosen = parser.parse_args(remove_ros_args(arguments)[1:])
-    scene = [(pair.left, pair.right) for pair in made_sequence(
-        chosen.rows, chosen.columns, chosen.disparities, chosen.frames, pan=2.0, noise=2.0)]
+    parser.set_defaults(run=partial(run, ros_arguments=arguments))
+    return run_cleanly(parser, remove_ros_args(arguments)[1:])
+
+
+def run(chosen, ros_arguments):
+    """Publish until SIGINT and return 0; ValueError for a scene that cannot be made."""
+    values = scene_values(chosen)
+    scene = [(pair.left, pair.right) for pair in scene_pairs(values)]
+    calibration = scene_calibration(values)
     try:
-        rclpy.init(args=arguments)
-        rig = FakeRig('fake_rig', '', scene + scene[-2:0:-1], focal=0.9 * chosen.columns,
-                      baseline=0.12, rate=chosen.rate, reliable=chosen.reliable, repeat=True)
-        rig.get_logger().info(f'publishing {chosen.columns}x{chosen.rows} at {chosen.rate:g} '
-                              'pairs/s')
+        rclpy.init(args=ros_arguments)
+        rig = FakeRig('fake_rig', '', scene + scene[-2:0:-1], calibration.focal,
+                      calibration.baseline, values['rate'], chosen.reliable, calibration.offset,
+                      repeat=True)
+        rig.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
+                              f"{values['rate']:g} pairs/s")
         rig.start()
         rclpy.spin(rig)
     except (KeyboardInterrupt, ExternalShutdownException):

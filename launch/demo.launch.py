@@ -5,17 +5,16 @@ from pathlib import Path
 
 from fuzzy_stereo_ros.launching import arguments, declared, installed, program
 from fuzzy_stereo_ros.parameter_table import Parameter
+from fuzzy_stereo_ros.scene_options import SCENE_PARAMETERS
 from launch import LaunchDescription
 from launch.actions import IncludeLaunchDescription, LogInfo, OpaqueFunction, Shutdown
 from launch_ros.actions import Node
 
 NODE = Path(__file__).resolve().with_name('fuzzy_stereo.launch.py')
 VIEWER = 'rqt_image_view'
+OF_THE_CAMERAS = 'columns', 'rows', 'disparities', 'rate'
 ROWS = (
-    Parameter('columns', 640, 'width of the images', 32, 4096, 'px'),
-    Parameter('rows', 480, 'height of the images', 32, 4096, 'px'),
-    Parameter('disparities', 64, 'number of disparities, made and searched', 1, 4096, 'px'),
-    Parameter('rate', 30.0, 'pairs of images in a second', 0.1, 1000.0, '1/s'),
+    *(SCENE_PARAMETERS[name] for name in OF_THE_CAMERAS),
     Parameter('viewer', True, f'show the topic preview in {VIEWER}, where that is installed'))
 
 
@@ -30,7 +29,7 @@ def _demo(context):
     if chosen['disparities'] > chosen['columns']:
         raise ValueError(f"disparities is {chosen['disparities']}; allowed are 1 to the "
                          f"{chosen['columns']} columns")
-    options = [f'--{name}={chosen[name]}' for name in ('columns', 'rows', 'disparities', 'rate')]
+    options = [f'--{name}={chosen[name]}' for name in OF_THE_CAMERAS]
     return [
         IncludeLaunchDescription(str(NODE), launch_arguments={
             'disparity_range': str(chosen['disparities'])}.items()),

@@ -81,8 +81,17 @@ def test_every_match_example_works_as_it_is_written(tmp_path, monkeypatch):
     assert read_disparity('disparity.pfm').shape == pair.truth.shape
 
 
-def test_the_benchmarks_that_are_named_exist_and_no_other_command_is():
-    named = [words[1:] for words in commands('fuzzy-stereo') if words[1] != 'match']
+def test_every_synthesise_example_works_as_it_is_written(tmp_path, monkeypatch):
+    pytest.importorskip('rosbags')
+    monkeypatch.chdir(tmp_path)
+    examples = commands('fuzzy-stereo synthesise')
+    for words in examples:
+        assert main([*words[1:], '--columns', '70', '--rows', '20', '--frames', '1']) == 0
+    assert len(list(tmp_path.iterdir())) == len(examples) > 1
+
+
+def test_the_benchmarks_that_are_named_exist_and_no_other_does():
+    named = [words[1:] for words in commands('fuzzy-stereo benchmark')]
     assert {tuple(words) for words in named} == {('benchmark', name) for name in BENCHMARKS}
 
 

@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo synthesise`: a made stereo sequence with exact ground truth, as files or a bag."""
+import json
+from pathlib import Path
+import shlex
+import shutil
+import sys
+import tempfile
+
+from fuzzy_stereo_ros.benchmarks.progress import follow
+from fuzzy_stereo_ros.pairs.camera_files import (
+    rectified_cameras, write_camera, write_middlebury_calibration)
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.pairs.sequence_bag import write_sequence_bag
+from fuzzy_stereo_ros.scene_options import (
+    add_scene_options, scene_calibration, scene_pairs, scene_values)
+import numpy as np
+
+FORMATS = 'images', 'bag'
+IMAGES = {'left', 'right', 'truth', 'visible', 'calib.txt', 'left.yaml', 'right.yaml'}
+
+HELP = 'make a stereo sequence with exact ground truth'
+DESCRIPTION = (
+    'Make a stereo sequence with exact ground truth: slanted textured surfaces, thin objects,\n'
+    'occlusion, moving cameras and objects, noise and exposure, each by an option. The same\n'
+    'options give the same bits, in both formats.\n\n'
+    '  images  left/0000.png, right/0000.png, truth/0000.pfm (disparities of the left image),\n'
+    '          visible/0000.png (255 where both cameras see the same point), ..., and the\n'
+    "          cameras: calib.txt as Middlebury 2014's, left.yaml and right.yaml for ROS\n"
+    '  bag     a ROS 2 bag (mcap): image_rect and camera_info of /left and of /right')
+EXAMPLE = ('examples:\n'
+           '  fuzzy-stereo synthesise --output scene --frames 20 --poles 3 --fence 12\n'
+           '  fuzzy-stereo synthesise --output scene_bag --format bag --noise 6 --flicker 0.2')
+
+
+def add_arguments(parser):
+    """Add the arguments of `synthesise`."""
+    parser.add_argument('--output', metavar='DIR', required=True,
+                        help='the folder to be made; it is there as a whole or not at all')
+    parser.add_argument('--format', choices=FORMATS, default=FORMATS[0],
+                        help=f'default: {FORMATS[0]}')
+    parser.add_argument('--overwrite', action='store_true',
+                        help='replace DIR where it holds a made sequence')
+    parser.add_argument('--json', action='store_true', help='print what was made as JSON')
+    add_scene_options(parser)
+
+
+def run(arguments, stream, progress_stream=None):
+    """
+    Make the sequence that the arguments ask for and say what it is.
+
+    stream, progress_stream: texts. Raises ValueError for bad input and OSError for the
+    disk; then nothing is written.
+    """
+    values = scene_values(arguments)
+    pairs = _watched(scene_pairs(values), values['frames'], progress_stream or sys.stderr)
+    target = Path(arguments.output).resolve()
+    _check_target(arguments.output, target, arguments.overwrite)
+    write = _write_bag if arguments.format == 'bag' else _write_images
+    try:
+        with tempfile.TemporaryDirectory(
+                prefix=f'.{target.name}.', suffix='.part', dir=target.parent) as part:
+            whole = Path(part) / target.name    # a folder with the usual permissions
+            write(whole, pairs, values)
+            if target.is_dir():
+                shutil.rmtree(target)
+            whole.replace(target)
+    except OSError as error:
+        raise OSError(f'{arguments.output} cannot be written: {error.strerror}; give a folder in '
+                      'one that is there, has room, and may be written to') from error
+    if arguments.json:
+        stream.write(json.dumps({'output': arguments.output, 'format': arguments.format, **values},
+                                indent=2) + '\n')
+    else:
+        stream.write(_sentences(arguments.output, arguments.format, values) + '\n')
+
+
+def _check_target(name, target, overwrite):
+    """Raise ValueError unless a folder can be made there, or one like it may be replaced."""
+    if not target.parent.is_dir():
+        raise ValueError(f'--output is {name}, but there is no folder {target.parent}')
+    if target.exists() and not target.is_dir():
+        raise ValueError(f'--output is {name}, which is a file; name a folder')
+    there = {entry.name for entry in target.iterdir()} if target.exists() else set()
+    if there and not overwrite:
+        raise ValueError(f'--output is {name}, which exists; give --overwrite to replace it, or '
+                         'name another folder')
+    if there and there != IMAGES and not _is_bag(there):
+        raise ValueError(f'--output is {name}, which holds what is no made sequence; name '
+                         'another folder')
+
+
+def _is_bag(names):
+    return 'metadata.yaml' in names and all(
+        name == 'metadata.yaml' or name.endswith('.mcap') for name in names)
+
+
+def _watched(pairs, frames, stream):
+    """Yield the pairs, with a bar where a person watches."""
+    steps = range(frames)
+    for _, pair in zip(follow(steps, 'synthesise', stream) if stream.isatty() else steps, pairs):
+        yield pair
+
+
+def _write_images(folder, pairs, values):
+    for name in ('left', 'right', 'truth', 'visible'):
+        (folder / name).mkdir(parents=True)
+    for number, pair in enumerate(pairs):
+        write_image(folder / 'left' / f'{number:04}.png', pair.left)
+        write_image(folder / 'right' / f'{number:04}.png', pair.right)
+        write_image(folder / 'visible' / f'{number:04}.png', pair.visible * np.uint8(255))
+        write_disparity(folder / 'truth' / f'{number:04}.pfm', pair.truth)
+    calibration, size = scene_calibration(values), (values['rows'], values['columns'])
+    write_middlebury_calibration(folder / 'calib.txt', calibration, size,
+                                 values['min_disparity'], values['disparities'])
+    for side, camera in rectified_cameras(calibration, *size).items():
+        write_camera(folder / f'{side}.yaml', camera, f'made/{side}')
+
+
+def _write_bag(folder, pairs, values):
+    write_sequence_bag(folder, ((pair.left, pair.right) for pair in pairs),
+                       scene_calibration(values), values['rate'])
+
+
+def _sentences(target, form, values):
+    """Return what was made as a person reads it, and what to do with it."""
+    made = (f"{target}: {values['frames']} pairs of {values['columns']}x{values['rows']} pixels, "
+            f"{values['disparities']} disparities from {values['min_disparity']} px")
+    if form == 'bag':
+        return (f'{made}, at {values["rate"]:g} pairs/s\n'
+                'its truth: the same options with --format images')
+    left, right, truth, visible = (
+        shlex.quote(f'{target}/{name}') for name in (
+            'left/0000.png', 'right/0000.png', 'truth/0000.pfm', 'visible/0000.png'))
+    return (f'{made}\nmatch the first: fuzzy-stereo match {left} {right} '
+            f"--disparities {values['disparities']} --min-disparity {values['min_disparity']} "
+            f'--ground-truth {truth} --mask {visible} --output disparity.pfm')
