@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 
-from fuzzy_stereo_ros.benchmarks.progress import follow
+from fuzzy_stereo_ros.comparing.progress import follow
 from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
