@@ -10,9 +10,10 @@ import argparse
 from functools import partial
 import sys
 
-from fuzzy_stereo_ros.commands import benchmark, match, synthesise
+from fuzzy_stereo_ros.commands import benchmark, convert, match, synthesise
 
-COMMANDS = {'match': match, 'benchmark': benchmark, 'synthesise': synthesise}
+COMMANDS = {'match': match, 'benchmark': benchmark, 'synthesise': synthesise,
+            'convert': convert}
 BAD_INPUT = 2
 INTERRUPTED = 130
 

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Disparities into metres: depth, millimetres and points in space."""
-from fuzzy_stereo_ros.pairs.metres import depth_of, millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.metres import (
+    depth_of, disparity_of, millimetres_of, write_points)
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
@@ -106,3 +107,12 @@ def test_only_the_place_of_a_point_is_written():
     points = points_of(np.ones((3, 5), np.float32), LEFT, words=8)
     assert (points[:, :, 3:] == -7).all()
     assert (points[:, :, 2] == 1).all()
+
+
+@pytest.mark.parametrize('depth, disparity', [
+    (10.0, 24.0), (np.nan, np.nan), (np.inf, 4.0), (0.0, np.nan), (-0.0, np.nan), (-2.0, np.nan),
+    (-np.inf, np.nan)])
+def test_the_disparity_of_a_depth_is_the_one_it_comes_from(depth, disparity):
+    found = disparity_of(np.full((3, 11), depth, np.float32), made_calibration(4.0))
+    assert found.dtype == np.float32
+    np.testing.assert_array_equal(found, np.full((3, 11), disparity, np.float32))

@@ -9,7 +9,9 @@ from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.demo_table import Phase, table
 from fuzzy_stereo_ros.made_scenes import made_pair
-from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.camera_files import (
+    centred_calibration, rectified_cameras, write_camera)
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameter_page import renewed
 from fuzzy_stereo_ros.quoted_tables import QUOTE, renewed as requoted, table_of
@@ -79,6 +81,19 @@ def test_every_match_example_works_as_it_is_written(tmp_path, monkeypatch):
     for words in examples:
         assert main(words[1:]) == 0
     assert read_disparity('disparity.pfm').shape == pair.truth.shape
+
+
+def test_every_convert_example_works_as_it_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pair = made_pair(20, 70, 64)
+    write_image('left.png', pair.left)
+    write_disparity('disparity.pfm', pair.truth)
+    right = rectified_cameras(centred_calibration(63.0, 0.12, 0.0, 20, 70), 20, 70)['right']
+    write_camera('right.yaml', right, 'right')
+    for words in commands('fuzzy-stereo convert'):
+        assert main(words[1:]) == 0
+    assert {file.name for file in tmp_path.iterdir()} >= {
+        'disparity_kitti.png', 'depth.png', 'cloud.ply'}
 
 
 def test_every_synthesise_example_works_as_it_is_written(tmp_path, monkeypatch):

@@ -21,6 +21,19 @@ def depth_of(disparity, calibration):
     return depth
 
 
+def disparity_of(depth, calibration):
+    """
+    Return the disparities that a depth comes from: float32 (R, C), px, NaN = invalid.
+
+    depth: float32 (R, C), metres; NaN and what is not above 0 is invalid. What is infinitely far
+    has the calibration's offset.
+    """
+    with np.errstate(divide='ignore', invalid='ignore'):
+        disparity = calibration.focal * calibration.baseline / depth.astype(np.float64)
+        disparity = np.where(depth > 0, disparity + calibration.offset, np.nan)
+    return disparity.astype(np.float32)
+
+
 def millimetres_of(depth):
     """
     Return depth in whole millimetres, uint16 (R, C), 0 = invalid, infinite or beyond 65.535 m.

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo convert`: disparities, depth and point clouds from one file into another."""
+import json
+from pathlib import Path
+
+from fuzzy_stereo_ros.camera_options import add_camera_options, given_calibration
+from fuzzy_stereo_ros.pairs.depth_files import (
+    check_depth_suffix, read_depth, write_depth, write_point_file)
+from fuzzy_stereo_ros.pairs.disparity_files import (
+    check_disparity_suffix, read_disparity, write_disparity)
+from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.metres import depth_of, disparity_of
+from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
+import numpy as np
+
+DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
+READ = {DISPARITY: read_disparity, DEPTH: read_depth}
+POINT_SUFFIX = '.ply'
+
+HELP = 'turn disparities, depth and point clouds into one another'
+DESCRIPTION = (
+    'Turn a file of disparities or depth into another format, or into the other of the two, or\n'
+    'into a point cloud. The suffix says the format; --from and --to say what is in it.\n\n'
+    '             disparity, px              depth, m\n'
+    '  .pfm       invalid: inf               invalid: NaN, too far: inf\n'
+    '  .npy       invalid: NaN               invalid: NaN, too far: inf\n'
+    '  .png       256ths of a pixel (KITTI)  millimetres; both: 16 bits, invalid: 0\n'
+    '  .ply                                  only out: points x right, y down, z forward, m\n\n'
+    'In come .npz with one array and pictures of other scales as well (--scale).')
+EXAMPLE = ('examples:\n'
+           '  fuzzy-stereo convert disparity.pfm disparity.png\n'
+           '  fuzzy-stereo convert disparity.pfm depth.png --to depth --camera-info calib.txt\n'
+           '  fuzzy-stereo convert disparity.npy cloud.ply --focal 576 --baseline 0.12 \\\n'
+           '      --image left.png')
+
+
+def add_arguments(parser):
+    """Add the arguments of `convert`."""
+    parser.add_argument('input', metavar='INPUT', help='.pfm, .npy, .npz, or a picture')
+    parser.add_argument('output', metavar='OUTPUT', help='.pfm, .npy, .png or .ply')
+    parser.add_argument('--from', dest='source', choices=tuple(READ), default=DISPARITY,
+                        help=f'what INPUT holds; default: {DISPARITY}')
+    parser.add_argument('--to', choices=(DISPARITY, DEPTH, POINTS),
+                        help=f'what OUTPUT shall hold; default: {POINTS} in a {POINT_SUFFIX}, '
+                             'else the same as INPUT')
+    parser.add_argument('--scale', type=float, metavar='NUMBER',
+                        help='grey levels per pixel of disparity, or per metre of depth, of an '
+                             'INPUT that is a picture; default for 16 bits: 256, or 1000')
+    parser.add_argument('--image', metavar='FILE',
+                        help=f'left image, for the colours of a {POINT_SUFFIX}')
+    parser.add_argument('--overwrite', action='store_true', help='replace OUTPUT where it exists')
+    parser.add_argument('--json', action='store_true', help='print the figures as JSON')
+    add_camera_options(parser)
+
+
+def run(arguments, stream):
+    """
+    Convert what the arguments name, and print what came out.
+
+    Raises ValueError and OSError for bad input; everything is checked before anything is written.
+    """
+    target = arguments.to or (POINTS if _is_points(arguments.output) else arguments.source)
+    _check_output(arguments, target)
+    values = READ[arguments.source](arguments.input, arguments.scale)
+    if target != arguments.source:
+        calibration = _in_metres(arguments, target, values)
+        if arguments.source == DISPARITY:
+            values = depth_of(values, calibration)
+        elif target == DISPARITY:
+            values = disparity_of(values, calibration)
+    if target == POINTS:
+        image = _colours(arguments.image, values)
+        write_point_file(arguments.output, values, calibration.left, image)
+    else:
+        {DISPARITY: write_disparity, DEPTH: write_depth}[target](arguments.output, values)
+        values = READ[target](arguments.output)     # a format may keep less than it was given
+    figures = _figures(arguments, target, values)
+    stream.write((json.dumps(figures, indent=2) if arguments.json else _sentence(figures)) + '\n')
+
+
+def _is_points(path):
+    return Path(path).suffix.lower() == POINT_SUFFIX
+
+
+def _check_output(arguments, target):
+    """Raise ValueError where the output cannot be written, or where its kind makes no sense."""
+    output = Path(arguments.output)
+    if _is_points(arguments.input):
+        raise ValueError(f'{arguments.input} is a point cloud, which has no pixels any more; '
+                         'convert the disparities or the depth that it was made of')
+    if (target == POINTS) != _is_points(output):
+        raise ValueError(f'{output} cannot hold {target}: points, and only points, are stored '
+                         f'as {POINT_SUFFIX}')
+    if target != POINTS:
+        {DISPARITY: check_disparity_suffix, DEPTH: check_depth_suffix}[target](output)
+        if arguments.image is not None:
+            raise ValueError(f'--image gives colours to a {POINT_SUFFIX}, but {output} holds '
+                             f'{target}; leave it out')
+    if not output.parent.is_dir():
+        raise ValueError(f'{output} cannot be written: there is no folder {output.parent}')
+    if output.resolve() in (Path(path).resolve() for path in (
+            arguments.input, arguments.image, *(arguments.camera_info or ())) if path):
+        raise ValueError(f'{output} is an input too; name another file')
+    if output.exists() and not arguments.overwrite:
+        raise ValueError(f'{output} exists; give --overwrite to replace it, or name another file')
+
+
+def _in_metres(arguments, target, values):
+    """Return the Calibration that a conversion needs; ValueError where it is not given."""
+    needed = ('focal',) if (arguments.source, target) == (DEPTH, POINTS) else ('focal', 'baseline')
+    return given_calibration(arguments, values.shape, needed, f'{target} from {arguments.source}')
+
+
+def _colours(path, values):
+    """Return the image of a path, None for none; ValueError where it has another size."""
+    image = None if path is None else read_image(path)
+    if image is not None and image.shape[:2] != values.shape:
+        raise ValueError(f'{path} is {width_by_height(image)}, but there are '
+                         f'{width_by_height(values)} pixels')
+    return image
+
+
+def _figures(arguments, target, values):
+    """Return what came out; low and high are None where nothing is valid."""
+    valid = values[np.isfinite(values)]
+    return {
+        'output': arguments.output, 'from': arguments.source, 'to': target,
+        'rows': values.shape[0], 'columns': values.shape[1], 'valid': valid.size,
+        'low': float(valid.min()) if valid.size else None,
+        'high': float(valid.max()) if valid.size else None,
+        'unit': 'px' if target == DISPARITY else 'm'}
+
+
+def _sentence(figures):
+    """Return the figures as a person reads them."""
+    what = {DISPARITY: 'disparities', DEPTH: 'depths', POINTS: 'points'}[figures['to']]
+    between = '' if figures['low'] is None else (
+        f", from {figures['low']:.6g} to {figures['high']:.6g} {figures['unit']}"
+        + (' away' if figures['to'] == POINTS else ''))
+    return (f"{figures['output']}: {figures['valid']} {what} of {figures['columns']}x"
+            f"{figures['rows']} pixels{between}")

@@ -1,0 +1,254 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What `fuzzy-stereo convert` makes of a file comes back as it was, and is where geometry says."""
+import json
+import os
+from pathlib import Path
+import re
+
+import cv2
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.pairs.camera_files import (
+    centred_calibration, rectified_cameras, write_camera, write_middlebury_calibration)
+from fuzzy_stereo_ros.pairs.depth_files import read_depth, write_depth
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from hypothesis import given, HealthCheck, settings, strategies as st
+from hypothesis.extra import numpy as arrays
+import numpy as np
+import pytest
+
+NAN, INF = np.nan, np.inf
+FOCAL, BASELINE, OFFSET = 400.0, 0.25, -3.0
+CAMERAS = ['--focal', f'{FOCAL}', '--baseline', f'{BASELINE}', '--offset', f'{OFFSET}']
+SHAPES = arrays.array_shapes(min_dims=2, max_dims=2, max_side=7)
+same_folder = settings(deadline=None, max_examples=40,
+                       suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+def maps(low, high, *others):
+    """Return a strategy for float32 (R, C) with numbers, NaN and other values."""
+    return arrays.arrays(np.float32, SHAPES, elements=st.one_of(
+        st.sampled_from([NAN, *others]), st.floats(np.float32(low), np.float32(high), width=32)))
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def converted(*words):
+    return main(['convert', *map(str, words)])
+
+
+def done(*words):
+    assert converted(*words, '--overwrite') == 0
+
+
+def read_points(path):
+    """Return the vertices of a binary PLY file as a structured array."""
+    header, content = Path(path).read_bytes().split(b'end_header\n', 1)
+    assert header.startswith(b'ply\nformat binary_little_endian 1.0\n')
+    types = {'float': '<f4', 'uchar': 'u1'}
+    fields = [(name, types[kind]) for kind, name in re.findall(r'property (\w+) (\w+)',
+                                                               header.decode())]
+    count = int(re.search(rb'element vertex (\d+)', header)[1])
+    points = np.frombuffer(content, fields)
+    assert len(points) == count
+    return points
+
+
+@same_folder
+@given(disparity=maps(-(2.0**20), 2.0**20))
+def test_disparities_go_through_pfm_and_npy_to_the_last_bit(disparity):
+    write_disparity('a.pfm', disparity)
+    done('a.pfm', 'b.npy')
+    done('b.npy', 'c.pfm')
+    assert np.array_equal(read_disparity('b.npy'), disparity, equal_nan=True)
+    assert Path('c.pfm').read_bytes() == Path('a.pfm').read_bytes()
+
+
+@same_folder
+@given(disparity=maps(1 / 256, 255))
+def test_disparities_go_through_a_kitti_png_to_half_a_step(disparity):
+    write_disparity('a.npy', disparity)
+    done('a.npy', 'b.png')
+    done('b.png', 'c.npy')
+    found = read_disparity('c.npy')
+    assert np.array_equal(np.isnan(found), np.isnan(disparity))
+    assert np.nanmax(abs(found - disparity), initial=0) <= 1 / 512
+    done('c.npy', 'd.png')
+    assert Path('d.png').read_bytes() == Path('b.png').read_bytes()
+
+
+@same_folder
+@given(disparity=maps(-10, 300), suffix=st.sampled_from(['.npy', '.pfm']))
+def test_disparities_come_back_from_depth_to_the_last_digits_of_float32(disparity, suffix):
+    write_disparity('a.npy', disparity)
+    done('a.npy', f'b{suffix}', '--to', 'depth', *CAMERAS)
+    done(f'b{suffix}', 'c.npy', '--from', 'depth', '--to', 'disparity', *CAMERAS)
+    depth, found = read_depth(f'b{suffix}'), read_disparity('c.npy')
+    too_far = disparity <= OFFSET
+    assert np.array_equal(np.isnan(depth), np.isnan(disparity))
+    assert np.array_equal(np.isinf(depth), too_far)
+    assert (found[too_far] == OFFSET).all()
+    seen = np.isfinite(depth)
+    corrected = disparity[seen].astype(float) - OFFSET
+    # Half a step each of the corrected disparity, the depth and the disparity, in float32.
+    error = np.finfo(np.float32).eps * (2 * corrected + abs(disparity[seen]))
+    assert (abs(found[seen] - disparity[seen]) <= error).all()
+    assert np.allclose(depth[seen], FOCAL * BASELINE / corrected, rtol=1e-6, atol=0)
+
+
+@same_folder
+@given(depth=maps(0.001, 65.5, INF))
+def test_depth_goes_through_a_png_of_millimetres_to_half_of_one(depth):
+    write_depth('a.npy', depth)
+    done('a.npy', 'b.png', '--from', 'depth')
+    stored = cv2.imread('b.png', cv2.IMREAD_UNCHANGED)
+    done('b.png', 'c.pfm', '--from', 'depth')
+    found, seen = read_depth('c.pfm'), np.isfinite(depth)
+    assert stored.dtype == np.uint16
+    assert np.array_equal(stored == 0, ~seen) and np.array_equal(np.isnan(found), ~seen)
+    assert np.abs(found[seen] - depth[seen]).max(initial=0) <= 0.0005 + 4e-6
+
+
+@same_folder
+@given(depth=maps(0.1, 100, INF))
+def test_depth_goes_through_pfm_and_npy_to_the_last_bit(depth):
+    write_depth('a.pfm', depth)
+    done('a.pfm', 'b.npy', '--from', 'depth')
+    assert np.array_equal(np.load('b.npy'), depth, equal_nan=True)
+    done('b.npy', 'c.pfm', '--from', 'depth')
+    assert Path('c.pfm').read_bytes() == Path('a.pfm').read_bytes()
+
+
+@same_folder
+@given(disparity=maps(-10, 300), colour=st.booleans())
+def test_each_point_lies_on_the_ray_of_its_pixel_at_its_depth_and_has_its_colour(
+        disparity, colour):
+    rows, columns = disparity.shape
+    image = np.arange(rows * columns * 3, dtype=np.uint8).reshape(rows, columns, 3)
+    image = image if colour else image[:, :, 0]
+    write_disparity('a.npy', disparity)
+    write_image('left.png', image)
+    done('a.npy', 'b.ply', *CAMERAS, '--image', 'left.png')
+    points = read_points('b.ply')
+    down, across = np.nonzero(disparity > OFFSET)
+    assert points.dtype.names == ('x', 'y', 'z', 'red', 'green', 'blue')
+    assert len(points) == len(down)
+    z = FOCAL * BASELINE / (disparity[down, across].astype(float) - OFFSET)
+    assert np.allclose(points['z'], z, rtol=1e-6, atol=0)
+    for name, pixel, middle in (('x', across, (columns - 1) / 2), ('y', down, (rows - 1) / 2)):
+        assert np.allclose(points[name], z * (pixel - middle) / FOCAL, rtol=1e-5, atol=0)
+    for channel, name in enumerate(('blue', 'green', 'red')):
+        levels = image[:, :, channel] if colour else image
+        assert np.array_equal(points[name], levels[down, across])
+
+
+def test_points_come_from_depth_with_a_focal_length_alone_and_need_no_colours():
+    write_depth('a.npy', np.array([[2.0, NAN, INF, 4.0]], np.float32))
+    done('a.npy', 'b.ply', '--from', 'depth', '--focal', 2, '--principal-point', 1, -1)
+    points = read_points('b.ply')
+    assert points.dtype.names == ('x', 'y', 'z')
+    assert points.tolist() == [(-1, 1, 2), (4, 2, 4)]
+
+
+def test_the_cameras_may_stand_in_files():
+    disparity = np.array([[1.0, 2.0, 17.0, NAN]], np.float32)
+    write_disparity('a.npy', disparity)
+    calibration = centred_calibration(FOCAL, BASELINE, OFFSET, 1, 4)
+    for side, camera in rectified_cameras(calibration, 1, 4).items():
+        write_camera(f'{side}.yaml', camera, side)
+    write_middlebury_calibration('calib.txt', calibration, (1, 4), 0, 20)
+    done('a.npy', 'told.npy', '--to', 'depth', *CAMERAS)
+    told = np.load('told.npy')
+    assert np.array_equal(told, [[25, 20, 5, NAN]], equal_nan=True)
+    for files in (['calib.txt'], ['left.yaml', 'right.yaml'],
+                  ['right.yaml', '--offset', OFFSET]):
+        done('a.npy', 'b.npy', '--to', 'depth', '--camera-info', *files)
+        assert np.allclose(np.load('b.npy'), told, rtol=1e-6, equal_nan=True)
+    done('a.npy', 'b.npy', '--to', 'depth', '--camera-info', 'right.yaml')
+    assert np.allclose(np.load('b.npy'), FOCAL * BASELINE / disparity, equal_nan=True)
+
+
+def test_a_depth_that_is_not_above_zero_is_invalid():
+    np.save('a.npy', np.array([[0, -0.0, -1, -INF, NAN, INF, 2]]))
+    done('a.npy', 'b.npy', '--from', 'depth')
+    assert np.array_equal(np.load('b.npy'), [[NAN] * 5 + [INF, 2]], equal_nan=True)
+    done('a.npy', 'b.npy', '--from', 'depth', '--to', 'disparity', *CAMERAS)
+    assert np.array_equal(np.load('b.npy'), [[NAN] * 5 + [OFFSET, 47]], equal_nan=True)
+
+
+def test_pictures_of_other_scales_are_read_by_their_scale():
+    write_image('eight.png', np.array([[0, 4, 255]], np.uint8))
+    write_image('sixteen.png', np.array([[0, 256, 512]], np.uint16))
+    done('eight.png', 'a.npy', '--scale', 4)
+    assert np.array_equal(np.load('a.npy'), [[NAN, 1, 63.75]], equal_nan=True)
+    done('sixteen.png', 'a.npy', '--from', 'depth', '--scale', 256)
+    assert np.array_equal(np.load('a.npy'), [[NAN, 1, 2]], equal_nan=True)
+    done('sixteen.png', 'a.npy', '--from', 'depth')
+    assert np.allclose(np.load('a.npy'), [[NAN, 0.256, 0.512]], equal_nan=True)
+
+
+def test_the_figures_are_of_what_stands_in_the_file(capsys):
+    write_depth('a.npy', np.array([[2.0004, NAN, 70.0, 4.0]], np.float32))
+    assert converted('a.npy', 'b.png', '--from', 'depth', '--json') == 0
+    assert json.loads(capsys.readouterr().out) == {
+        'output': 'b.png', 'from': 'depth', 'to': 'depth', 'rows': 1, 'columns': 4, 'valid': 2,
+        'low': 2.0, 'high': 4.0, 'unit': 'm'}
+    done('b.png', 'c.ply', '--from', 'depth', '--focal', 1)
+    assert capsys.readouterr().out == 'c.ply: 2 points of 4x1 pixels, from 2 to 4 m away\n'
+    write_disparity('none.npy', np.full((2, 3), NAN))
+    done('none.npy', 'none.png')
+    assert capsys.readouterr().out == 'none.png: 0 disparities of 3x2 pixels\n'
+
+
+def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
+    write_disparity('a.npy', np.ones((2, 2)))
+    Path('b.pfm').write_text('mine')
+    assert converted('a.npy', 'b.pfm') == 2
+    assert 'b.pfm exists; give --overwrite to replace it' in capsys.readouterr().err
+    assert Path('b.pfm').read_text() == 'mine'
+    done('a.npy', 'b.pfm')
+    assert np.array_equal(read_disparity('b.pfm'), np.ones((2, 2)))
+    assert converted('a.npy', './a.npy', '--overwrite') == 2
+    assert 'a.npy is an input too' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('words, sentence', [
+    ('a.npy b.pfm --to depth', 'depth from disparity needs the cameras: give --focal and '
+     '--baseline, or --camera-info with'),
+    ('a.npy b.pfm --to depth --focal 3', 'needs the cameras: give --baseline, or'),
+    ('a.npy b.ply --from depth', 'points from depth needs the cameras: give --focal, or'),
+    ('a.npy b.ply --focal 0 --baseline 1', '--focal is 0; allowed are numbers above 0'),
+    ('a.npy b.ply --focal 1 --baseline inf', '--baseline is inf; allowed are finite numbers'),
+    ('a.npy b.ply --camera-info calib.txt --focal 3', '--focal stands in --camera-info already'),
+    ('a.npy b.ply --camera-info calib.txt --offset 3', '--offset stands in --camera-info'),
+    ('a.npy b.ply --camera-info calib.txt', 'calib.txt is of 9x5 pixels, but there are 4x2'),
+    ('a.npy b.ply --camera-info none.yaml', 'none.yaml cannot be read: No such file'),
+    ('a.npy b.ply --focal 1 --baseline 1 --image small.png', 'small.png is 3x2, but there are'),
+    ('a.npy b.pfm --image small.png', '--image gives colours to a .ply, but b.pfm holds'),
+    ('a.npy b.npy --to points', 'b.npy cannot hold points: points, and only points, are stored'),
+    ('a.npy b.ply --to depth', 'b.ply cannot hold depth'),
+    ('a.ply b.npy', 'a.ply is a point cloud, which has no pixels any more'),
+    ('a.npy b.tiff', "b.tiff has the suffix '.tiff'; allowed are .pfm, .npy, .png"),
+    ('a.npy b --from depth', "b has the suffix ''; allowed for depth are .pfm, .npy, .png"),
+    ('a.npy no/b.npy', 'no/b.npy cannot be written: there is no folder no'),
+    ('none.npy b.pfm', 'none.npy cannot be read: No such file'),
+    ('a.npy b.pfm --scale 4', 'a.npy holds pixels already; a scale is for pictures'),
+    ('a.npy b.pfm --from depth --scale 4', 'a.npy holds metres already; a scale is for pictures'),
+    ('small.png b.pfm --from depth', 'small.png has 8 bits: say how many grey levels one metre'),
+    ('far.npy b.png', 'a disparity of 300 px does not fit into a KITTI .png')])
+def test_what_cannot_be_converted_is_one_sentence_and_code_2(words, sentence, capsys):
+    write_disparity('a.npy', np.ones((2, 4)))
+    write_disparity('far.npy', np.full((2, 4), 300.0))
+    write_image('small.png', np.zeros((2, 3), np.uint8))
+    write_middlebury_calibration('calib.txt', centred_calibration(1.0, 1.0, 0.0, 5, 9), (5, 9),
+                                 0, 8)
+    before = sorted(os.listdir())
+    assert converted(*words.split()) == 2
+    printed = capsys.readouterr()
+    assert sentence in printed.err
+    assert printed.err.count('\n') == 1 and printed.out == ''
+    assert sorted(os.listdir()) == before
