@@ -38,6 +38,7 @@ setup(
             'ros-jazzy-rmw-fastrtps-cpp',
         ],
         'test': ['hypothesis', 'pytest<9', 'pytest-timeout'],
+        'view': ['rerun-sdk>=0.23'],
     },
     zip_safe=False,
     entry_points={

@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Matched pairs for the Rerun viewer: image, disparity, confidence and points by stamp."""
+import math
+import os
+from pathlib import Path
+import sys
+
+import cv2
+from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.metres import depth_of, write_points
+import numpy as np
+
+NEAREST_TO_ENDLESS = 1.0    # px; points of smaller disparities are left out, they lie anywhere
+MOST_POINTS = 100_000       # of a frame; of larger images every second, third, ... row and column
+POINT_SIZE = 1.5            # in the viewer, px
+JPEG_QUALITY = 92
+
+
+class RerunSink:
+    """Shows matched pairs in the viewer, or writes them to a file for it."""
+
+    def __init__(self, path=None):
+        """
+        Start the viewer, or a file `.rrd`, which has its name once it is closed.
+
+        path: None starts the viewer; an existing file is replaced at the end.
+        Raises ValueError where rerun-sdk is missing, there is no display to start the viewer on,
+        or a file cannot be written so.
+        """
+        self._path = None if path is None else _checked(Path(path))
+        self._rerun = _rerun()
+        self._stream = self._rerun.RecordingStream('fuzzy_stereo_ros')
+        if self._path is None:
+            _start_viewer(self._stream)
+        else:
+            self._part = self._path.with_name(f'.{self._path.name}.{os.getpid()}.part')
+            self._stream.save(self._part, default_blueprint=_blueprint())
+        self._stream.log('rig', self._rerun.ViewCoordinates.RDF, static=True)
+
+    def take(self, matched):
+        """
+        Show a Matched at its stamp.
+
+        The points lie in the optical frame of the reference image's camera, metres.
+        """
+        pair, match, config = matched.pair, matched.match, matched.config
+        rerun, stream = self._rerun, self._stream
+        image = in_eight_bits(getattr(pair, config.reference))
+        camera = camera_of(pair.calibration, config.reference)
+        lowest = config.min_disparity
+        stream.set_time('stamp', timestamp=np.datetime64(pair.stamp, 'ns'))
+        stream.log('rig/camera', rerun.Pinhole(
+            focal_length=(camera.fx, camera.fy), principal_point=(camera.cx, camera.cy),
+            resolution=image.shape[1::-1]))
+        stream.log('rig/camera/image', rerun.EncodedImage(
+            contents=_jpeg(image), media_type='image/jpeg'))
+        stream.log('disparity', rerun.DepthImage(
+            match.disparity, meter=1.0, colormap='turbo',
+            depth_range=(lowest, lowest + config.disparities - 1)))
+        stream.log('confidence', rerun.DepthImage(
+            match.confidence, meter=1.0, colormap='viridis', depth_range=(0, 1)))
+        places, colours = points_of(match.disparity, image, pair.calibration, camera)
+        stream.log('rig/points', rerun.Points3D(
+            places, colors=colours, radii=rerun.Radius.ui_points(POINT_SIZE)))
+
+    def close(self):
+        """
+        Finish: the file has its name then; the viewer stays open. Closes once.
+
+        Raises OSError where the file did not become whole, and leaves nothing then.
+        """
+        stream, self._stream = self._stream, None
+        if stream is None:
+            return
+        if self._path is None:
+            stream.disconnect()     # a flush would wait for ever where the viewer was closed
+            return
+        try:
+            try:
+                stream.flush()
+            finally:
+                stream.disconnect()
+            self._part.replace(self._path)
+        except RuntimeError as error:
+            raise OSError(f'{self._path} could not be written whole: {error}; is the disk '
+                          'full?') from error
+        finally:
+            self._part.unlink(missing_ok=True)
+
+
+def points_of(disparity, image, calibration, camera):
+    """
+    Return the points of pixels that have one: float32 (N, 3), metres, and uint8 (N, 3) RGB.
+
+    Pixels are left out evenly where there are more than MOST_POINTS.
+
+    disparity: float32 (R, C), px, NaN = invalid. image: uint8 (R, C) or (R, C, 3) BGR.
+    calibration: a Calibration. camera: Projection of the camera that the disparities belong to.
+    """
+    points = np.empty((*disparity.shape, 3), np.float32)
+    write_points(depth_of(disparity, calibration), camera, points)
+    every = math.ceil(math.sqrt(disparity.size / MOST_POINTS))
+    there = np.zeros(disparity.shape, bool)
+    there[::every, ::every] = (
+        disparity[::every, ::every] - np.float32(calibration.offset) >= NEAREST_TO_ENDLESS)
+    colours = cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB)
+    return points[there], colours[there]
+
+
+def camera_of(calibration, reference):
+    """Return the Projection of the camera that the disparities belong to."""
+    left = calibration.left
+    return left if reference == 'left' else left._replace(cx=left.cx - calibration.offset)
+
+
+def has_display():
+    """Return whether a window can be opened: on Linux a display must be named."""
+    return sys.platform != 'linux' or any(
+        os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY'))
+
+
+def _rerun():
+    """Return the module rerun; ValueError with the remedy where it is missing."""
+    try:
+        import rerun
+    except ImportError:
+        raise ValueError('the Rerun viewer needs rerun-sdk, which is not installed (about 170 '
+                         'MB): pip install rerun-sdk') from None
+    return rerun
+
+
+def _start_viewer(stream):
+    """Start the viewer, or join the one that runs; ValueError with why where that cannot be."""
+    if not has_display():
+        raise ValueError('the Rerun viewer cannot be started, for there is no display; write '
+                         'a file .rrd and open it where there is one: rerun FILE.rrd')
+    # The viewer is looked for in PATH, which need not name the virtual environment it is in.
+    path = os.environ.get('PATH', '')
+    os.environ['PATH'] = os.pathsep.join([path, str(Path(sys.executable).parent)])
+    try:
+        stream.spawn(default_blueprint=_blueprint())
+    except RuntimeError as error:
+        reason = str(error).splitlines()[0].rstrip('.')
+        raise ValueError(f'the Rerun viewer cannot be started: {reason}; or write a file .rrd '
+                         'and open it later: rerun FILE.rrd') from error
+    finally:
+        os.environ['PATH'] = path
+
+
+def _checked(path):
+    """Return the path of a file; ValueError where it cannot be written so."""
+    if path.suffix != '.rrd':
+        raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed is .rrd")
+    if not path.parent.is_dir():
+        raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
+    return path
+
+
+def _blueprint():
+    """Return what the viewer shows where: points beside image, disparity and confidence."""
+    from rerun import blueprint
+
+    return blueprint.Blueprint(blueprint.Horizontal(
+        blueprint.Spatial3DView(origin='rig', name='points [m]'),
+        blueprint.Vertical(
+            blueprint.Spatial2DView(origin='rig/camera', name='image'),
+            blueprint.Spatial2DView(origin='disparity', name='disparity [px]'),
+            blueprint.Spatial2DView(origin='confidence', name='confidence'))))
+
+
+def _jpeg(image):
+    """Return an image as the bytes of a JPEG file: a recording would grow by gigabytes."""
+    return cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
