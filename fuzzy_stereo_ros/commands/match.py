@@ -4,18 +4,17 @@
 import argparse
 from dataclasses import asdict
 import json
-import math
 from pathlib import Path
 import time
 
+from fuzzy_stereo_ros.command_parts import (
+    add_truth_options, check_outputs, for_json, read_truth)
 from fuzzy_stereo_ros.evaluation import score
 from fuzzy_stereo_ros.matcher_options import (
     add_matcher_options, matcher_config, USUAL_PROFILE)
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.pairs.disparity_files import (
-    check_disparity_suffix, read_disparity, write_disparity)
-from fuzzy_stereo_ros.pairs.image_files import (
-    check_image_suffix, read_image, read_pair, write_image)
+from fuzzy_stereo_ros.pairs.disparity_files import check_disparity_suffix, write_disparity
+from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, write_image
 from fuzzy_stereo_ros.pictures import colour_disparity
 from fuzzy_stereo_ros.reproduction import comparison, is_broken, sentence
 from fuzzy_stereo_ros.saved_pair import read_saved_pair
@@ -49,14 +48,7 @@ def add_arguments(parser):
     parser.add_argument('--picture', metavar='FILE',
                         help='also a picture in colours, far blue and near red, invalid grey')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
-    truth = parser.add_argument_group('comparison with ground truth')
-    truth.add_argument('--ground-truth', metavar='FILE',
-                       help='disparities of the image that --reference names: .pfm, .npy, .npz, '
-                            'or a picture (0 is invalid)')
-    truth.add_argument('--ground-truth-scale', metavar='NUMBER', type=float,
-                       help='grey levels per pixel of disparity in a picture; default for '
-                            '16 bits: 256')
-    truth.add_argument('--mask', metavar='FILE', help='picture; only pixels of 255 count')
+    add_truth_options(parser)
     add_matcher_options(parser, required=('disparities',))
     parser.set_defaults(profile=None)       # a saved pair must know whether it is given
 
@@ -98,7 +90,7 @@ def _run(arguments, config, stream, saved=None):
         left, right = read_pair(arguments.left, arguments.right)
     else:
         left, right = saved.pair.left, saved.pair.right
-    truth, mask = _read_truth(arguments, left.shape[:2])
+    truth, mask = read_truth(arguments, left.shape[:2])
     matcher = StereoMatcher(config)
     matcher.warm_up(*left.shape[:2])
     start = time.perf_counter()
@@ -128,7 +120,7 @@ def _run(arguments, config, stream, saved=None):
     if saved is not None:
         figures['saved'] = {'folder': arguments.saved, **comparison(saved, config, match)}
     if arguments.json:
-        print(json.dumps(_for_json(figures), indent=2), file=stream)
+        print(json.dumps(for_json(figures), indent=2), file=stream)
     else:
         print(_sentences(figures), file=stream)
     return DIFFERENT if saved is not None and is_broken(figures['saved']) else 0
@@ -148,45 +140,10 @@ def _checked_outputs(arguments):
     if arguments.picture is not None:
         check_image_suffix(arguments.picture)
         outputs['picture'] = Path(arguments.picture)
-    inputs = [Path(path).resolve() for path in (arguments.left, arguments.right,
-                                                arguments.ground_truth, arguments.mask) if path]
-    if arguments.saved is not None:
-        inputs.extend(Path(arguments.saved).resolve().iterdir())
-    taken = dict.fromkeys(inputs, 'an input')
-    for name, path in outputs.items():
-        if not path.parent.is_dir():
-            raise ValueError(f'--{name} is {path}, but there is no folder {path.parent}')
-        if path.resolve() in taken:
-            raise ValueError(f'--{name} is {path}, which is {taken[path.resolve()]} too')
-        taken[path.resolve()] = f'--{name}'
+    saved = [] if arguments.saved is None else Path(arguments.saved).iterdir()
+    check_outputs(outputs, [arguments.left, arguments.right, arguments.ground_truth,
+                            arguments.mask, *saved])
     return outputs
-
-
-def _read_truth(arguments, shape):
-    """Return ground truth and mask, None where not given; ValueError where the size differs."""
-    if arguments.ground_truth is None:
-        for name in ('ground_truth_scale', 'mask'):
-            if getattr(arguments, name) is not None:
-                raise ValueError(f"--{name.replace('_', '-')} needs --ground-truth")
-        return None, None
-    truth = read_disparity(arguments.ground_truth, arguments.ground_truth_scale)
-    mask = None if arguments.mask is None else read_image(arguments.mask)
-    if mask is not None:
-        mask = (mask if mask.ndim == 2 else mask[:, :, 0]) == 255
-    for path, array in ((arguments.ground_truth, truth), (arguments.mask, mask)):
-        if array is not None and array.shape != shape:
-            raise ValueError(f'{path} is {array.shape[1]}x{array.shape[0]}, the images are '
-                             f'{shape[1]}x{shape[0]}')
-    return truth, mask
-
-
-def _for_json(figures):
-    """Return figures as JSON can hold them: thresholds as strings, NaN as null."""
-    if isinstance(figures, dict):
-        return {str(name): _for_json(value) for name, value in figures.items()}
-    if isinstance(figures, float) and not math.isfinite(figures):
-        return None
-    return figures
 
 
 def _sentences(figures):

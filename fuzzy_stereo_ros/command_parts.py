@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What commands share: options of ground truth, where outputs may go, figures as JSON."""
+import math
+from pathlib import Path
+
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.image_files import read_image
+
+
+def add_truth_options(parser):
+    """Add --ground-truth and what belongs to it, for read_truth."""
+    truth = parser.add_argument_group('comparison with ground truth')
+    truth.add_argument('--ground-truth', metavar='FILE',
+                       help='disparities of the image that --reference names: .pfm, .npy, .npz, '
+                            'or a picture (0 is invalid)')
+    truth.add_argument('--ground-truth-scale', metavar='NUMBER', type=float,
+                       help='grey levels per pixel of disparity in a picture; default for '
+                            '16 bits: 256')
+    truth.add_argument('--mask', metavar='FILE', help='picture; only pixels of 255 count')
+
+
+def read_truth(arguments, shape):
+    """
+    Return ground truth, float32 (R, C), and mask, bool (R, C), of parsed options.
+
+    None stands for what is not given. Raises ValueError where the size differs from the shape.
+    """
+    if arguments.ground_truth is None:
+        for name in ('ground_truth_scale', 'mask'):
+            if getattr(arguments, name) is not None:
+                raise ValueError(f"--{name.replace('_', '-')} needs --ground-truth")
+        return None, None
+    truth = read_disparity(arguments.ground_truth, arguments.ground_truth_scale)
+    mask = None if arguments.mask is None else read_image(arguments.mask)
+    if mask is not None:
+        mask = (mask if mask.ndim == 2 else mask[:, :, 0]) == 255
+    for path, array in ((arguments.ground_truth, truth), (arguments.mask, mask)):
+        if array is not None and array.shape != shape:
+            raise ValueError(f'{path} is {array.shape[1]}x{array.shape[0]}, the images are '
+                             f'{shape[1]}x{shape[0]}')
+    return truth, mask
+
+
+def check_outputs(outputs, inputs):
+    """
+    Raise ValueError where an output has no folder, or is an input or another output.
+
+    outputs: {option without --: Path}. inputs: paths; None among them is ignored.
+    """
+    taken = {Path(path).resolve(): 'an input' for path in inputs if path is not None}
+    for name, path in outputs.items():
+        if not path.parent.is_dir():
+            raise ValueError(f'--{name} is {path}, but there is no folder {path.parent}')
+        if path.resolve() in taken:
+            raise ValueError(f'--{name} is {path}, which is {taken[path.resolve()]} too')
+        taken[path.resolve()] = f'--{name}'
+
+
+def for_json(figures):
+    """Return figures as JSON can hold them: names as strings, NaN and infinite as null."""
+    if isinstance(figures, dict):
+        return {str(name): for_json(value) for name, value in figures.items()}
+    if isinstance(figures, (list, tuple)):
+        return [for_json(value) for value in figures]
+    if isinstance(figures, float) and not math.isfinite(figures):
+        return None
+    return figures
