@@ -3,6 +3,7 @@
 
 PYTHON ?= python3
 DEMO_ARGS ?=
+BENCHMARK_ARGS ?=
 PYTEST_ARGS ?=
 
 venv := .venv
@@ -29,13 +30,15 @@ endif
 dependencies_installed := $(venv)/.dependencies-$(ros)
 package_installed := $(venv)/.package-$(ros)
 
-.PHONY: help demo test lint clean
+.PHONY: help demo test benchmark lint clean
 
 help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
 	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
 	@echo 'make test   ruff, flake8, pep257, then pytest'
 	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
+	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md'
+	@echo "            make benchmark BENCHMARK_ARGS='--quick --output /tmp/page.md'"
 	@echo 'make lint   ruff, flake8 and pep257 alone'
 	@echo 'make clean  remove what was made: $(venv), builds and caches'
 	@echo
@@ -46,6 +49,10 @@ demo: $(package_installed)
 
 test: lint
 	$(python) -m pytest $(PYTEST_ARGS)
+
+benchmark: $(package_installed)
+	$(python) -m fuzzy_stereo_ros.command_line benchmark all --output docs/benchmarks.md \
+		$(BENCHMARK_ARGS)
 
 lint: $(package_installed)
 	$(python) -m ruff check .

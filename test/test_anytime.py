@@ -84,14 +84,12 @@ def test_the_classic_pairs_and_one_of_2006_are_shown_where_they_are():
     assert anytime._shown(scenes[3:4])[0] == scenes[3:4]
 
 
-def test_the_report_has_means_scenes_a_picture_and_correlations(monkeypatch):
-    monkeypatch.setattr(anytime, 'CHECKPOINTS', (1, 20, 60))
-
+def test_the_report_has_means_scenes_a_picture_and_correlations():
     class SmallRequest(Request):
         def scenes(self):
             return [small_scene()], []
 
-    report = anytime.run(SmallRequest())
+    report = anytime.run(SmallRequest(quick=True))
     for table in report.tables:
         assert len(set(table.columns)) == len(table.columns)
         assert all(len(row) == len(table.columns) for row in table.rows)
@@ -108,9 +106,3 @@ def test_a_curve_has_its_ends_and_points_that_are_a_fifth_apart():
     assert times[0] == 1 and times[-1] == 99.5
     assert all(after >= 1.2 * before for before, after in zip(times, times[1:-1]))
     assert len(times) < 25
-
-
-def test_without_matplotlib_the_picture_is_said_to_be_missing(monkeypatch):
-    monkeypatch.setattr(anytime_picture, 'find_spec', lambda name: None)
-    assert anytime_picture.drawn([], 'anytime.svg') == (
-        {}, ['anytime.svg: there is no matplotlib'])

@@ -5,6 +5,8 @@ from dataclasses import replace
 from functools import partial
 import io
 import json
+import re
+from xml.etree import ElementTree
 
 import cv2
 from fuzzy_stereo_ros.benchmarks import accuracy, datasets, paper_tables, sequences, speed, warm
@@ -13,6 +15,7 @@ from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, data_folder, 
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.comparing.progress import follow
 from fuzzy_stereo_ros.comparing.report import for_json, markdown, Report, Table
@@ -454,7 +457,7 @@ def test_accuracy_averages_groups_and_keeps_odd_and_even_scenes_apart():
 
 
 def test_speed_lets_all_take_turns_and_compares_with_3way():
-    report = speed.run(SmallRequest(repeats=2), sizes=((ROWS, COLUMNS, DISPARITIES),))
+    report = speed.run(SmallRequest(repeats=2, quick=True))
     assert_columns_have_names_of_their_own(report)
     race = report.tables[0]
     rows = {row[0]: dict(zip(race.columns[1:], row[1:])) for row in race.rows}
@@ -531,9 +534,28 @@ def test_the_command_prints_json_and_writes_its_section(tmp_path, monkeypatch, c
     assert '## Accuracy' in (tmp_path / 'page.md').read_text()
 
 
+def test_all_benchmarks_run_in_their_short_form_and_fill_the_page(tmp_path, monkeypatch, capsys):
+    pytest.importorskip('matplotlib', reason='pictures need matplotlib')
+    monkeypatch.chdir(tmp_path)
+    assert main(['benchmark', 'all', '--quick', '--repeats', '1', '--output', 'page.md']) == 0
+    page = (tmp_path / 'page.md').read_text()
+    assert re.findall('<!-- begin of (.+) -->', page) == list(BENCHMARKS)
+    shown = re.findall(r'!\[.+\]\((.+)\)', page)
+    assert shown == [f'{name}.svg' for name in ('accuracy', 'warm', 'ablation', 'anytime', 'cost')]
+    for name in shown:
+        assert ElementTree.parse(tmp_path / name).getroot().tag.endswith('svg')
+    for name, start in (('accuracy', 'Groups'), ('cost', 'Over disparities, 72x40')):
+        assert f'### {start}' in page.split(f'<!-- begin of {name} -->')[1]
+    assert 'window, noise 6, pan 2 (2)' in page
+    assert 'no folder' not in page and 'made, moving' not in page
+    assert capsys.readouterr().out.count('\n## ') == len(BENCHMARKS) - 1
+
+
 @pytest.mark.parametrize(('words', 'reason'), [
     (['fast'], 'invalid choice'),
     (['speed', '--repeats', '0'], '--repeats is 0'),
+    (['speed', '--quick', '--repeats', '0'], '--repeats is 0'),
+    (['speed', '--quick', '--only', 'middv2'], 'no scene'),
     (['accuracy', '--only', 'nothing'], 'no scene'),
     (['accuracy', '--data', 'nowhere'], 'no folder nowhere'),
     (['accuracy', '--output', 'page.html'], 'suffix'),

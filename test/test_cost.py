@@ -25,7 +25,7 @@ def test_a_step_is_one_disparity_behind_a_multiple_of_32_on_one_scene():
     assert steps(dict.fromkeys((SMALL, SAME, MORE))) == [(SAME, MORE)]
     assert steps(dict.fromkeys((MORE, SMALL))) == []
     assert all(len(steps(dict.fromkeys(sizes))) == count for sizes, count in (
-        (cost.BY_DISPARITIES, 3), (cost.BY_PIXELS, 0)))
+        (cost.FULL.disparities, 3), (cost.FULL.pixels, 0)))
 
 
 def test_sizes_that_differ_in_the_disparities_searched_share_a_scene():
@@ -95,14 +95,15 @@ def test_a_new_process_keeps_its_kernels_in_the_folder_it_is_given(tmp_path):
     assert 'warm_up' in compiling.WARM_UP
 
 
-def test_the_report_has_all_tables(monkeypatch):
-    for name, sizes in (('BY_PIXELS', (SMALL,)), ('BY_DISPARITIES', (SAME, MORE)),
-                        ('BY_BOTH', (SMALL, SAME)), ('INSIDE', (SMALL,))):
-        monkeypatch.setattr(cost, name, sizes)
-    monkeypatch.setattr(cost, 'IN_A_HURRY', SMALL)
-    monkeypatch.setattr(deadline, 'DEADLINES', (1, 20))
+def test_the_report_has_all_tables_and_a_quick_one_all_but_the_compiling(monkeypatch):
     monkeypatch.setattr(cost, 'compile_table', lambda: Table('Before', ('', 'seconds'), []))
+    quick = cost.run(Request(repeats=1, quick=True))
+    assert quick.skipped == ['compiling: it takes a minute']
+    monkeypatch.setattr(cost, 'FULL', cost.QUICK)
     report = cost.run(Request(repeats=1))
+    assert report.skipped == []
+    assert [table.title for table in quick.tables] == [
+        table.title for table in report.tables if table.title != 'Before']
     assert [table.title.split(',')[0] for table in report.tables] == [
         'Over pixels', 'Over disparities', 'Over both', 'Growth', 'Two threads', 'Memory',
         'Deadline', 'Before']

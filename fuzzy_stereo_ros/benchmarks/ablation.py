@@ -6,12 +6,14 @@ Ablation: the matcher as it is, and with each part removed or replaced, on scene
 Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
 """
 from dataclasses import dataclass, field
+from functools import partial
 
-from fuzzy_stereo_ros.benchmarks import ablation_tables, variants
+from fuzzy_stereo_ros.benchmarks import ablation_picture, ablation_tables, variants
 from fuzzy_stereo_ros.benchmarks.correlation import Point
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
-from fuzzy_stereo_ros.benchmarks.sequences import available_sequences, Sequence
+from fuzzy_stereo_ros.benchmarks.picture import as_svg
+from fuzzy_stereo_ros.benchmarks.sequences import Sequence
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
 from fuzzy_stereo_ros.comparing.report import environment, Report
 from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
@@ -106,7 +108,7 @@ class MovingResult:
 def run(request):
     """Return the `Report` of what each part of the matcher earns."""
     scenes, skipped = request.scenes()
-    sequences, missing = available_sequences(request.data, scenes)
+    sequences, missing = request.sequences(scenes)
     sequences = [one for one in sequences if len(one.scored)]
     with opencv_threads(1):
         still = [on_scene(scene, request) for scene in request.follow(scenes, 'scenes')]
@@ -126,8 +128,10 @@ def run(request):
                 'compare, not to be fast: no times of them',
         'sequences': 'those of the benchmark `warm`, scored as there',
     }
-    return Report('ablation', 'Ablation', settings,
-                  ablation_tables.tables(still, moving, VARIANTS), [*skipped, *missing])
+    found = ablation_tables.tables(still, moving, VARIANTS)
+    pictures, lacking = as_svg('ablation.svg', partial(ablation_picture.draw, found))
+    return Report('ablation', 'Ablation', settings, found, [*skipped, *missing, *lacking],
+                  pictures)
 
 
 def on_scene(scene, request):

@@ -8,9 +8,12 @@ all pixels with truth. Scenes are cut into odd and even ones, so that settings c
 can be checked on the other.
 """
 from dataclasses import dataclass, replace
+from functools import partial
 
+from fuzzy_stereo_ros.benchmarks import accuracy_picture
 from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
+from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.comparing.report import environment, Report, Table
 from fuzzy_stereo_ros.comparing.rivals import (
@@ -61,7 +64,9 @@ def run(request):
         'Motorcycle': 'has no mask; counted are pixels whose match lies inside the right image '
                       'and is not covered by a surface nearer by more than 1 px',
     }
-    return Report('accuracy', 'Accuracy', settings, tables(results), skipped)
+    found = tables(results)
+    pictures, missing = as_svg('accuracy.svg', partial(accuracy_picture.draw, found))
+    return Report('accuracy', 'Accuracy', settings, found, [*skipped, *missing], pictures)
 
 
 def measure(scene, request):

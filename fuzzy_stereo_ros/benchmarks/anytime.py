@@ -6,13 +6,15 @@ Anytime: error and fitness against milliseconds, from four kinds of initial popu
 What counts is the chromosome itself, before refinement.
 """
 from dataclasses import dataclass
+from functools import partial
 
-from fuzzy_stereo_ros.benchmarks.anytime_picture import drawn
+from fuzzy_stereo_ros.benchmarks import anytime_picture
 from fuzzy_stereo_ros.benchmarks.correlation import correlation_table, Point
 from fuzzy_stereo_ros.benchmarks.courses import ALLELES, course_of, STARTS
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.paper_tables import fastest
+from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.speed import with_noise
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
 from fuzzy_stereo_ros.comparing.report import environment, Report, Table
@@ -22,9 +24,9 @@ import numpy as np
 
 CLASSIC, MODERN, MADE = 'middv2', 'midd2006_third', 'made'
 CHECKPOINTS = (10, 20, 50, 100, 200, 500, 1000, 2000)    # milliseconds
+QUICK_CHECKPOINTS = (1, 20, 60)
 NOISE = 3           # grey levels, fresh in every frame: else the frame before were this one
 RIVAL, RIVAL_TURNS = '3WAY', 3
-PICTURE = 'anytime.svg'
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,9 @@ def run(request):
     """Return the `Report` of how soon each kind of population arrives where."""
     scenes, skipped = request.scenes()
     shown, reason = _shown(scenes)
+    checkpoints = QUICK_CHECKPOINTS if request.quick else CHECKPOINTS
     with opencv_threads(1):
-        found = [measure(scene) for scene in request.follow(shown, 'anytime')]
+        found = [measure(scene, checkpoints[-1]) for scene in request.follow(shown, 'anytime')]
     settings = {
         **environment('one each'),
         'pairs': f'with fresh noise of {NOISE} grey levels in each frame',
@@ -74,9 +77,9 @@ def run(request):
                  'than 1 px (Middlebury, made) or 3 px (KITTI)',
         'fitness': 'that of profile realtime, cold, measured everywhere, of all alike',
     }
-    pictures, missing = drawn(found, PICTURE)
-    return Report('anytime', 'Anytime', settings, tables(found), [*skipped, *reason, *missing],
-                  pictures)
+    pictures, missing = as_svg('anytime.svg', partial(anytime_picture.draw, found))
+    return Report('anytime', 'Anytime', settings, tables(found, checkpoints),
+                  [*skipped, *reason, *missing], pictures)
 
 
 def _shown(scenes):
@@ -89,8 +92,8 @@ def _shown(scenes):
     return shown, [f'the classic pairs: {shown[0].group} instead']
 
 
-def measure(scene):
-    """Return the `Courses` of one scene."""
+def measure(scene, longest):
+    """Return the `Courses` of one scene; longest: milliseconds of each."""
     known = scene.read()
     chance = np.random.default_rng(3)
     frames = [tuple(with_noise(image, NOISE, chance) for image in (known.left, known.right))
@@ -106,7 +109,7 @@ def measure(scene):
                      bad_percent(genes.astype(np.float32), known, scene.limit))
 
     stands = {start.name: [stand(*noted) for noted in course_of(
-        start, scene.disparities, frames, CHECKPOINTS[-1])] for start in STARTS}
+        start, scene.disparities, frames, longest)] for start in STARTS}
     rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == RIVAL)
     milliseconds, disparity = fastest(RIVAL_TURNS, lambda: dense(
         rival.match(*frames[-1], scene.disparities)))
@@ -114,21 +117,21 @@ def measure(scene):
                    asked_about_truth(scene, known, judge))
 
 
-def tables(found):
-    """Return the tables of a list of `Courses`."""
+def tables(found, checkpoints):
+    """Return the tables of a list of `Courses`; checkpoints: milliseconds."""
     made = []
     for title, figure, digits in (('error in percent', 'error', 2), ('fitness', 'fitness', 4)):
         rivals = [getattr(courses.rival, figure) for courses in found]
         made.append(Table(
-            f'Mean of {len(found)} scenes: {title}', _headings(),
-            [(start.name, *(_mean_at(found, start.name, limit, figure) for limit in CHECKPOINTS))
+            f'Mean of {len(found)} scenes: {title}', _headings(checkpoints),
+            [(start.name, *(_mean_at(found, start.name, limit, figure) for limit in checkpoints))
              for start in STARTS],
             f'{RIVAL}: {np.mean(rivals):.{digits}f} after '
             f'{np.mean([courses.rival.milliseconds for courses in found]):.0f} ms.', digits))
     for courses in found:
         made.append(Table(
-            f'{courses.scene.path}: error in percent / fitness', _headings(),
-            [(name, *(_word(stand_at(stands, limit)) for limit in CHECKPOINTS))
+            f'{courses.scene.path}: error in percent / fitness', _headings(checkpoints),
+            [(name, *(_word(stand_at(stands, limit)) for limit in checkpoints))
              for name, stands in courses.stands.items()],
             f'{RIVAL}: {_word(courses.rival)} after {courses.rival.milliseconds:.0f} ms.'))
     points = {courses.scene.path: list(dict.fromkeys(
@@ -144,8 +147,8 @@ def stand_at(stands, milliseconds):
     return next((stand for stand in reversed(stands) if stand.milliseconds <= milliseconds), None)
 
 
-def _headings():
-    return ('', *(f'{milliseconds} ms' for milliseconds in CHECKPOINTS))
+def _headings(checkpoints):
+    return ('', *(f'{milliseconds} ms' for milliseconds in checkpoints))
 
 
 def _mean_at(found, name, milliseconds, figure):

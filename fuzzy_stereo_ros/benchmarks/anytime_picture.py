@@ -1,21 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The picture of the anytime courses: error and fitness of each start against milliseconds."""
-from importlib.util import find_spec
-import io
-
 COLUMN, ROW = 3.4, 3.0      # inches of a panel
+LEAST = 3                   # panels side by side: the width that the names below take
 APART = 1.2                 # times that a point of a curve is later than the one before
 
 
-def drawn(found, name):
-    """Return {name: the picture as SVG} of a list of `Courses`, and sentences on what lacks."""
-    if find_spec('matplotlib') is None:
-        return {}, [f'{name}: there is no matplotlib']
-    from matplotlib import rc_context
+def draw(found):
+    """Return the Figure of a list of `Courses`."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(COLUMN * len(found), 2 * ROW + 1), layout='constrained')
+    figure = Figure(figsize=(COLUMN * max(LEAST, len(found)), 2 * ROW + 1), layout='constrained')
     panels = figure.subplots(2, len(found), squeeze=False)
     for courses, column in zip(found, panels.T):
         for panel, what in zip(column, ('error', 'fitness')):
@@ -27,17 +22,14 @@ def drawn(found, name):
             panel.plot(courses.rival.milliseconds, getattr(courses.rival, what), 'k*',
                        label='3WAY')
             panel.set_xscale('log')
-        column[0].set_title(courses.scene.path, fontsize=9)
+        column[0].set_title(courses.scene.path)
         column[0].set_yscale('log')
         column[1].set_xlabel('milliseconds')
     panels[0, 0].set_ylabel('error [%]')
     panels[1, 0].set_ylabel('fitness')
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc='outside lower center', ncols=3,
-                  fontsize=8)
-    stream = io.BytesIO()
-    with rc_context({'svg.fonttype': 'none', 'svg.hashsalt': name}):
-        figure.savefig(stream, format='svg', metadata={'Date': None})
-    return {name: stream.getvalue()}, []
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc='outside lower center',
+                  ncols=3, frameon=False)
+    return figure
 
 
 def apart(stands):

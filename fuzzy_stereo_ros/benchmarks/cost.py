@@ -5,13 +5,16 @@ Cost: how time and memory grow, what threads, compiling and a deadline do.
 
 A cell is a pixel at a disparity. Scenes are made for their size, and fill their disparities.
 """
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.benchmarks import cost_picture
 from fuzzy_stereo_ros.benchmarks.compiling import compile_table
 from fuzzy_stereo_ros.benchmarks.cost_tables import growth_table, race_table
 from fuzzy_stereo_ros.benchmarks.deadline import deadline_table
 from fuzzy_stereo_ros.benchmarks.memory import memory_row, memory_table
+from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.speed import Contestant
 from fuzzy_stereo_ros.comparing.known_pairs import MIDDLEBURY
 from fuzzy_stereo_ros.comparing.report import environment, Report, Table
@@ -31,9 +34,14 @@ class Size(NamedTuple):
     filled: int
 
     @property
+    def frame(self):
+        """The size of the images as it is written in tables."""
+        return f'{self.columns}x{self.rows}'
+
+    @property
     def name(self):
         """The size as it is written in tables."""
-        return f'{self.columns}x{self.rows}x{self.disparities}'
+        return f'{self.frame}x{self.disparities}'
 
     @property
     def pixels(self):
@@ -52,16 +60,34 @@ class Size(NamedTuple):
         return made.left, made.right
 
 
-BY_PIXELS = tuple(Size(*shape, 64, 64) for shape in (
-    (240, 320), (480, 640), (720, 1280), (1080, 1920)))
+@dataclass(frozen=True)
+class Plan:
+    """
+    The sizes that are measured.
+
+    inside: those whose threads and memory are looked at. in_a_hurry: the one with deadlines.
+    """
+
+    pixels: tuple
+    disparities: tuple
+    both: tuple
+    inside: tuple
+    in_a_hurry: Size
+
+
+_BOTH = (Size(240, 320, 32, 32), Size(480, 640, 64, 64), Size(720, 1280, 128, 128),
+         Size(1080, 1920, 256, 256))
 # Kernels take 32 disparities at once: those around a multiple share a scene.
-BY_DISPARITIES = tuple(Size(480, 640, *pair) for pair in (
-    (16, 16), (31, 31), (32, 31), (33, 31), (48, 48), (63, 63), (64, 63), (65, 63), (96, 96),
-    (97, 96), (128, 128), (192, 192), (256, 256)))
-BY_BOTH = (Size(240, 320, 32, 32), Size(480, 640, 64, 64), Size(720, 1280, 128, 128),
-           Size(1080, 1920, 256, 256))
-INSIDE = BY_BOTH[1:]        # sizes whose threads and memory are looked at
-IN_A_HURRY = BY_BOTH[1]
+FULL = Plan(
+    tuple(Size(*shape, 64, 64) for shape in ((240, 320), (480, 640), (720, 1280), (1080, 1920))),
+    tuple(Size(480, 640, *pair) for pair in (
+        (16, 16), (31, 31), (32, 31), (33, 31), (48, 48), (63, 63), (64, 63), (65, 63), (96, 96),
+        (97, 96), (128, 128), (192, 192), (256, 256))),
+    _BOTH, _BOTH[1:], _BOTH[1])
+QUICK = Plan(
+    (Size(40, 72, 16, 16), Size(80, 144, 16, 16)),
+    (Size(40, 72, 16, 16), Size(40, 72, 32, 31), Size(40, 72, 33, 31)),
+    (Size(40, 72, 16, 16), Size(40, 72, 32, 31)), (Size(40, 72, 16, 16),), Size(40, 72, 16, 16))
 
 
 class _Step(NamedTuple):
@@ -71,16 +97,17 @@ class _Step(NamedTuple):
 
 def run(request):
     """Return the `Report` of what a frame costs."""
-    steps = [_Step('over pixels', partial(race, request, BY_PIXELS)),
-             _Step('over disparities', partial(race, request, BY_DISPARITIES)),
-             _Step('over both', partial(race, request, BY_BOTH)),
+    plan = QUICK if request.quick else FULL
+    steps = [_Step('over pixels', partial(race, request, plan.pixels)),
+             _Step('over disparities', partial(race, request, plan.disparities)),
+             _Step('over both', partial(race, request, plan.both)),
              _Step('threads', lambda: [threads_row(request, *one) for one in
-                                       ((size, warm) for size in INSIDE
+                                       ((size, warm) for size in plan.inside
                                         for warm in (False, True))]),
-             _Step('memory', lambda: [memory_row(request, size) for size in INSIDE]),
-             _Step('deadline', lambda: deadline_table(IN_A_HURRY, request.repeats)),
-             _Step('compiling', compile_table)]
-    pixels, disparities, both, threads, memory, deadline, compiling = (
+             _Step('memory', lambda: [memory_row(request, size) for size in plan.inside]),
+             _Step('deadline', lambda: deadline_table(plan.in_a_hurry, request.repeats)),
+             *([] if request.quick else [_Step('compiling', compile_table)])]
+    pixels, disparities, both, threads, memory, *others = (
         step.work() for step in request.follow(steps, 'cost'))
     settings = {
         **environment('one each, unless said otherwise'),
@@ -92,14 +119,18 @@ def run(request):
         'times': f'median of {request.repeats} turns, all sizes of a table in turns; on one '
                  'thread that of the processor, which does not run while other programs do',
     }
-    return Report('cost', 'Cost', settings, [
-        race_table(f'Over pixels, {BY_PIXELS[0].disparities} disparities', pixels),
-        race_table('Over disparities, 640x480', disparities),
+    found = [
+        race_table(f'Over pixels, {plan.pixels[0].disparities} disparities', pixels),
+        race_table(f'Over disparities, {plan.disparities[0].frame}', disparities),
         race_table('Over both', both),
         growth_table({'pixels': pixels, 'disparities': disparities, 'both': both}),
         Table('Two threads', ('', '1 thread [ms]', '2 threads [ms]', 'faster by', 'bits'), threads,
               'Bits: of disparity and confidence.'),
-        memory_table(memory), deadline, compiling])
+        memory_table(memory), *others]
+    pictures, missing = as_svg('cost.svg', partial(cost_picture.draw, found))
+    if request.quick:
+        missing = [*missing, 'compiling: it takes a minute']
+    return Report('cost', 'Cost', settings, found, missing, pictures)
 
 
 def race(request, sizes):

@@ -34,7 +34,8 @@ KITTI_FOLDERS = {
 MOTORCYCLE = 'midd2014/Motorcycle'
 MOTORCYCLE_DISPARITIES = 64
 MADE_SCENES = 4
-MADE_ROWS, MADE_COLUMNS, MADE_DISPARITIES = 240, 320, 48
+MADE_SIZE = 240, 320, 48      # rows, columns, disparities
+QUICK_SCENES, QUICK_SIZE = 2, (48, 80, 16)
 
 
 @dataclass(frozen=True)
@@ -79,15 +80,17 @@ def data_folder(given=None):
     return Path(named)
 
 
-def available_scenes(data, only=''):
+def available_scenes(data, only='', quick=False):
     """
     Return the scenes that can be read here, and a sentence for each group that cannot.
 
-    data: Path or None. only: scenes whose group/name contains this word.
-    Raises ValueError where no scene is left.
+    data: Path or None. only: scenes whose group/name contains this word. quick: small made scenes
+    alone. Raises ValueError where no scene is left.
     """
     scenes, missing = [], {}
-    for scene, reason in (*_folder_scenes(data), _motorcycle(data), *_made_scenes()):
+    listed = _made_scenes(QUICK_SCENES, QUICK_SIZE) if quick else (
+        *_folder_scenes(data), _motorcycle(data), *_made_scenes(MADE_SCENES, MADE_SIZE))
+    for scene, reason in listed:
         if only not in scene.path:
             continue
         if reason is None:
@@ -175,13 +178,11 @@ def _read_motorcycle(data):
     return KnownPair(left, right, truth, seen_by_both(truth))
 
 
-def _made_scenes():
-    return [(Scene('made', f'planes{seed}', MIDDLEBURY, MADE_DISPARITIES,
-                   partial(_read_made, seed)), None)
-            for seed in range(1, MADE_SCENES + 1)]
+def _made_scenes(count, size):
+    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], partial(_read_made, seed, size)),
+             None) for seed in range(1, count + 1)]
 
 
-def _read_made(seed):
-    made = made_pair(MADE_ROWS, MADE_COLUMNS, MADE_DISPARITIES, seed, objects=6, noise=1.5,
-                     colour=True)
+def _read_made(seed, size):
+    made = made_pair(*size, seed, objects=6, noise=1.5, colour=True)
     return KnownPair(made.left, made.right, made.truth, made.visible)

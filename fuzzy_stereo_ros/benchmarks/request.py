@@ -6,7 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
+from fuzzy_stereo_ros.benchmarks.sequences import available_sequences
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+
+QUICK_KINDS = 'window, noise 0, pan 0', 'window, noise 6, pan 2', 'hard cut'
 
 
 @dataclass(frozen=True)
@@ -17,6 +20,7 @@ class Request:
     profile, changes: the matcher under test, changes being {parameter: value}.
     data: folder of the benchmark data, or None. only: a word that scenes must contain.
     repeats: how often a time is taken. follow(items, title): iterates and shows progress.
+    quick: small and few, to see that all runs; the figures then say nothing.
     """
 
     profile: str = 'realtime'
@@ -25,6 +29,7 @@ class Request:
     only: str = ''
     repeats: int = 15
     follow: Callable = field(default=lambda items, title: items)
+    quick: bool = False
 
     def config(self, disparities, **forced):
         """Return the configuration under test: dense, from 0, on one thread unless forced."""
@@ -37,7 +42,14 @@ class Request:
 
     def scenes(self):
         """Return the scenes that are asked for and here, and sentences about those missing."""
-        return available_scenes(self.data, self.only)
+        return available_scenes(self.data, self.only, self.quick)
+
+    def sequences(self, scenes):
+        """Return the sequences that can be made here, and sentences about those missing."""
+        if not self.quick:
+            return available_sequences(self.data, scenes)
+        found, _ = available_sequences(None, scenes)
+        return [sequence for sequence in found if sequence.kind in QUICK_KINDS], []
 
     @property
     def subject(self):

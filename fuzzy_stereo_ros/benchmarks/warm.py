@@ -6,8 +6,11 @@ Warm start: the same matcher with and without its previous frame, error and flic
 Cold means that the matcher forgets the frame before each one.
 """
 from dataclasses import dataclass
+from functools import partial
 
-from fuzzy_stereo_ros.benchmarks.sequences import available_sequences, Sequence
+from fuzzy_stereo_ros.benchmarks import warm_picture
+from fuzzy_stereo_ros.benchmarks.picture import as_svg
+from fuzzy_stereo_ros.benchmarks.sequences import Sequence
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
 from fuzzy_stereo_ros.comparing.report import environment, Report, Table
 from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
@@ -36,7 +39,7 @@ class Course:
 def run(request):
     """Return the `Report` of cold against warm on the sequences of a request."""
     scenes, skipped = request.scenes()
-    sequences, missing = available_sequences(request.data, scenes)
+    sequences, missing = request.sequences(scenes)
     with opencv_threads(1):
         courses = [measure(sequence, request)
                    for sequence in request.follow(sequences, 'warm')]
@@ -53,7 +56,9 @@ def run(request):
         'hard cut': 'two frames of one scene, then one of another, which counts',
         'object appears': 'the frame in which it is there for the first time and the next',
     }
-    return Report('warm', 'Warm start', settings, tables(courses), [*skipped, *missing])
+    found = tables(courses)
+    pictures, lacking = as_svg('warm.svg', partial(warm_picture.draw, found))
+    return Report('warm', 'Warm start', settings, found, [*skipped, *missing, *lacking], pictures)
 
 
 def measure(sequence, request):

@@ -17,7 +17,8 @@ from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_change
 BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
               'paper': paper_tables.run, 'ablation': ablation.run, 'anytime': anytime.run,
               'cost': cost.run}
-REPEATS = 15
+ALL = 'all'
+REPEATS, QUICK_REPEATS = 15, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
 
 HELP = 'measure the matcher side by side with OpenCV'
@@ -31,26 +32,33 @@ DESCRIPTION = (
     '            whether a fitter map is a better one\n'
     '  anytime   error and fitness against milliseconds, from chance, data, scanlines and the\n'
     '            frame before; with --output a picture beside the page\n'
-    '  cost      time over pixels and disparities, memory, threads, deadline, compiling\n\n'
+    '  cost      time over pixels and disparities, memory, threads, deadline, compiling\n'
+    '  all       all of these, one after the other\n\n'
+    'With --output each section of the page gets a picture of its figures beside it.\n\n'
     "Scenes that every machine has are made, or come with scikit-image; Middlebury's and\n"
     "KITTI's are read where --data has them, and said to be skipped where it has not.")
-EXAMPLE = ('example:\n'
+EXAMPLE = ('examples:\n'
            '  fuzzy-stereo benchmark accuracy paper --data ../shared/data \\\n'
-           '      --output docs/benchmarks.md')
+           '      --output docs/benchmarks.md\n'
+           '  fuzzy-stereo benchmark all --quick --output /tmp/page.md')
 
 
 def add_arguments(parser):
     """Add the arguments of `benchmark`."""
-    parser.add_argument('names', metavar='NAME', nargs='+', choices=tuple(BENCHMARKS),
-                        help=', '.join(BENCHMARKS))
+    parser.add_argument('names', metavar='NAME', nargs='+', choices=(*BENCHMARKS, ALL),
+                        help=', '.join((*BENCHMARKS, ALL)))
     parser.add_argument('--data', metavar='DIR',
                         help=f'folder of the benchmark data; default: ${DATA_VARIABLE}, or '
                              f'{USUAL_DATA} where that exists')
     parser.add_argument('--only', metavar='WORD', default='',
                         help='only scenes whose group/name contains this, for example made or '
                              'middv2/teddy')
-    parser.add_argument('--repeats', metavar='N', type=int, default=REPEATS,
-                        help=f'turns of which the fastest counts (speed); default: {REPEATS}')
+    parser.add_argument('--repeats', metavar='N', type=int,
+                        help='turns of which the fastest counts (speed), or the median (cost); '
+                             f'default: {REPEATS}, with --quick {QUICK_REPEATS}')
+    parser.add_argument('--quick', action='store_true',
+                        help='small made scenes and few turns, to see that all runs: the figures '
+                             'then say nothing')
     parser.add_argument('--output', metavar='FILE.md',
                         help='write each benchmark into its section of this page too')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
@@ -64,17 +72,21 @@ def run(arguments, stream, progress_stream=None):
     stream, progress_stream: texts.
     Raises ValueError and OSError for bad input, before anything is measured where possible.
     """
-    if arguments.repeats < 1:
-        raise ValueError(f'--repeats is {arguments.repeats}; allowed are 1 and more')
+    repeats = arguments.repeats
+    if repeats is None:
+        repeats = QUICK_REPEATS if arguments.quick else REPEATS
+    if repeats < 1:
+        raise ValueError(f'--repeats is {repeats}; allowed are 1 and more')
     if arguments.output is not None:
         check_page(arguments.output)
     request = Request(
         arguments.profile, matcher_changes(arguments), data_folder(arguments.data),
-        arguments.only, arguments.repeats, partial(follow, stream=progress_stream or sys.stderr))
+        arguments.only, repeats, partial(follow, stream=progress_stream or sys.stderr),
+        arguments.quick)
     request.config(disparities=16)
     request.scenes()
     reports = []
-    for name in dict.fromkeys(arguments.names):
+    for name in BENCHMARKS if ALL in arguments.names else dict.fromkeys(arguments.names):
         report = BENCHMARKS[name](request)
         reports.append(for_json(report))
         if not arguments.json:

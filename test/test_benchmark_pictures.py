@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the pictures of the benchmarks show is what the tables of their report say."""
+import re
+from xml.etree import ElementTree
+
+from fuzzy_stereo_ros.benchmarks import (
+    ablation_picture, accuracy_picture, cost_picture, picture, warm_picture)
+from fuzzy_stereo_ros.benchmarks.accuracy import Result, tables as accuracy_tables
+from fuzzy_stereo_ros.benchmarks.cost import QUICK
+from fuzzy_stereo_ros.benchmarks.cost_tables import race_table
+from fuzzy_stereo_ros.benchmarks.datasets import KITTI, MIDDLEBURY, Scene
+from fuzzy_stereo_ros.benchmarks.picture import as_svg, titled
+from fuzzy_stereo_ros.benchmarks.report import Table
+from fuzzy_stereo_ros.benchmarks.rivals import default_rivals, strictest_rival, tuned_rivals
+from fuzzy_stereo_ros.benchmarks.sequences import Sequence
+from fuzzy_stereo_ros.benchmarks.warm import Course, tables as warm_tables
+import pytest
+
+pytest.importorskip('matplotlib', reason='pictures need matplotlib')
+SVG = '{http://www.w3.org/2000/svg}'
+
+
+def texts(content):
+    """Return the words of an SVG file."""
+    return [''.join(element.itertext()) for element in ElementTree.fromstring(content).iter(
+        f'{SVG}text')]
+
+
+def result(group, family, error):
+    """Return a Result whose contestants are each worse than the one before by a percent."""
+    names = ['ours', 'ours, profile quality', *(rival.name for rival in (
+        *default_rivals(), *tuned_rivals(family), strictest_rival(family)))]
+    bad = {name: error + place for place, name in enumerate(names)}
+    return Result(Scene(group, 'one', family, 16, None), bad, bad, None, None,
+                  (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0)
+
+
+def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups():
+    results = [result('made', MIDDLEBURY, 1.5), result('kitti', KITTI, 4.25),
+               result('middv2', MIDDLEBURY, 2.75)]
+    panel, = accuracy_picture.draw(accuracy_tables(results)).axes
+    drawn = {bars.get_label().removeprefix('OpenCV '): [bar.get_height() for bar in bars]
+             for bars in panel.containers}
+    assert drawn == {name: [one.bad[name] for one in results] for name in accuracy_picture.SHOWN}
+    places = [bar.get_x() for bars in panel.containers for bar in bars]
+    assert len({round(place, 6) for place in places}) == 18
+    assert [label.get_text() for label in panel.get_xticklabels()] == [
+        'made\n(1)', 'kitti\n(1)', 'middv2\n(1)']
+
+
+def test_who_was_not_measured_has_no_bar():
+    table = Table('Groups', ('', *accuracy_picture.SHOWN),
+                  [('one (1)', *[2.0] * 6), ('two (1)', None, *[3.0] * 5)])
+    panel, = accuracy_picture.draw([table]).axes
+    assert [len(bars) for bars in panel.containers] == [1, 2, 2, 2, 2, 2]
+
+
+def test_the_lines_of_cost_are_the_times_over_pixels_and_over_disparities():
+    found = [{size: {'ours, cold': 1.0 + place, 'ours, warm': 2.0 + place, '3WAY': 9.0 - place}
+              for place, size in enumerate(sizes)} for sizes in (QUICK.pixels, QUICK.disparities)]
+    panels = cost_picture.draw([race_table('Over pixels, x', found[0]),
+                                race_table('Over disparities, x', found[1])]).axes
+    for panel, races, what in zip(panels, found, ('pixels', 'disparities')):
+        assert [list(line.get_xdata()) for line in panel.lines] == [
+            [getattr(size, what) for size in races]] * 3
+        assert [list(line.get_ydata()) for line in panel.lines] == [
+            [times[name] for times in races.values()]
+            for name in ('ours, cold', 'ours, warm', '3WAY')]
+    assert [label.get_text() for label in panels[0].get_xticklabels()] == ['72x40', '144x80']
+
+
+def test_the_marks_of_the_warm_start_are_errors_and_flickers_and_a_line_joins_cold_and_warm():
+    courses = [Course(Sequence(kind, 'one', MIDDLEBURY, 16, None, range(1)),
+                      {'3WAY': 8.0 + place, 'cold': 4.0, 'warm': 3.0 - place},
+                      {'3WAY': 7.0, 'cold': 5.0 + place, 'warm': 1.0})
+               for place, kind in enumerate(('still', 'moving'))]
+    for panel, figure in zip(warm_picture.draw(warm_tables(courses)).axes, ('bad', 'flickers')):
+        *joined, rival, cold, warm = (list(line.get_xdata()) for line in panel.lines)
+        expected = [[getattr(course, figure)[name] for course in courses]
+                    for name in ('3WAY', 'cold', 'warm')]
+        assert [rival, cold, warm] == expected
+        assert joined == [list(ends) for ends in zip(*expected[1:])]
+
+
+def ablation_report():
+    """Return small tables as the ablation has them: of scenes, sequences and times."""
+    return [
+        Table('Scenes: mean error of', ('', 'mean of groups'), [
+            ('as it is', 2.0), ('no crossover', 2.5), ('grey classes', 40.0),
+            ('3WAY tuned', 4.0)]),
+        Table('Scenes: mean time of', ('', 'of that as it is'), [
+            ('as it is', 1.0), ('no crossover', 7.5)]),
+        Table('Sequences: mean error in', ('', 'mean of kinds'), [
+            ('as it is', 3.0), ('no frames', 6.0), ('grey classes', 9.0)])]
+
+
+def test_the_bars_of_the_ablation_are_as_long_as_the_figures_and_what_is_too_long_is_cut():
+    figure = ablation_picture.draw(ablation_report())
+    names = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert names == ['as it is', 'no frames', 'no crossover', 'grey classes', '3WAY tuned']
+    lengths = [{names[round(bar.get_y() + bar.get_height() / 2)]: bar.get_width()
+                for bars in panel.containers for bar in bars} for panel in figure.axes]
+    room = ablation_picture.ROOM
+    assert lengths == [
+        {'as it is': 2.0, 'no crossover': 2.5, 'grey classes': 2 * room, '3WAY tuned': 4.0},
+        {'as it is': 3.0, 'no frames': 6.0, 'grey classes': 3 * room},
+        {'as it is': 1.0, 'no crossover': 7.5}]
+    told = [text.get_text() for panel in figure.axes for text in panel.texts]
+    assert [word for word in told if '\N{BLACK RIGHT-POINTING TRIANGLE}' in word] == [
+        '40.00 \N{BLACK RIGHT-POINTING TRIANGLE}', '9.00 \N{BLACK RIGHT-POINTING TRIANGLE}']
+    assert told.count('not measured') == 1 + 2 + 3
+
+
+def test_without_sequences_the_ablation_shows_scenes_and_times():
+    figure = ablation_picture.draw(ablation_report()[:2])
+    assert [panel.get_title(loc='left') for panel in figure.axes] == [
+        'error on scenes [%]', 'time on scenes, as it is: 1']
+
+
+@pytest.mark.parametrize('lists, names', [
+    ([['a', 'b', 'c'], ['a', 'x', 'c']], ['a', 'x', 'b', 'c']),
+    ([['a', 'c'], ['b', 'a', 'c', 'd']], ['b', 'a', 'c', 'd']),
+    ([['a'], []], ['a'])])
+def test_names_of_several_tables_keep_their_order(lists, names):
+    assert ablation_picture.merged(lists) == names
+
+
+def test_a_picture_is_the_same_file_every_time_and_its_words_are_text():
+    first, again = (as_svg('ablation.svg', lambda: ablation_picture.draw(ablation_report()))
+                    for _ in range(2))
+    assert first == again
+    (content,) = first[0].values()
+    assert first[1] == []
+    assert {'no crossover', '40.00 \N{BLACK RIGHT-POINTING TRIANGLE}', '7.50'} <= set(
+        texts(content))
+    assert not re.search(rb'\d{4}-\d\d-\d\dT', content)
+
+
+def test_without_matplotlib_the_picture_is_said_to_be_missing(monkeypatch):
+    monkeypatch.setattr(picture, 'find_spec', lambda name: None)
+    assert as_svg('cost.svg', None) == ({}, ['cost.svg: there is no matplotlib'])
+
+
+def test_a_table_is_found_by_the_start_of_its_title():
+    report = ablation_report()
+    assert titled(report, 'Scenes: mean time') is report[1]
