@@ -522,6 +522,18 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     assert any('small instead' in sentence for sentence in report.skipped)
 
 
+def test_what_the_paper_prints_and_what_its_text_says_stand_above_what_is_reached():
+    pairs = [replace(small_scene(), name=name) for name in paper_tables.TABLE_I]
+    found = [{'ours': paper_tables.Trial(place, 500.0)} for place in (1.0, 2.0, 3.0, 6.0)]
+    assert paper_tables._first_table(pairs, found).rows == [
+        ('the paper, as printed', 2.74, 2.5, 14.7, 7.78, pytest.approx(6.93), None),
+        ("the paper's text, same evaluation", None, None, None, None, 15.3, None),
+        ('ours', 1.0, 2.0, 3.0, 6.0, 3.0, 0.5)]
+    names = {count: [row[0] for row in paper_tables._first_table(some, found[:count]).rows]
+             for count, some in ((3, pairs[:3]), (1, [small_scene()]))}
+    assert names == {3: ['the paper, as printed', 'ours'], 1: ['ours']}
+
+
 def test_the_command_prints_json_and_writes_its_section(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv(datasets.DATA_VARIABLE, raising=False)

@@ -3,8 +3,9 @@
 """
 The paper's figures beside what its algorithm and ours really reach.
 
-Table I: bad-1 on four Middlebury pairs. Table II: the time of 10 generations of 50 individuals
-on `sawtooth` at half its size. Figure 4: teddy after 10 generations of 40 and 100 of 70.
+Table I: bad-1 on four Middlebury pairs, and what the text says of them. Table II: the time of 10
+generations of 50 individuals on `sawtooth` at half its size. Figure 4: teddy after 10 generations
+of 40 and 100 of 70.
 """
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ import numpy as np
 
 LIMIT = 1.0  # px, of an error that counts in all of the paper's figures
 TABLE_I = {'tsukuba': 2.74, 'venus': 2.5, 'teddy': 14.7, 'cones': 7.78}
+TEXT = 15.3     # percent, what the paper says of the four pairs besides
 TABLE_II = {'the paper': 3400, "Han's algorithm": 9700, "Dong's algorithm": 5000,
             "Nguyen's algorithm": 2700}  # milliseconds, on a dual core of 3 GHz
 TABLE_II_SIZE, TABLE_II_DISPARITIES = (217, 190), 11
@@ -185,6 +187,8 @@ def _first_table(pairs, found):
     if all(scene.name in TABLE_I for scene in pairs):
         printed = [TABLE_I[scene.name] for scene in pairs]
         rows.append(('the paper, as printed', *printed, float(np.mean(printed)), None))
+        if len(pairs) == len(TABLE_I):
+            rows.append(("the paper's text, same evaluation", *[None] * len(pairs), TEXT, None))
     for line in found[0]:
         trials = [one[line] for one in found]
         rows.append((line, *(trial.bad for trial in trials),
@@ -192,8 +196,8 @@ def _first_table(pairs, found):
                      float(np.mean([trial.milliseconds for trial in trials])) / 1000))
     return Table('Table I: off by more than 1 px, percent',
                  ('', *(scene.name for scene in pairs), 'mean', 'seconds a pair'), rows,
-                 f'The mean of the printed table is {np.mean(list(TABLE_I.values())):.2f} %; the '
-                 "paper's text names 15.3 % for the same evaluation.")
+                 f"The paper's text names {TEXT} % for the evaluation whose table has a mean of "
+                 f'{np.mean(list(TABLE_I.values())):.2f} %.')
 
 
 def _second_table(trials, name):
