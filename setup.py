@@ -29,7 +29,7 @@ setup(
     python_requires='>=3.11',
     install_requires=['numba>=0.58', 'numpy>=1.26', 'opencv-python-headless>=4.6', 'PyYAML>=5'],
     extras_require={
-        'bags': ['rosbags>=0.11,<0.12'],
+        'bags': ['rosbags>=0.11,<0.12', 'tqdm'],
         'cluster': ['distributed>=2024.1'],
         'demo': ['matplotlib', 'scikit-image', 'tqdm'],
         'ros': [

@@ -10,9 +10,9 @@ import argparse
 from functools import partial
 import sys
 
-from fuzzy_stereo_ros.commands import benchmark, convert, match, synthesise
+from fuzzy_stereo_ros.commands import benchmark, convert, match, replay, synthesise
 
-COMMANDS = {'match': match, 'benchmark': benchmark, 'synthesise': synthesise,
+COMMANDS = {'match': match, 'replay': replay, 'benchmark': benchmark, 'synthesise': synthesise,
             'convert': convert}
 BAD_INPUT = 2
 INTERRUPTED = 130

@@ -135,6 +135,7 @@ def live_row(case, seconds, log):
         before, used, started = listener.news(), process.seconds(), time.monotonic()
         listener.ages.clear()
         listener.spin(seconds)
+        listener.spin(until=lambda: listener.ages)
         ages = list(listener.ages)
         after, share = listener.news(), process.seconds() - used
         passed = time.monotonic() - started
@@ -142,6 +143,7 @@ def live_row(case, seconds, log):
         listener.spin(SETTLED)
         listener.late.clear()
         listener.spin(seconds)
+        listener.spin(until=lambda: listener.late)
         late = list(listener.late)
     counts = [after[name] - before[name] for name in COUNTED]
     return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / passed,

@@ -122,6 +122,13 @@ IGNORED_PARAMETERS = (
     'prefilter_size', 'sgbm_mode', 'stereo_algorithm', 'texture_threshold', 'uniqueness_ratio')
 
 
+def sync_tolerance(settings):
+    """Return the tolerance for a Synchroniser, ns, of settings by name; None: equal stamps."""
+    if not settings['approximate_sync']:
+        return None
+    return round(settings['approximate_sync_tolerance_seconds'] * 1e9)
+
+
 def listed(choices):
     """Return choices as people write them."""
     return ', '.join(f'{choice:g}' if isinstance(choice, float) else choice for choice in choices)

@@ -26,8 +26,9 @@ class Matched(NamedTuple):
 
 class Rig:
     """
-    Matches one pair after the other; all but `match` and `warm_up` may be called by any thread.
+    Matches one pair after the other.
 
+    All but `match`, `match_pair` and `warm_up` may be called by any thread.
     config: the MatcherConfig in use, in pixels of the full image. last: the newest Matched, None
     before the first.
     """
@@ -67,13 +68,24 @@ class Rig:
 
         Raises ValueError, as BadPair with a reason, where they cannot be matched.
         """
+        return self.match_pair(self.read(messages))
+
+    def read(self, messages):
+        """
+        Return the StereoPair of four messages; in one thread, which may be another than matches.
+
+        Raises BadPair where they cannot be matched.
+        """
+        return self._reader.read(*messages)
+
+    def match_pair(self, pair):
+        """Return what came of a StereoPair, a Matched; ValueError where it cannot be matched."""
         made = self._preparation.take()
         if made is not None:
             self.config, self._matcher = made
         if self._forget:
             self._forget = False
             self._matcher.reset()
-        pair = self._reader.read(*messages)
         before = self._matcher.state
         match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp)
         self._shape = pair.left.shape[:2]

@@ -105,6 +105,20 @@ def test_every_synthesise_example_works_as_it_is_written(tmp_path, monkeypatch):
     assert len(list(tmp_path.iterdir())) == len(examples) > 1
 
 
+def test_every_replay_example_works_as_it_is_written(tmp_path, monkeypatch):
+    made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
+    monkeypatch.chdir(tmp_path)
+    pairs = made_bags.scene(2, columns=80)
+    made_bags.write_bag(tmp_path / 'recorded', pairs=pairs)
+    made_bags.write_bag(tmp_path / 'recorded.bag', 'ros1', pairs)
+    examples = commands('fuzzy-stereo replay')
+    for words in examples:
+        assert main(words[1:]) == 0
+    assert len(examples) > 1
+    assert list(made_bags.disparities(tmp_path / 'matched')) == made_bags.stamps(2)
+    assert len(made_bags.content(tmp_path / 'matched_1', '/points2')) == 2
+
+
 def test_the_benchmarks_that_are_named_exist_and_no_other_does():
     named = [words[1:] for words in commands('fuzzy-stereo benchmark')]
     assert {tuple(words) for words in named} == {('benchmark', name) for name in BENCHMARKS}

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.parameter_table import (
     field_names, IGNORED_PARAMETERS, in_ros_words, matcher_parameters, NODE_PARAMETERS,
-    preset_changes, profile_config, ros_name)
+    preset_changes, profile_config, ros_name, sync_tolerance)
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.parameter import Parameter
@@ -39,9 +39,7 @@ class RosParameters:
 
     def tolerance(self):
         """Return the tolerance for a `Synchroniser`, ns; None where stamps must be equal."""
-        if not self.settings['approximate_sync']:
-            return None
-        return round(self.settings['approximate_sync_tolerance_seconds'] * 1e9)
+        return sync_tolerance(self.settings)
 
     def _declare_matcher(self, preset):
         rows = matcher_parameters(preset)

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo replay`: bags in, a bag of disparities or files out."""
+from dataclasses import asdict, replace
+import json
+from pathlib import Path
+import sys
+
+from fuzzy_stereo_ros.camera_options import add_camera_options
+from fuzzy_stereo_ros.interruption import Interruption
+from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.node_options import add_node_options, node_settings
+from fuzzy_stereo_ros.pairs.bag_reading import BagReader
+from fuzzy_stereo_ros.pairs.bag_writing import FORMATS
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
+from fuzzy_stereo_ros.parameter_table import OUTPUTS, profile_config, sync_tolerance
+from fuzzy_stereo_ros.replay import Outputs, replay, Tally
+from fuzzy_stereo_ros.replay_folder import ReplayFolder
+from fuzzy_stereo_ros.replay_report import figures_of, no_pair_sentence, sentences, Shown
+from fuzzy_stereo_ros.replay_request import (
+    chosen_calibration, chosen_copies, chosen_part, chosen_topics, done_before, expected_pairs,
+    SECOND)
+from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK
+from fuzzy_stereo_ros.replay_source import ReplaySource
+from fuzzy_stereo_ros.rig import Rig
+
+ALWAYS = 'disparity', 'preview'
+BY_CHOICE = tuple(word for word in OUTPUTS if word not in ALWAYS)
+SUFFIXES = 'npy', 'pfm', 'png'
+NO_BAG = 'none'
+SYNCHRONISING = ('queue_size', 'approximate_sync', 'approximate_sync_tolerance_seconds',
+                 'cache_camera_info')
+READING = 'rectify', 'crop', 'scale'
+RESULTS = 'depth_encoding', 'use_color', 'avoid_point_cloud_padding'
+
+HELP = 'match the pairs of a bag'
+DESCRIPTION = (
+    'Match every pair of one or more bags (ROS 1 .bag; ROS 2 .mcap, .db3 or a folder) as the\n'
+    'node does, and write a bag of disparities with a preview in colours, or files.\n'
+    'The topics of the cameras are found by type and name (left and right, infra1 and infra2,\n'
+    'cam0 and cam1), their camera_info in the same namespace.')
+EXAMPLE = ('examples:\n'
+           '  fuzzy-stereo replay recorded.mcap --output matched --disparities 128\n'
+           '  fuzzy-stereo replay recorded.bag --output matched --disparities 64 --rectify \\\n'
+           '      --with depth points2 --keep /tf /tf_static')
+
+
+def add_arguments(parser):
+    """Add the arguments of `replay`."""
+    parser.add_argument('bags', metavar='BAG', nargs='+',
+                        help='bags; several are read as one, in the order of time')
+    parser.add_argument('--output', metavar='DIR', required=True,
+                        help='folder that is made for the results: a bag of ROS 2')
+    parser.add_argument('--format', choices=(*FORMATS, NO_BAG), default=FORMATS[0],
+                        help=f'of the bag; {NO_BAG}: no bag, only what is asked for otherwise; '
+                             f'default: {FORMATS[0]}')
+    parser.add_argument('--with', dest='words', choices=BY_CHOICE, nargs='+', default=[],
+                        help=f"topics to be written besides {' and '.join(ALWAYS)}: "
+                             f"{', '.join(BY_CHOICE)}")
+    parser.add_argument('--keep', metavar='TOPIC', nargs='*',
+                        help='topics to be copied into the bag; without a name all of them')
+    parser.add_argument('--files', choices=SUFFIXES, nargs='+', default=[],
+                        help='also a file of disparities for each pair, in DIR/disparity, named '
+                             'by its stamp in ns: npy (invalid: NaN), pfm (inf) or png (16 bits '
+                             'as KITTI, 0); DIR/calibration.json makes metres of them')
+    parser.add_argument('--overwrite', action='store_true',
+                        help='replace what an earlier replay wrote to DIR')
+    parser.add_argument('--resume', action='store_true',
+                        help='go on after the last pair that an interrupted replay wrote to DIR, '
+                             'with the same options; a few pairs before it are matched again to '
+                             'warm up, so that later ones may differ a little from those of a '
+                             'replay in one go')
+    parser.add_argument('--progress', action='store_true',
+                        help='show a bar even where standard error is no terminal')
+    parser.add_argument('--json', action='store_true', help='print the figures as JSON')
+    part = parser.add_argument_group('which pairs')
+    part.add_argument('--start', metavar='SECONDS', type=float,
+                      help='leave out what was recorded earlier, from the begin of the bag')
+    part.add_argument('--duration', metavar='SECONDS', type=float, help='match only so much')
+    part.add_argument('--every', metavar='N', type=int, default=1,
+                      help='match the first of so many pairs')
+    cameras = parser.add_argument_group('which cameras')
+    cameras.add_argument('--left', metavar='TOPIC', help='images of the left camera')
+    cameras.add_argument('--right', metavar='TOPIC', help='images of the right camera')
+    add_camera_options(parser)
+    add_node_options(parser, 'how messages become pairs', (*SYNCHRONISING, *READING))
+    add_node_options(parser, 'what depth and points2 are like', RESULTS)
+    add_matcher_options(parser, required=('disparities',), left_out=('reference',))
+
+
+def run(arguments, stream, progress_stream=None):
+    """
+    Replay bags and print how it went.
+
+    stream, progress_stream: texts; standard error if None.
+    Raises ValueError and OSError for bad input, before anything is written, and for a damaged bag
+    or a full disk after everything so far is; KeyboardInterrupt likewise.
+    """
+    config = profile_config(arguments.profile, **matcher_changes(arguments))
+    settings = node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS))
+    reader = PairReader(*(settings[name] for name in READING))
+    _check_outputs(arguments, config.at_scale(reader.scale))
+    with BagReader(arguments.bags) as bags:
+        words = (*ALWAYS, *arguments.words)
+        topics = chosen_topics(bags, arguments.left, arguments.right, settings['rectify'])
+        infos, calibration = chosen_calibration(
+            bags, topics, arguments, settings['rectify'] or settings['crop'])
+        selection = chosen_part(bags, arguments.start, arguments.duration, arguments.every)
+        copies = chosen_copies(bags, arguments.keep, words)
+        storage = None if arguments.format == NO_BAG else arguments.format
+        folder = ReplayFolder(arguments.output, {
+            'bags': [Path(bag).name for bag in arguments.bags], 'topics': topics._asdict(),
+            'calibration': calibration, 'start': arguments.start,
+            'duration': arguments.duration, 'every': arguments.every,
+            'format': arguments.format, 'results': words, 'kept': sorted(copies.topics),
+            'files': arguments.files, 'settings': settings,
+            'matcher': asdict(replace(config, threads=0))},     # they change no result
+            arguments.bags, arguments.overwrite, arguments.resume)
+        if folder.continued:
+            selection = selection._replace(
+                done=done_before(folder.path, storage, arguments.files))
+        if not arguments.json:
+            stream.write(f'{topics.left} and {topics.right}, calibrated by {calibration}\n')
+            stream.flush()
+
+        def open_sinks():
+            """Return the outputs that are asked for; a further kind takes a further line here."""
+            folder.begin()
+            sinks = [FileSink(folder.path, suffix) for suffix in arguments.files]
+            if storage is not None:
+                sinks.insert(0, BagSink(folder.path, storage, words, settings, copies))
+            return sinks
+
+        rig = Rig(config, reader, told=None)
+        source = ReplaySource(bags, topics, rig.read, settings, sync_tolerance(settings),
+                              selection, copies.topics, infos)
+        outputs, tally = Outputs(open_sinks), Tally()
+        rig.warm_up()
+        with Interruption() as interruption, Shown(
+                expected_pairs(bags, topics, selection), progress_stream,
+                arguments.progress) as shown:
+            replay(source, rig, outputs, tally, interruption.came, shown.tell, shown.step)
+        if not tally.matched:
+            _end_without_pairs(bags, folder, source, tally, settings)
+        figures = {'output': str(folder.path), 'topics': topics._asdict(),
+                   'calibration': calibration,
+                   **figures_of(tally, source.synchroniser, bags.begin)}
+        stream.write((json.dumps(figures, indent=2) if arguments.json
+                      else f'{folder.path}: {sentences(figures)}') + '\n')
+        _end(bags, folder, outputs, tally, progress_stream or sys.stderr)
+
+
+def _check_outputs(arguments, config):
+    """Raise ValueError where nothing would be written, or what a file cannot hold."""
+    if arguments.format == NO_BAG:
+        if not arguments.files:
+            raise ValueError(f'--format {NO_BAG} leaves nothing to be written; give --files')
+        if arguments.keep is not None:
+            raise ValueError(f'--keep copies into a bag, and --format {NO_BAG} writes none')
+    if 'png' in arguments.files and (
+            config.min_disparity < 0 or config.min_disparity + config.disparities > 256):
+        raise ValueError('--files png holds 0 to 255 px; min_disparity and disparities ask for '
+                         'others: give npy or pfm')
+
+
+def _end_without_pairs(bags, folder, source, tally, settings):
+    """Leave nothing where no new pair was matched, and say why; return where that is no fault."""
+    folder.discard()
+    if tally.interrupted or (folder.continued and source.resumed and tally.error is None):
+        return
+    if tally.error is not None:
+        raise ValueError(f'{tally.error}; no pair could be matched before that')
+    if folder.continued:
+        raise ValueError(f'--resume: the last pairs in {folder.path} are not in {bags.names}')
+    raise ValueError(no_pair_sentence(
+        bags.names, tally, source.synchroniser, settings['approximate_sync']))
+
+
+def _end(bags, folder, outputs, tally, stream):
+    """Say how far it came where it did not come to the end, by exception."""
+    if tally.error is None and not tally.interrupted:
+        return
+    pairs, logged = tally.matched, tally.logged
+    for sink in outputs.sinks or ():
+        if isinstance(sink, BagSink):
+            pairs, logged = sink.bag.counts[MARK], sink.bag.last
+    far = f'{folder.path} holds {pairs} pairs'
+    if pairs:
+        far += f', up to {(logged - bags.begin) / SECOND:.3f} s into the bag'
+    if tally.error is not None:
+        raise ValueError(f'{tally.error}; {far}')
+    stream.write(f'interrupted: {far}; --resume goes on\n' if pairs else
+                 'interrupted before the first pair\n')
+    raise KeyboardInterrupt

@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C as something to be looked at between two pieces of work."""
+import signal
+import threading
+
+
+class Interruption:
+    """
+    A context manager in which SIGINT is only noted; a second one raises KeyboardInterrupt.
+
+    Outside the main thread, where Python allows no handlers, nothing is noted.
+    """
+
+    def __init__(self):
+        self._came, self._before = False, None
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *error):
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+
+    def came(self):
+        """Return whether SIGINT has come."""
+        return self._came
+
+    def _note(self, number, frame):
+        if self._came:
+            raise KeyboardInterrupt
+        self._came = True

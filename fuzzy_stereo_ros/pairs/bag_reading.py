@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Bags of ROS 1 and ROS 2 as one stream of messages, in the order in which they were logged."""
+from contextlib import ExitStack
+import heapq
+from pathlib import Path
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+
+SUFFIXES = '.bag', '.mcap', '.db3'
+REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), `mcap '
+          'recover` (.mcap) or `rosbag reindex` (.bag)')
+
+
+class DamagedBag(ValueError):
+    """A bag that can be read so far and no further."""
+
+
+class BagTopic(NamedTuple):
+    """A topic: its type, as ROS 2 writes it, and how many messages there are."""
+
+    kind: str
+    messages: int
+
+
+class BagMessage(NamedTuple):
+    """
+    A message as it is stored.
+
+    topic: begins with a slash. logged: ns, when it was recorded. content: bytes.
+    connection, reader: of rosbags, what the content is and what can read it.
+    """
+
+    topic: str
+    logged: int
+    content: bytes
+    connection: object
+    reader: object
+
+
+class BagReader:
+    """
+    Bags that are open; a context manager.
+
+    names: of the bags, for sentences. topics: {name: BagTopic} of those that have messages.
+    begin, end: ns, when the first and the last message was recorded.
+    """
+
+    def __init__(self, paths):
+        """
+        Open the bags: .bag, .mcap or .db3 files, or folders with metadata.yaml.
+
+        Raises ValueError with a sentence for what is missing, no bag, or damaged.
+        """
+        self.names = ', '.join(str(path) for path in paths)
+        self._open = ExitStack()
+        try:
+            self._readers = {}
+            for path in map(Path, paths):
+                self._readers[path] = opened(path)
+                self._open.callback(self._readers[path].close)
+        except BaseException:
+            self._open.close()
+            raise
+        self.topics = {}
+        for topic, connection in self._connections():
+            before = self.topics.get(topic, BagTopic(connection.msgtype, 0))
+            if connection.msgcount:
+                self.topics[topic] = BagTopic(
+                    before.kind, before.messages + connection.msgcount)
+        filled = [reader for reader in self._readers.values() if reader.message_count]
+        if not filled:
+            self._open.close()
+            raise ValueError(f'{self.names}: there is no message in it')
+        self.begin = min(reader.start_time for reader in filled)
+        self.end = max(reader.end_time for reader in filled) - 1
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.close()
+
+    def close(self):
+        """Close the bags."""
+        self._open.close()
+
+    def connections(self, topic):
+        """Return [(connection, reader)] of a topic, as of rosbags."""
+        return [(connection, reader) for reader in self._readers.values()
+                for connection in reader.connections if slashed(connection.topic) == topic]
+
+    def messages(self, topics, start=None, stop=None):
+        """
+        Yield each BagMessage of some topics, in the order in which they were logged.
+
+        start, stop: ns; from start on and before stop.
+        Raises DamagedBag where a bag cannot be read any further.
+        """
+        return heapq.merge(
+            *(_messages(path, reader, topics, start, stop)
+              for path, reader in self._readers.items()), key=lambda message: message.logged)
+
+    def _connections(self):
+        for reader in self._readers.values():
+            for connection in reader.connections:
+                yield slashed(connection.topic), connection
+
+
+def decoded(message):
+    """Return the message that a BagMessage holds; BadPair where its bytes cannot be that."""
+    try:
+        return message.reader.deserialize(message.content, message.connection.msgtype)
+    except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
+        raise BadPair('damaged message', f'a message of {message.topic} cannot be read as '
+                      f'{message.connection.msgtype}: {text_of(error)}') from error
+
+
+def slashed(topic):
+    """Return the name of a topic with the leading slash that ROS 1 may leave out."""
+    return '/' + topic.lstrip('/')
+
+
+def text_of(error):
+    """Return the first line of what an exception says, its type where it says nothing."""
+    said = getattr(error, 'strerror', None) or str(error).strip()
+    return said.splitlines()[0].rstrip('.') if said else type(error).__name__
+
+
+def opened(path):
+    """Return an AnyReader that is open; ValueError with a sentence where it cannot be one."""
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import get_typestore, Stores
+    except ImportError:
+        raise ValueError('there is no rosbags, which reads bags: '
+                         "pip install 'fuzzy_stereo_ros[bags]'") from None
+    if not path.exists():
+        raise ValueError(f'{path} does not exist; give a bag: a .bag, .mcap or .db3 file, or a '
+                         'folder with metadata.yaml')
+    if path.is_dir() and not (path / 'metadata.yaml').exists():
+        raise ValueError(f'{path} is a folder without metadata.yaml, so no bag; give the files '
+                         f'in it one by one, or repair it: {REPAIR}')
+    if path.is_file() and path.suffix not in SUFFIXES:
+        raise ValueError(f"{path} has the suffix '{path.suffix}'; bags have "
+                         f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
+    try:
+        reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+        reader.open()
+    except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
+        raise ValueError(f'{path} cannot be read as a bag: {text_of(error)}; {REPAIR}') from error
+    return reader
+
+
+def _messages(path, reader, topics, start, stop):
+    """Yield each BagMessage of one bag; see `BagReader.messages`."""
+    wanted = [connection for connection in reader.connections
+              if slashed(connection.topic) in topics]
+    if not wanted:
+        return
+    stored = reader.messages(wanted, start=start, stop=stop)
+    while True:
+        try:
+            connection, logged, content = next(stored)
+        except StopIteration:
+            return
+        except Exception as error:  # and of many kinds here too  # noqa: B902
+            raise DamagedBag(f'{path} is damaged: {text_of(error)}') from error
+        yield BagMessage(slashed(connection.topic), logged, content, connection, reader)

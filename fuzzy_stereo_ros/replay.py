@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The loop over a bag: every pair is matched, in order, by the same Rig that the node has.
+
+One thread beside it reads the next pair and writes the last one while a pair is matched.
+"""
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+import time
+
+from fuzzy_stereo_ros.pairs.bag_reading import DamagedBag
+from fuzzy_stereo_ros.replay_sinks import BagSink
+from fuzzy_stereo_ros.reports import kind_of
+
+
+@dataclass
+class Tally:
+    """
+    How a replay went.
+
+    matched: pairs that are new; again: those matched to warm up. warm: of all these, how many
+    started from the pair before. refused: by reason; first_refusal: why, in a sentence. remarks:
+    on the calibration, by kind. milliseconds: of matching, of all. seconds: of the loop.
+    logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
+    stopped. error: DamagedBag or OSError that ended it, or None.
+    """
+
+    matched: int = 0
+    again: int = 0
+    warm: int = 0
+    refused: Counter = field(default_factory=Counter)
+    first_refusal: str = ''
+    remarks: dict = field(default_factory=dict)
+    milliseconds: float = 0.0
+    seconds: float = 0.0
+    logged: int | None = None
+    stamp: int | None = None
+    interrupted: bool = False
+    error: Exception | None = None
+
+
+class Outputs:
+    """The sinks, made by the thread that uses them when there is something for them."""
+
+    def __init__(self, open_sinks):
+        """Make nothing yet; open_sinks(): returns the list of sinks."""
+        self._open_sinks, self.sinks = open_sinks, None
+
+    def put(self, step, matched):
+        """Give the copies of a Step and its Matched, None where there is none, to the sinks."""
+        if matched is None and not step.copies:
+            return
+        if self.sinks is None:
+            self.sinks = self._open_sinks()
+        for sink in self.sinks:
+            if isinstance(sink, BagSink):
+                sink.advance(step.copies, step.logged)
+            if matched is not None and not step.again:
+                sink.take(matched)
+
+    def close(self):
+        """Close all sinks, also where one of them cannot be closed; then raise its OSError."""
+        errors = []
+        for sink in self.sinks or ():
+            try:
+                sink.close()
+            except OSError as error:
+                errors.append(error)
+        if errors:
+            raise errors[0]
+
+
+def replay(source, rig, outputs, tally, stopped, told, shown):
+    """
+    Match what a source gives, until its end, an error, or until it is stopped.
+
+    source: ReplaySource. rig: Rig, warmed up. outputs: Outputs. tally: Tally to be filled.
+    stopped(): whether to stop before the next pair. told(sentence): of each refused pair and each
+    remark on a calibration. shown(): called after each pair.
+    What a bag or a disk does wrong ends in tally.error; the sinks are closed in any case.
+    """
+    started = time.perf_counter()
+    steps, going = source.steps(), None
+    with ThreadPoolExecutor(1, 'bag') as helper:
+        try:
+            coming = helper.submit(next, steps, None)
+            while (step := coming.result()) is not None:
+                if stopped():
+                    tally.interrupted = True
+                    break
+                coming = helper.submit(next, steps, None)
+                matched = _match(step, rig, tally, told)
+                if going is not None:
+                    going.result()
+                going = helper.submit(outputs.put, step, matched)
+                if step.stamp is not None:
+                    shown()
+        except (DamagedBag, OSError) as error:
+            tally.error = error
+        finally:
+            _finish(helper, going, outputs, tally)
+            tally.seconds = time.perf_counter() - started
+
+
+def _match(step, rig, tally, told):
+    """Return the Matched of a Step, None where it has no pair or a bad one; count it."""
+    if step.went_back:
+        rig.forget()
+        told('the stamps went back: starting anew')
+    try:
+        if step.refusal is not None:
+            raise step.refusal
+        if step.pair is None:
+            return None
+        matched = rig.match_pair(step.pair)
+    except ValueError as error:
+        tally.refused[getattr(error, 'reason', 'match')] += 1
+        tally.first_refusal = tally.first_refusal or str(error)
+        told(f'pair refused: {error}')
+        return None
+    for remark in matched.pair.calibration.remarks:
+        if tally.remarks.setdefault(kind_of(remark), remark) is remark:
+            told(remark)
+    tally.milliseconds += matched.match.times['total']
+    tally.warm += matched.match.warm
+    tally.again += step.again
+    tally.matched += not step.again
+    tally.logged, tally.stamp = step.logged, step.stamp
+    return matched
+
+
+def _finish(helper, going, outputs, tally):
+    """Wait for what is being written and close the sinks; note what goes wrong then."""
+    for task in (going, helper.submit(outputs.close)):
+        try:
+            if task is not None:
+                task.result()
+        except OSError as error:
+            tally.error = tally.error or error

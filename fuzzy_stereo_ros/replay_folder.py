@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The folder that a replay writes: begun, replaced or continued, and never anybody else's."""
+import json
+from pathlib import Path
+import shutil
+
+from fuzzy_stereo_ros.pairs.whole_files import write_whole
+
+RECORD = 'replay.json'      # what the outputs were made of; it marks a folder as a replay's
+
+
+class ReplayFolder:
+    """
+    Where outputs go; nothing is written before `begin`.
+
+    path: of the folder. continued: whether there are outputs in it that are to be continued.
+    """
+
+    def __init__(self, path, record, inputs=(), overwrite=False, resume=False):
+        """
+        Check a folder.
+
+        record: what the outputs are made of, for JSON; the same continues them. inputs: paths of
+        bags. overwrite, resume: what may be done with outputs that are there.
+        Raises ValueError where it may not be used so.
+        """
+        self.path, self._record, self.continued = Path(path), record, False
+        if overwrite and resume:
+            raise ValueError('--overwrite begins anew and --resume goes on: give one of them')
+        if not self.path.parent.is_dir():
+            raise ValueError(f'--output is {path}, but there is no folder {self.path.parent}')
+        whole = self.path.resolve()
+        for one in inputs:
+            if whole == Path(one).resolve() or whole in Path(one).resolve().parents:
+                raise ValueError(f'--output is {path}, which holds the input {one}')
+        if not self.path.exists() or (self.path.is_dir() and not any(self.path.iterdir())):
+            if resume:
+                raise ValueError(f'--resume: there is nothing to continue in {path}')
+            return
+        made_by_replay = (self.path / RECORD).is_file()
+        if not made_by_replay and (overwrite or resume):
+            raise ValueError(f'{path} is there and was not made by replay (it has no {RECORD}); '
+                             'give another folder')
+        if not overwrite and not resume:
+            raise ValueError(f'{path} is there already; give another folder'
+                             + (', --overwrite or --resume' if made_by_replay else ''))
+        if resume:
+            self._check_record()
+            self.continued = True
+
+    def begin(self):
+        """Make the folder, without what was in it unless that is continued."""
+        if self.continued:
+            return
+        if self.path.exists():
+            shutil.rmtree(self.path)
+        self.path.mkdir()
+        write_whole(self.path / RECORD, (json.dumps(self._record, indent=2) + '\n').encode())
+
+    def discard(self):
+        """Remove a folder in which nothing came of anything, unless it is continued."""
+        if not self.continued and (self.path / RECORD).is_file():
+            shutil.rmtree(self.path)
+
+    def _check_record(self):
+        path = self.path / RECORD
+        try:
+            before = json.loads(path.read_bytes())
+        except ValueError:
+            raise ValueError(f'{path} is damaged; begin anew with --overwrite') from None
+        now = json.loads(json.dumps(self._record))
+        different = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+        if different:
+            raise ValueError(
+                f'--resume goes on with the options of before; different are '
+                f"{', '.join(_told(name, before, now) for name in different)}")
+
+
+def _told(name, before, now):
+    """Return in words what a part of two records differs in."""
+    old, new = before.get(name), now.get(name)
+    if isinstance(old, dict) and isinstance(new, dict):
+        return ', '.join(f'{key} ({old.get(key)}, now {new.get(key)})'
+                         for key in {**old, **new} if old.get(key) != new.get(key))
+    return f'{name} ({old}, now {new})'

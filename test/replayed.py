@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The command `replay` run in this process on small bags, and what it should find."""
+import io
+import json
+import sys
+
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from made_bags import DISPARITIES
+
+
+def replay(*bags, output='out', disparities=DISPARITIES, options=()):
+    """Run `fuzzy-stereo replay` and return its exit code."""
+    return main(['replay', *map(str, bags), '--output', str(output), '--disparities',
+                 str(disparities), *map(str, options)])
+
+
+def figures(capsys, *bags, code=0, **options):
+    """Run it with --json and return what it printed."""
+    options['options'] = (*options.get('options', ()), '--json')
+    capsys.readouterr()
+    assert replay(*bags, **options) == code, capsys.readouterr().err
+    return json.loads(capsys.readouterr().out)
+
+
+def refusal(capsys, *bags, **options):
+    """Run it in vain and return the one sentence it ends with."""
+    capsys.readouterr()
+    assert replay(*bags, **options) == 2
+    printed = capsys.readouterr()
+    assert 'Traceback' not in printed.err
+    return printed.err.splitlines()[-1].removeprefix('fuzzy-stereo: ')
+
+
+def matches(pairs, stamps, disparities=DISPARITIES, **changes):
+    """Return the Match of each pair: matched one after the other, without replay."""
+    matcher = StereoMatcher(MatcherConfig(disparities=disparities, **changes))
+    return [matcher.match(pair.left, pair.right, stamp=stamp)
+            for pair, stamp in zip(pairs, stamps)]
+
+
+class Terminal(io.StringIO):
+    """Standard error as if it were a terminal."""
+
+    def isatty(self):
+        """Return that it is one."""
+        return True
+
+
+def on_a_terminal(monkeypatch):
+    """Let standard error be a terminal, and return it."""
+    monkeypatch.setattr(sys, 'stderr', Terminal())
+    return sys.stderr

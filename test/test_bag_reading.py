@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Bags of every kind give the same stream of messages, up to where they are damaged."""
+import sys
+
+from fuzzy_stereo_ros.pairs.bag_reading import BagReader, BagTopic, DamagedBag, decoded
+from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+from made_bags import BEGIN, FORMATS, LATER, scene, stamps, STEP, TOPICS, write_bag
+import numpy as np
+import pytest
+
+PAGE = 4096     # bytes, of a database
+IMAGE, INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Return a folder with the same bag in each format, under the format's name."""
+    folder = tmp_path_factory.mktemp('bags')
+    for form in FORMATS:
+        write_bag(folder / name_of(form), form)
+    return folder
+
+
+def name_of(form):
+    return 'bag.bag' if form == 'ros1' else form
+
+
+def refusal_of(*paths):
+    with pytest.raises(ValueError) as refusal:
+        BagReader(paths)
+    return str(refusal.value)
+
+
+@pytest.mark.parametrize('name', ['bag.bag', 'sqlite3', 'mcap', 'sqlite3/sqlite3.db3',
+                                  'mcap/mcap.mcap'])
+def test_every_kind_of_bag_gives_topics_times_and_the_bits_of_the_images(folder, name):
+    with BagReader([folder / name]) as bag:
+        assert bag.topics == {topic: BagTopic(kind, 6)
+                              for topic, kind in zip(TOPICS, (IMAGE, INFO) * 2)}
+        assert bag.begin == BEGIN + LATER
+        assert bag.end == BEGIN + 5 * STEP + LATER + 3
+        messages = list(bag.messages([TOPICS[0]]))
+        found = [decoded(message) for message in messages]
+    assert [message.logged for message in messages] == [stamp + LATER for stamp in stamps()]
+    assert [stamp_of(message.header) for message in found] == stamps()
+    for message, pair in zip(found, scene()):
+        np.testing.assert_array_equal(read_image(message), pair.left)
+
+
+@pytest.mark.parametrize('form', FORMATS)
+def test_only_what_is_asked_for_is_read(folder, form):
+    with BagReader([folder / name_of(form)]) as bag:
+        times = [message.logged for message in bag.messages(
+            TOPICS[2:], stamps()[1] + LATER, stamps()[3] + LATER)]
+        assert len(times) == 4
+        assert list(bag.messages(['/nothing'])) == []
+    assert times[0] >= stamps()[1] + LATER
+    assert times[-1] < stamps()[3] + LATER
+
+
+def test_several_bags_are_one_in_the_order_of_time_whatever_their_kind(folder, tmp_path):
+    write_bag(tmp_path / 'later', 'mcap', first=6)
+    with BagReader([tmp_path / 'later', folder / 'bag.bag']) as bag:
+        assert bag.topics[TOPICS[0]].messages == 12
+        found = list(bag.messages(TOPICS))
+        images = [decoded(message) for message in found if message.topic == TOPICS[0]]
+    assert [message.logged for message in found] == sorted(message.logged for message in found)
+    assert [stamp_of(image.header) for image in images] == stamps(12)
+
+
+def test_a_topic_of_ros_1_without_a_leading_slash_gets_one(tmp_path):
+    write_bag(tmp_path / 'bag.bag', 'ros1', topics=[topic[1:] for topic in TOPICS])
+    with BagReader([tmp_path / 'bag.bag']) as bag:
+        assert set(bag.topics) == set(TOPICS)
+        assert {message.topic for message in bag.messages(TOPICS)} == set(TOPICS)
+
+
+def test_what_is_no_bag_is_refused_with_a_sentence(folder, tmp_path):
+    (tmp_path / 'text.txt').write_text('text')
+    (tmp_path / 'text.mcap').write_text('no bag at all, but a text that is long enough for one')
+    (tmp_path / 'text.db3').write_text('text')
+    (tmp_path / 'empty.bag').write_bytes(b'')
+    (tmp_path / 'folder').mkdir()
+    write_bag(tmp_path / 'nothing', pairs=[])
+    assert 'missing.bag does not exist; give a bag' in refusal_of(tmp_path / 'missing.bag')
+    assert "has the suffix '.txt'; bags have .bag, .mcap, .db3" in refusal_of(
+        tmp_path / 'text.txt')
+    assert 'folder is a folder without metadata.yaml' in refusal_of(tmp_path / 'folder')
+    assert 'nothing: there is no message in it' in refusal_of(tmp_path / 'nothing')
+    for name in ('text.mcap', 'text.db3', 'empty.bag'):
+        assert f'{name} cannot be read as a bag' in refusal_of(tmp_path / name)
+        assert f'{name} cannot be read as a bag' in refusal_of(
+            folder / 'mcap', tmp_path / name)
+
+
+def test_without_rosbags_the_remedy_is_said(folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'rosbags.highlevel', None)
+    assert refusal_of(folder / 'mcap') == (
+        "there is no rosbags, which reads bags: pip install 'fuzzy_stereo_ros[bags]'")
+
+
+@pytest.mark.parametrize('name', ['bag.bag', 'mcap/mcap.mcap'])
+def test_a_truncated_bag_is_refused_and_how_to_repair_it_is_said(folder, tmp_path, name):
+    whole = (folder / name).read_bytes()
+    cut = tmp_path / name.replace('/', '_')
+    cut.write_bytes(whole[:len(whole) // 2])
+    assert 'reindex' in refusal_of(cut)
+
+
+@pytest.mark.parametrize('form', FORMATS)
+def test_a_bag_that_is_damaged_in_the_middle_is_read_up_to_there(tmp_path, form):
+    pairs = scene(60, rows=120, columns=240)
+    path = write_bag(tmp_path / name_of(form), form, pairs)
+    file = path if path.is_file() else next(path.glob(f'{form}.*'))
+    content = bytearray(file.read_bytes())
+    image = content.index(pairs[30].left.tobytes()[:64])
+    # Behind the image stands the head of the next message; in a database its next page.
+    damaged = (slice(image, image + 2 * pairs[30].left.size) if form != 'sqlite3' else
+               slice(image // PAGE * PAGE + PAGE, image // PAGE * PAGE + 2 * PAGE))
+    content[damaged] = b'\xff' * len(content[damaged])
+    file.write_bytes(content)
+    read = []
+    with BagReader([path]) as bag, pytest.raises(DamagedBag, match=f'{path} is damaged: '):
+        for message in bag.messages(TOPICS):
+            if message.topic == TOPICS[0]:
+                read.append(stamp_of(decoded(message).header))
+    assert read == stamps(len(read))
+    assert 10 < len(read) <= 31
+
+
+def test_a_message_of_too_few_bytes_is_a_bad_pair(tmp_path):
+    write_bag(tmp_path / 'bag', change=lambda number, messages: messages.update(
+        {TOPICS[0]: b'\0\1\0\0\1'}))
+    with BagReader([tmp_path / 'bag']) as bag, pytest.raises(
+            BadPair, match='a message of /left/image_rect cannot be read as ') as refusal:
+        decoded(next(bag.messages(TOPICS)))
+    assert refusal.value.reason == 'damaged message'

@@ -1,0 +1,327 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What `fuzzy-stereo replay` writes: every pair, as the matcher finds it, at the bag's times."""
+import json
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
+from fuzzy_stereo_ros.pairs.result_messages import fill_disparity
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
+from fuzzy_stereo_ros.pictures import colour_disparity
+from made_bags import (
+    BagOf, BASELINE, BEGIN, COLUMNS, content, DISPARITIES, disparities, FOCAL, FORMATS, LATER,
+    open_bag, pixels_of, ROWS, same, scene, stamps, STEP, TOPICS, write_bag)
+import numpy as np
+import pytest
+from real_pairs import DATA, kitti_frames
+from replayed import figures, matches, refusal, replay
+
+LAST_OF_A_PAIR = 3      # ns, that a pair's last message is recorded after its first
+GENERATED = DATA / 'bags_generated'
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def name_of(form):
+    return 'bag.bag' if form == 'ros1' else 'bag'
+
+
+def assert_matched(found, pairs, chosen=None):
+    """Compare {stamp: disparities} with those that the matcher finds."""
+    pairs = list(zip(stamps(len(pairs)), pairs))[chosen or slice(None)]
+    expected = matches([pair for _, pair in pairs], [stamp for stamp, _ in pairs])
+    assert list(found) == [stamp for stamp, _ in pairs]
+    for values, match in zip(found.values(), expected):
+        np.testing.assert_array_equal(values < 0, np.isnan(match.disparity))
+        valid = values >= 0
+        np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
+
+
+def expected_message(bag, pair, match, stamp):
+    """Return the DisparityImage of a made pair, filled by hand into an empty one."""
+    centre = (COLUMNS - 1) / 2, (ROWS - 1) / 2
+    calibration = Calibration(FOCAL, BASELINE, 0.0, Projection(FOCAL, FOCAL, *centre))
+    message = fill_disparity(
+        bag.make('stereo_msgs/msg/DisparityImage'), match,
+        StereoPair(pair.left, pair.right, calibration, stamp, 'left_optical'),
+        MatcherConfig(disparities=DISPARITIES))
+    message.image.data = np.asarray(message.image.data)
+    return message
+
+
+@pytest.mark.parametrize('form', FORMATS)
+def test_every_pair_is_matched_as_the_matcher_does_it_warm_and_bit_for_bit(folder, form):
+    write_bag(folder / name_of(form), form)
+    assert replay(name_of(form)) == 0
+    found = content(folder / 'out', '/disparity')
+    warm, cold = (matches(scene(), stamps(), warm_start=start) for start in (True, False))
+    assert not np.array_equal(warm[-1].disparity, cold[-1].disparity, equal_nan=True)
+    with BagOf(folder / 'messages') as bag:
+        for (_, _, message), *expected in zip(found, scene(), warm, stamps(), strict=True):
+            messages = message, expected_message(bag, *expected)
+            assert len({bytes(bag.typestore.serialize_cdr(one, one.__msgtype__))
+                        for one in messages}) == 1
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_results_stand_at_the_time_at_which_their_pair_was_complete(folder, storage):
+    write_bag(folder / 'bag')
+    assert replay('bag', options=['--format', storage]) == 0
+    times = [stamp + LATER + LAST_OF_A_PAIR for stamp in stamps()]
+    for topic in ('/disparity', '/preview'):
+        assert [logged for _, logged, _ in content(folder / 'out', topic)] == times
+    assert_matched(disparities(folder / 'out'), scene())
+
+
+def test_the_preview_is_the_disparity_in_colours(folder):
+    write_bag(folder / 'bag')
+    assert replay('bag') == 0
+    previews = [message for _, _, message in content(folder / 'out', '/preview')]
+    for preview, match in zip(previews, matches(scene(), stamps()), strict=True):
+        assert (preview.encoding, preview.header.frame_id) == ('bgr8', 'left_optical')
+        np.testing.assert_array_equal(
+            read_image(preview), colour_disparity(match.disparity, 0, DISPARITIES - 1))
+
+
+def test_the_other_results_are_written_where_they_are_asked_for(folder):
+    write_bag(folder / 'bag')
+    assert replay('bag', options=[
+        '--with', 'points2', 'depth', 'confidence', '--depth-encoding', '16UC1',
+        '--no-use-color']) == 0
+    with open_bag(folder / 'out') as reader:
+        kinds = {topic: info.msgtype.split('/')[-1] for topic, info in reader.topics.items()}
+        assert {info.msgcount for info in reader.topics.values()} == {6}
+    assert kinds == {'/disparity': 'DisparityImage', '/preview': 'Image', '/confidence': 'Image',
+                     '/depth/image_rect': 'Image', '/depth/camera_info': 'CameraInfo',
+                     '/points2': 'PointCloud2'}
+    matched = matches(scene(), stamps())
+    (*_, confidence), (*_, depth), (*_, points) = (
+        content(folder / 'out', f'/{topic}')[-1]
+        for topic in ('confidence', 'depth/image_rect', 'points2'))
+    np.testing.assert_array_equal(pixels_of(confidence), matched[-1].confidence)
+    assert depth.encoding == '16UC1'
+    assert [field.name for field in points.fields] == ['x', 'y', 'z']
+    z = points.data.view('<f4').reshape(ROWS, COLUMNS, 3)[:, :, 2]
+    near = matched[-1].disparity > 1
+    np.testing.assert_allclose(z[near], FOCAL * BASELINE / matched[-1].disparity[near], rtol=1e-5)
+    millimetres = depth.data.view('<u2').reshape(ROWS, COLUMNS)
+    np.testing.assert_allclose(millimetres[near], 1000 * z[near], atol=0.51)
+
+
+def test_compressed_images_and_several_bags_are_matched_too(folder):
+    topics = ('/rig/infra1/image_rect/compressed', '/rig/infra1/camera_info',
+              '/rig/infra2/image_rect/compressed', '/rig/infra2/camera_info')
+    pairs = scene(8)
+    write_bag(folder / 'a.bag', 'ros1', pairs[:4], topics, BagOf.compressed)
+    write_bag(folder / 'b', 'sqlite3', pairs[4:], topics, BagOf.compressed, first=4)
+    assert replay('a.bag', 'b') == 0
+    assert_matched(disparities(folder / 'out'), pairs)
+
+
+def test_options_of_the_node_reach_what_reads_the_pairs(folder, capsys):
+    write_bag(folder / 'bag')
+    assert figures(capsys, 'bag', options=['--scale', '0.5'])['pairs']['matched'] == 6
+    assert {values.shape for values in disparities(folder / 'out').values()} == {
+        (ROWS // 2, COLUMNS // 2)}
+    for _, _, message in content(folder / 'out', '/disparity'):
+        half = MatcherConfig(disparities=DISPARITIES).at_scale(0.5)
+        assert (message.f, message.max_disparity) == (FOCAL / 2, half.disparities - 1)
+    assert refusal(capsys, 'bag', output='other', options=['--scale', '0.3']) == (
+        "scale is '0.3'; allowed are 1, 0.5, 0.25")
+
+
+def test_raw_images_are_rectified_where_that_is_asked_for(folder, capsys):
+    topics = [topic.replace('rect', 'raw') for topic in TOPICS]
+
+    def distort(number, messages):
+        for topic in topics[1::2]:
+            messages[topic].d = np.array([-0.3, 0.1, 0, 0, 0])
+
+    write_bag(folder / 'bag', topics=topics, change=distort)
+    assert replay('bag', output='plain') == 0
+    assert replay('bag', output='rectified', options=['--rectify']) == 0
+    plain, rectified = (disparities(folder / name) for name in ('plain', 'rectified'))
+    assert_matched(plain, scene())
+    assert not np.array_equal(plain[BEGIN], rectified[BEGIN])
+
+
+def test_cameras_that_do_not_stamp_alike_are_joined_where_that_is_asked_for(folder, capsys):
+    def shift(number, messages):
+        for topic in TOPICS[2:]:
+            messages[topic].header.stamp.nanosec += 1_000_000
+
+    write_bag(folder / 'bag', change=shift)
+    sentence = refusal(capsys, 'bag')
+    assert 'bag: no message found its partners; messages: /left/image_rect 6, ' in sentence
+    assert sentence.endswith(
+        '; the latest stamps differ by up to 1.000 ms; give --approximate if the cameras do not '
+        'stamp alike, --cache-camera-info if camera_info comes seldom, or a larger --queue-size')
+    assert not (folder / 'out').exists()
+    assert replay('bag', options=['--approximate']) == 0
+    assert_matched(disparities(folder / 'out'), scene())
+    assert 'raise --tolerance' in refusal(
+        capsys, 'bag', output='other', options=['--approximate', '--tolerance', '0.0005'])
+
+
+@pytest.mark.parametrize('start', [0.0, 2 * STEP / 1e9])
+def test_a_camera_info_that_came_once_is_kept_where_that_is_asked_for(folder, capsys, start):
+    def only_once(number, messages):
+        for topic in TOPICS[1::2] if number else ():
+            del messages[topic]
+
+    write_bag(folder / 'bag', change=only_once)
+    found = figures(capsys, 'bag', options=['--start', start, '--cache-camera-info'])
+    first = round(start * 1e9 / STEP)
+    # The first images come before the camera_info of their pair.
+    assert found['pairs']['matched'] == 6 - first
+    assert_matched(disparities(folder / 'out'), scene(), slice(first, None))
+
+
+def test_a_part_of_the_bag_and_some_of_its_pairs_can_be_chosen(folder, capsys):
+    write_bag(folder / 'bag', pairs=scene(10))
+    second = 1e-9 * STEP
+    assert replay('bag', options=['--start', 2 * second, '--duration', 7 * second,
+                                  '--every', 3]) == 0
+    assert_matched(disparities(folder / 'out'), scene(10), slice(2, 9, 3))
+
+
+def test_files_are_named_by_stamp_beside_a_bag_or_instead(folder):
+    write_bag(folder / 'bag')
+    assert replay('bag', output='both', options=['--files', 'npy', 'pfm']) == 0
+    assert replay('bag', output='png', options=['--files', 'png', '--format', 'none']) == 0
+    assert_matched(disparities(folder / 'both'), scene())
+    assert {path.name for path in (folder / 'png').iterdir()} == {
+        'calibration.json', 'disparity', 'replay.json'}
+    for stamp, match in zip(stamps(), matches(scene(), stamps())):
+        for name, most in (('both/disparity/{}.npy', 0), ('both/disparity/{}.pfm', 0),
+                           ('png/disparity/{}.png', 0.01)):
+            found = read_disparity(folder / name.format(f'{stamp:019d}'))
+            np.testing.assert_array_equal(np.isnan(found), np.isnan(match.disparity))
+            assert np.nanmax(abs(found - match.disparity)) <= most
+    calibration = json.loads((folder / 'png' / 'calibration.json').read_text())
+    assert (calibration['focal'], calibration['baseline']) == (FOCAL, BASELINE)
+
+
+def test_topics_are_copied_in_their_order_of_time_between_the_results(folder):
+    def more(bag, number, logged):
+        for part in range(2):
+            bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
+                      logged + part)
+
+    write_bag(folder / 'bag', more=more)
+    assert replay('bag', options=['--keep', 'chatter', '/left/image_rect']) == 0
+    copied, written = (content(folder / name) for name in ('bag', 'out'))
+    times = [logged for _, logged, _ in written]
+    assert times == sorted(times)
+    for topic in ('/chatter', '/left/image_rect'):
+        before, after = ([one for one in found if one[0] == topic] for found in (copied, written))
+        assert [one[1] for one in before] == [one[1] for one in after]
+        assert all(same(one[2], other[2]) for one, other in zip(before, after))
+    assert {topic for topic, _, _ in written} == {
+        '/chatter', '/left/image_rect', '/disparity', '/preview'}
+    assert replay('bag', output='all', options=['--keep']) == 0
+    assert {topic for topic, _, _ in content(folder / 'all')} == {
+        *TOPICS, '/chatter', '/disparity', '/preview'}
+
+
+def test_what_is_copied_after_the_last_pair_is_there_too(folder):
+    def more(bag, number, logged):
+        if number == 5:
+            bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=1), logged + STEP)
+
+    write_bag(folder / 'bag', more=more)
+    assert replay('bag', options=['--keep', '/chatter']) == 0
+    assert len(content(folder / 'out', '/chatter')) == 1
+
+
+def test_results_of_an_earlier_replay_are_no_obstacle(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag', output='once', options=['--keep']) == 0
+    assert replay('once', output='twice', options=['--keep']) == 0
+    assert len(content(folder / 'twice')) == len(content(folder / 'once'))
+    assert refusal(capsys, 'once', options=['--keep', '/disparity']) == (
+        '--keep names /disparity, under which the results are written')
+
+
+def test_bad_pairs_are_counted_and_told_once_and_the_others_matched(folder, capsys):
+    def spoil(number, messages):
+        if number in (1, 3):
+            messages[TOPICS[0]].encoding = 'nonsense'
+        if number == 4:
+            messages[TOPICS[2]] = b'\0\1\0\0\1'
+
+    write_bag(folder / 'bag', pairs=scene(8), change=spoil)
+    found = figures(capsys, 'bag')
+    assert found['pairs']['refused'] == {'encoding': 2, 'damaged message': 1}
+    assert found['pairs']['matched'] == 5
+    assert list(disparities(folder / 'out')) == [stamps(8)[place] for place in (0, 2, 5, 6, 7)]
+    assert replay('bag', output='other') == 0
+    printed = capsys.readouterr()
+    assert printed.err.count("pair refused: left image: encoding is 'nonsense'; allowed are") == 1
+    assert printed.err.count('pair refused: a message of /right/image_rect cannot be read') == 1
+    assert '3 refused: damaged message 1, encoding 2' in printed.out
+    assert 'messages without partner: /left/image_rect 1 of 8' in printed.out
+
+
+def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
+    def loop(number, messages):
+        for message in messages.values():
+            stamp = BEGIN + number % 4 * STEP
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+
+    pairs = scene(8)
+    write_bag(folder / 'bag', pairs=pairs, change=loop)
+    assert replay('bag') == 0
+    assert 'the stamps went back: starting anew' in capsys.readouterr().err
+    found = [pixels_of(message.image) for _, _, message in content(folder / 'out', '/disparity')]
+    expected = [match for part in (pairs[:4], pairs[4:]) for match in matches(part, stamps(4))]
+    for values, match in zip(found, expected, strict=True):
+        valid = np.isfinite(match.disparity)
+        np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
+
+
+def test_remarks_on_a_calibration_are_told_once(folder, capsys):
+    def differ(number, messages):
+        messages[TOPICS[3]].p[6] += 5 + number
+
+    write_bag(folder / 'bag', change=differ)
+    (remark,) = figures(capsys, 'bag')['remarks']
+    assert remark.startswith('cy is 23.5 in the left and 28.5 in the right camera_info')
+
+
+def test_different_rates_leave_messages_over_that_are_counted(folder, capsys):
+    def drop(number, messages):
+        for topic in TOPICS[2:] if number % 2 else ():
+            del messages[topic]
+
+    write_bag(folder / 'bag', change=drop)
+    found = figures(capsys, 'bag')
+    assert found['pairs']['matched'] == 3
+    assert found['messages']['unmatched'] == dict(zip(TOPICS, (3, 3, 0, 0)))
+    assert stamp_of(content(folder / 'out', '/disparity')[-1][2].header) == stamps()[4]
+
+
+@pytest.mark.skipif(not GENERATED.exists(), reason=f'there is no {GENERATED}')
+@pytest.mark.parametrize('name', ['kitti2012_000027_ros1.bag', 'kitti2012_000027_ros2_db3'])
+def test_real_bags_give_what_their_images_give(folder, capsys, name):
+    found = figures(capsys, GENERATED / name, disparities=96)
+    assert found['topics']['left'] == '/stereo/left/image_rect'
+    assert found['pairs']['matched'] == 5
+    pairs, _ = kitti_frames('000027', range(7, 12))
+    values = disparities(folder / 'out')
+    expected = matches([_Pair(*pair) for pair in pairs], list(values), disparities=96)
+    for found, match in zip(values.values(), expected, strict=True):
+        valid = np.isfinite(match.disparity)
+        np.testing.assert_array_equal(found[valid], np.maximum(match.disparity[valid], 0))
+
+
+class _Pair(NamedTuple):
+    left: np.ndarray
+    right: np.ndarray

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What `fuzzy-stereo replay` makes of a bag is what the live node makes of it, bit for bit."""
+from made_bags import COLUMNS, DISPARITIES, open_bag, ROWS, scene, stamps, TOPICS, write_bag
+import numpy as np
+import pytest
+from replayed import matches, replay
+
+FRAMES = 10
+KINDS = 'Image', 'CameraInfo', 'Image', 'CameraInfo'
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    """Return the path of a bag of noisy images and their calibration, whose centres differ."""
+    def change(number, messages):
+        messages[TOPICS[3]].p[2] -= 2.5
+
+    return write_bag(tmp_path_factory.mktemp('bag') / 'bag', pairs=scene(FRAMES), change=change)
+
+
+def play(bench, bag):
+    """Publish a bag's messages as they are stored, and return {stamp: DisparityImage}."""
+    from fuzzy_stereo_ros.pairs.messages import stamp_of
+    from rclpy.serialization import deserialize_message
+    import sensor_msgs.msg
+    kinds = dict(zip(TOPICS, (getattr(sensor_msgs.msg, kind) for kind in KINDS)))
+    publishers = {topic: bench.listener.create_publisher(kind, topic, 10)
+                  for topic, kind in kinds.items()}
+    bench.until(lambda: all(one.get_subscription_count() for one in publishers.values()),
+                'the node hears the bag')
+    answers = {}
+    with open_bag(bag) as reader:
+        for connection, _, raw in reader.messages():
+            message = deserialize_message(bytes(raw), kinds[connection.topic])
+            publishers[connection.topic].publish(message)
+            if connection.topic == TOPICS[-1]:
+                stamp = stamp_of(message.header)
+                answers[stamp] = bench.until(
+                    lambda: bench.disparities.get(stamp), f'disparity of {stamp}')  # noqa: B023
+    return answers
+
+
+def replayed(bag):
+    """Return the DisparityImages of a bag as ROS reads them."""
+    from rclpy.serialization import deserialize_message
+    from stereo_msgs.msg import DisparityImage
+    with open_bag(bag) as reader:
+        return [deserialize_message(bytes(raw), DisparityImage)
+                for connection, _, raw in reader.messages() if connection.topic == '/disparity']
+
+
+@pytest.mark.parametrize(('options', 'parameters'), [
+    ([], []),
+    (['--scale', '0.5', '--seed', '3', '--min-disparity', '-2', '--fill'],
+     ['scale:=0.5', 'seed:=3', 'min_disparity:=-2', 'fill:=true'])])
+def test_replay_and_the_live_node_give_identical_messages(
+        make_bench, bag, tmp_path, options, parameters):
+    arguments = [word for one in (f'disparity_range:={DISPARITIES}', *parameters)
+                 for word in ('-p', one)]
+    with make_bench('--ros-args', *arguments) as bench:
+        bench.listen(confidence=False)
+        bench.connect()
+        live = play(bench, bag)
+    assert replay(bag, output=tmp_path / 'out', options=options) == 0
+    assert list(live) == stamps(FRAMES)
+    for message, expected in zip(replayed(tmp_path / 'out'), live.values(), strict=True):
+        assert message == expected
+        assert message.image.data == expected.image.data
+
+
+def test_the_warm_start_matters_in_the_bag_that_is_compared():
+    warm, cold = (matches(scene(FRAMES), stamps(FRAMES), warm_start=start)[-1].disparity
+                  for start in (True, False))
+    different = np.count_nonzero((warm != cold) & ~(np.isnan(warm) & np.isnan(cold)))
+    assert different > ROWS * COLUMNS / 20

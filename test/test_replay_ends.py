@@ -1,0 +1,315 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever ends a replay, what was matched is a bag, it says up to where, and can go on."""
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from fuzzy_stereo_ros.pairs.bag_writing import UNFINISHED
+from fuzzy_stereo_ros.replay_report import Shown
+from fuzzy_stereo_ros.replay_request import WARM_PAIRS
+from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
+import numpy as np
+import pytest
+from replayed import figures, matches, refusal, replay
+
+ROOT = Path(__file__).parents[1]
+INTERRUPTED = 130
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def interrupt(monkeypatch):
+    """Return a function: the next replay gets SIGINT after so many pairs."""
+    def after(pairs, number=signal.SIGINT):
+        steps = []
+
+        def step(shown):
+            steps.append(None)
+            if len(steps) == pairs:
+                os.kill(os.getpid(), number)
+
+        monkeypatch.setattr(Shown, 'step', step)
+
+    return after
+
+
+def chatter(bag, number, logged):
+    """Write what may be copied: two messages before each pair."""
+    for part in range(2):
+        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part), logged)
+
+
+def equal(one, other):
+    """Return whether two {stamp: disparities} are the same bit for bit, in the same order."""
+    return list(one) == list(other) and all(
+        np.array_equal(one[stamp], other[stamp]) for stamp in one)
+
+
+def chain(pairs, first):
+    """Return what the matcher finds from a pair on, as the DisparityImages have it."""
+    return [np.where(np.isnan(match.disparity), -1, np.maximum(match.disparity, 0))
+            for match in matches(pairs[first:], stamps(len(pairs))[first:])]
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_an_interrupted_replay_is_a_bag_and_goes_on_to_the_same_bits(
+        folder, capsys, interrupt, storage):
+    write_bag(folder / 'bag', pairs=scene(8), more=chatter)
+    options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence']
+    assert replay('bag', output='whole', options=options) == 0
+    interrupt(5)
+    assert replay('bag', options=options) == INTERRUPTED
+    assert 'interrupted: out holds 5 pairs, up to 0.140 s into the bag; --resume goes on' in \
+        capsys.readouterr().err
+    whole = disparities(folder / 'whole')
+    assert equal(disparities(folder / 'out'), {stamp: whole[stamp] for stamp in stamps(5)})
+    interrupt(None)
+    found = figures(capsys, 'bag', options=[*options, '--resume'])
+    assert (found['pairs']['matched'], found['pairs']['matched_again']) == (3, 5)
+    assert equal(disparities(folder / 'out'), whole)
+    written, expected = (
+        [(topic, logged) for topic, logged, _ in content(folder / name)]
+        for name in ('out', 'whole'))
+    assert written == expected
+
+
+def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interrupt):
+    pairs = scene(WARM_PAIRS + 8)
+    write_bag(folder / 'bag', pairs=pairs)
+    interrupt(WARM_PAIRS + 4)
+    assert replay('bag') == INTERRUPTED
+    interrupt(None)
+    assert replay('bag', options=['--resume']) == 0
+    assert f'4 pairs matched, after {WARM_PAIRS} that were matched again' in \
+        capsys.readouterr().out
+    found = disparities(folder / 'out')
+    assert list(found) == stamps(len(pairs))
+    for values, expected in zip(list(found.values())[-4:], chain(pairs, 4)[-4:], strict=True):
+        np.testing.assert_array_equal(values, expected)
+
+
+def test_every_third_pair_stays_every_third_when_it_goes_on(folder, capsys, interrupt):
+    write_bag(folder / 'bag', pairs=scene(14))
+    options = ['--every', 3, '--start', STEP / 1e9]
+    assert replay('bag', output='whole', options=options) == 0
+    interrupt(2)
+    assert replay('bag', options=options) == INTERRUPTED
+    interrupt(None)
+    assert replay('bag', options=[*options, '--resume']) == 0
+    assert equal(disparities(folder / 'out'), disparities(folder / 'whole'))
+    assert list(disparities(folder / 'out')) == stamps(14)[1::3]
+
+
+def test_files_go_on_too(folder, capsys, interrupt):
+    write_bag(folder / 'bag', pairs=scene(8))
+    options = ['--files', 'npy', '--format', 'none']
+    assert replay('bag', output='whole', options=options) == 0
+    interrupt(5)
+    assert replay('bag', options=options) == INTERRUPTED
+    assert len(list((folder / 'out' / 'disparity').iterdir())) == 5
+    interrupt(None)
+    assert figures(capsys, 'bag', options=[*options, '--resume'])['pairs']['matched'] == 3
+    for path in (folder / 'whole' / 'disparity').iterdir():
+        assert (folder / 'out' / 'disparity' / path.name).read_bytes() == path.read_bytes()
+
+
+def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag') == 0
+    before = [(path.name, path.stat().st_mtime_ns) for path in (folder / 'out').glob('*.mcap')]
+    assert figures(capsys, 'bag', options=['--resume'])['pairs']['matched'] == 0
+    assert [(path.name, path.stat().st_mtime_ns)
+            for path in (folder / 'out').glob('*.mcap')] == before
+
+
+def test_an_interruption_before_the_first_pair_leaves_nothing(folder, capsys, monkeypatch):
+    write_bag(folder / 'bag')
+
+    def enter(shown):
+        os.kill(os.getpid(), signal.SIGINT)
+        return shown
+
+    monkeypatch.setattr(Shown, '__enter__', enter)
+    assert replay('bag') == INTERRUPTED
+    assert 'interrupted before the first pair' in capsys.readouterr().err
+    assert {path.name for path in folder.iterdir()} == {'bag'}
+
+
+def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, capsys, monkeypatch):
+    write_bag(folder / 'bag')
+
+    def step(shown):
+        for _ in range(2):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Shown, 'step', step)
+    assert replay('bag') == INTERRUPTED
+    assert list(disparities(folder / 'out')) == stamps(1)
+
+
+@pytest.mark.parametrize('form', ['ros1', 'mcap'])
+def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form):
+    pairs = scene(60, rows=120, columns=240)
+    path = write_bag(folder / ('bag.bag' if form == 'ros1' else 'bag'), form, pairs)
+    file = path if path.is_file() else path / 'bag.mcap'
+    whole = bytearray(file.read_bytes())
+    place = whole.index(pairs[30].left.tobytes()[:64])
+    whole[place:place + 2 * pairs[30].left.size] = b'\xff' * (2 * pairs[30].left.size)
+    file.write_bytes(whole)
+    sentence = refusal(capsys, path.name)
+    found = disparities(folder / 'out')
+    assert 10 < len(found) <= 30
+    assert list(found) == stamps(len(found))
+    assert sentence.startswith(f'{path.name} is damaged: ')
+    seconds = (STEP * (len(found) - 1) + 3) / 1e9
+    assert sentence.endswith(f'; out holds {len(found)} pairs, up to {seconds:.3f} s into the bag')
+
+
+RESTRICTED = """\
+import resource, sys
+from fuzzy_stereo_ros.command_line import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
+sys.exit(main(sys.argv[2:]))
+"""
+KILLED = """\
+import os, signal, sys
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.replay_report import Shown
+steps = []
+def step(shown):
+    steps.append(None)
+    if len(steps) == int(sys.argv[1]):
+        os.kill(os.getpid(), signal.SIGKILL)
+Shown.step = step
+main(sys.argv[2:])
+"""
+
+
+def run(code, number, *arguments):
+    """Run `fuzzy-stereo replay` in a process of its own, restricted by a number."""
+    return subprocess.run(
+        [sys.executable, '-c', code, str(number), 'replay', *map(str, arguments), '--output',
+         'out', '--disparities', '16'], capture_output=True, text=True,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(folder, capsys, storage):
+    pairs = scene(30, rows=120, columns=240)
+    write_bag(folder / 'bag', pairs=pairs)
+    options = ['--format', storage]
+    ended = run(RESTRICTED, 3 * 2**20, 'bag', *options)
+    assert ended.returncode == 2
+    left = len(disparities(folder / 'out'))
+    assert 5 < left < 20
+    assert 'fuzzy-stereo: out cannot be written any further: ' in ended.stderr
+    assert f'; out holds {left} pairs, up to ' in ended.stderr
+    assert replay('bag', options=[*options, '--resume']) == 0
+    assert list(disparities(folder / 'out')) == stamps(30)
+    assert len(content(folder / 'out', '/preview')) == 30
+
+
+def test_a_killed_replay_goes_on_after_what_was_whole(folder, capsys):
+    pairs = scene(30, rows=120, columns=240)
+    write_bag(folder / 'bag', pairs=pairs, more=chatter)
+    assert run(KILLED, 20, 'bag', '--keep', '/chatter').returncode == -signal.SIGKILL
+    assert (folder / 'out' / UNFINISHED).exists()
+    found = figures(capsys, 'bag', options=['--resume', '--keep', '/chatter'])
+    assert found['pairs']['matched_again'] == WARM_PAIRS
+    written = content(folder / 'out')
+    assert list(disparities(folder / 'out')) == stamps(30)
+    for topic, number in (('/disparity', 30), ('/preview', 30), ('/chatter', 60)):
+        times = [logged for name, logged, _ in written if name == topic]
+        assert len(times) == number, topic
+        assert times == sorted(times)
+    assert [message.data for name, _, message in written if name == '/chatter'] == list(range(60))
+
+
+def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, capsys):
+    write_bag(folder / 'bag')
+    ended = run(RESTRICTED, 10_000, 'bag', '--files', 'npy', '--format', 'none')
+    assert ended.returncode == 2
+    assert 'File too large' in ended.stderr
+    assert 'Traceback' not in ended.stderr
+    assert list((folder / 'out').glob('disparity/*')) == []
+
+
+def test_options_that_differ_from_those_of_before_are_refused(folder, capsys, interrupt):
+    write_bag(folder / 'bag')
+    interrupt(3)
+    assert replay('bag') == INTERRUPTED
+    interrupt(None)
+    sentence = refusal(capsys, 'bag', disparities=20, options=['--resume', '--every', 2])
+    assert sentence == ('--resume goes on with the options of before; different are every (1, '
+                        'now 2), disparities (16, now 20)')
+    assert figures(capsys, 'bag', options=['--resume', '--threads', 1])['pairs']['matched'] == 3
+
+
+def test_a_bag_in_which_the_last_pairs_are_missing_is_refused(folder, capsys, interrupt):
+    write_bag(folder / 'bag')
+    interrupt(3)
+    assert replay('bag') == INTERRUPTED
+    interrupt(None)
+    (folder / 'other').mkdir()
+    write_bag(folder / 'other' / 'bag', first=20)
+    assert refusal(capsys, 'other/bag', options=['--resume']) == (
+        '--resume: the last pairs in out are not in other/bag')
+    assert list(disparities(folder / 'out')) == stamps(3)
+
+
+def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder, capsys):
+    write_bag(folder / 'bag')
+    write_bag(folder / 'short', pairs=scene(2))
+    assert replay('bag') == 0
+    assert refusal(capsys, 'short') == (
+        'out is there already; give another folder, --overwrite or --resume')
+    assert len(disparities(folder / 'out')) == 6
+    assert replay('short', options=['--overwrite']) == 0
+    assert len(disparities(folder / 'out')) == 2
+    (folder / 'mine').mkdir()
+    (folder / 'mine' / 'letter.txt').write_text('dear')
+    for options in ([], ['--overwrite'], ['--resume']):
+        assert 'mine is there' in refusal(capsys, 'bag', output='mine', options=options)
+    assert (folder / 'mine' / 'letter.txt').read_text() == 'dear'
+    (folder / 'mine' / 'letter.txt').unlink()
+    assert replay('bag', output='mine') == 0
+    assert 'there is nothing to continue in new' in refusal(
+        capsys, 'bag', output='new', options=['--resume'])
+    assert 'give one of them' in refusal(capsys, 'bag', options=['--resume', '--overwrite'])
+    assert 'there is no folder missing' in refusal(capsys, 'bag', output='missing/out')
+
+
+def test_an_output_never_replaces_what_is_read(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag', options=['--keep']) == 0
+    assert refusal(capsys, 'out', options=['--overwrite']) == (
+        '--output is out, which holds the input out')
+    assert refusal(capsys, 'out/out_0.mcap', options=['--overwrite']) == (
+        '--output is out, which holds the input out/out_0.mcap')
+
+
+def test_a_damaged_record_is_refused(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag') == 0
+    (folder / 'out' / 'replay.json').write_text('{')
+    assert 'replay.json is damaged; begin anew with --overwrite' in refusal(
+        capsys, 'bag', options=['--resume'])
+
+
+def test_the_record_says_what_the_output_was_made_of(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag', options=['--queue-size', 9]) == 0
+    record = json.loads((folder / 'out' / 'replay.json').read_text())
+    assert record['bags'] == ['bag']
+    assert record['topics']['left'] == TOPICS[0]
+    assert (record['settings']['queue_size'], record['matcher']['disparities']) == (9, 16)

@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Bad input to `fuzzy-stereo replay` is one sentence, exit code 2, and nothing written."""
+import io
+
+from fuzzy_stereo_ros.command_line import main, Parser
+from fuzzy_stereo_ros.commands import replay as replay_command
+from fuzzy_stereo_ros.node_options import add_node_options, node_settings
+from fuzzy_stereo_ros.parameter_table import NODE_PARAMETERS
+from fuzzy_stereo_ros.replay_report import Shown
+from made_bags import BagOf, BEGIN, content, same, scene, STEP, TOPICS, write_bag
+import pytest
+from replayed import figures, on_a_terminal, refusal, replay
+
+ROWS = {row.name: row for row in NODE_PARAMETERS}
+NAMES = (*replay_command.SYNCHRONISING, *replay_command.READING, *replay_command.RESULTS)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in a folder with a bag."""
+    monkeypatch.chdir(tmp_path)
+    write_bag(tmp_path / 'bag')
+    return tmp_path
+
+
+@pytest.fixture
+def refused(folder, capsys):
+    """Return a function that gives the sentence of a replay, after which nothing is written."""
+    def sentence(*bags, **options):
+        before = sorted(folder.rglob('*'))
+        text = refusal(capsys, *bags, **options)
+        assert sorted(folder.rglob('*')) == before
+        return text
+
+    return sentence
+
+
+def test_what_is_no_bag_is_named(refused, folder):
+    (folder / 'text.mcap').write_text('no bag, but a text that is long enough to be one')
+    assert refused('missing.bag').startswith('missing.bag does not exist; give a bag')
+    assert refused('text.mcap').startswith('text.mcap cannot be read as a bag: ')
+    assert refused('bag', 'text.mcap').startswith('text.mcap cannot be read as a bag: ')
+
+
+def test_what_the_bag_has_instead_of_images_is_listed(refused, folder):
+    with BagOf(folder / 'other') as bag:
+        bag.write('/number', bag.make('std_msgs/msg/Int32'), BEGIN)
+    assert refused('other') == 'other has no images; it holds /number (std_msgs/msg/Int32, 1)'
+
+
+def test_one_camera_is_no_pair(refused, folder):
+    def without_right(number, messages):
+        for topic in TOPICS[2:]:
+            del messages[topic]
+
+    write_bag(folder / 'one', change=without_right)
+    assert refused('one') == (
+        'one has images of one camera only, /left/image_rect; a pair needs two')
+
+
+def test_a_topic_that_is_not_there_is_told_with_those_that_are(refused):
+    assert refused('bag', options=['--left', 'nothing']) == (
+        '--left is /nothing, which is no topic of images in bag; there are /left/image_rect, '
+        '/right/image_rect')
+    assert refused('bag', options=['--keep', '/nothing']) == (
+        '--keep names /nothing, which is not in bag; there are /left/camera_info, '
+        '/left/image_rect, /right/camera_info, /right/image_rect')
+
+
+def test_no_calibration_is_told_with_the_options_that_give_one(refused, folder, capsys):
+    write_bag(folder / 'bare', infos=False)
+    assert refused('bare') == (
+        'bare, without camera_info beside /left/image_rect and /right/image_rect, needs the '
+        'cameras: give --focal and --baseline, or --camera-info with a calib.txt or the YAML of '
+        'the right camera')
+    assert 'needs the cameras: give --baseline, or' in refused('bare', options=['--focal', 200])
+    assert refused('bag', options=['--focal', 200]).startswith(
+        'a calibration that is not that of the bag needs the cameras: give --baseline')
+    assert refused('bare', options=['--focal', 200, '--baseline', -1]) == (
+        '--baseline is -1; allowed are numbers above 0')
+    assert 'missing.yaml' in refused('bare', options=['--camera-info', 'missing.yaml', 'b.yaml'])
+    assert refused('bare', options=['--focal', 200, '--baseline', 1, '--rectify']) == (
+        '--rectify and --crop need the calibration of both raw cameras: those in the bag, or '
+        '--camera-info LEFT.yaml RIGHT.yaml')
+
+
+def test_numbers_or_files_are_a_calibration(folder, capsys):
+    write_bag(folder / 'bare', infos=False)
+    found = figures(capsys, 'bare', options=['--focal', 200, '--baseline', 0.12])
+    assert found['calibration'] == (
+        'focal length 200 px, baseline 0.12 m and the centre assumed in the middle of the image')
+    assert replay('bag', output='calibrated') == 0
+    for side, tx in (('left', 0), ('right', -24)):
+        (folder / f'{side}.yaml').write_text(
+            'image_width: 96\nimage_height: 48\ndistortion_model: plumb_bob\n'
+            'camera_matrix: {data: [200, 0, 47.5, 0, 200, 23.5, 0, 0, 1]}\n'
+            'distortion_coefficients: {data: [0, 0, 0, 0, 0]}\n'
+            'rectification_matrix: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n'
+            f'projection_matrix: {{data: [200, 0, 47.5, {tx}, 0, 200, 23.5, 0, 0, 0, 1, 0]}}\n')
+    found = figures(capsys, 'bare', output='files', options=[
+        '--camera-info', 'left.yaml', 'right.yaml'])
+    assert found['calibration'] == 'left.yaml and right.yaml'
+    for options in (['--camera-info', 'right.yaml'],
+                    ['--focal', 200, '--baseline', 0.12, '--principal-point', 47.5, 23.5]):
+        assert replay('bare', output=f'by{len(options)}', options=options) == 0
+    for name in ('calibrated', 'files', 'by2', 'by7'):
+        assert all(same(one, other) for (_, _, one), (_, _, other) in zip(
+            content(folder / 'out'), content(folder / name), strict=True))
+
+
+def test_pairs_that_are_all_bad_leave_nothing(refused, folder):
+    def uncalibrated(number, messages):
+        for topic in TOPICS[1::2]:
+            messages[topic].k[0] = messages[topic].p[0] = 0
+
+    write_bag(folder / 'zero', change=uncalibrated)
+    assert refused('zero', options=['--keep']).startswith(
+        'zero: none of 6 pairs could be matched; the first: left camera_info: the camera is not '
+        'calibrated (K[0] is 0, P[0] is 0)')
+
+
+def test_more_disparities_than_columns_leave_nothing(refused):
+    assert 'bag: none of 6 pairs could be matched; the first: ' in refused('bag', disparities=200)
+
+
+def test_a_part_that_is_not_in_the_bag_is_refused(refused):
+    assert refused('bag', options=['--start', 5]) == '--start is 5; bag is 0.167 s long'
+    assert refused('bag', options=['--start', -1]) == '--start is -1; bag is 0.167 s long'
+    assert refused('bag', options=['--duration', 0]) == (
+        '--duration is 0; allowed are numbers above 0')
+    assert refused('bag', options=['--every', 0]) == (
+        '--every is 0; allowed are whole numbers from 1')
+    assert 'no message found its partners' in refused('bag', options=['--duration', 1e-9])
+
+
+def test_outputs_that_make_no_sense_are_refused(refused):
+    assert refused('bag', options=['--format', 'none']) == (
+        '--format none leaves nothing to be written; give --files')
+    assert refused('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
+        '--keep copies into a bag, and --format none writes none')
+    for options in (['--min-disparity', -3], ['--min-disparity', 250]):
+        assert refused('bag', options=['--files', 'png', *options]).startswith(
+            '--files png holds 0 to 255 px')
+
+
+def test_values_of_options_are_checked_as_those_of_parameters(refused):
+    assert refused('bag', disparities=0).startswith('disparities is 0')
+    assert refused('bag', options=['--queue-size', 0]) == (
+        'queue_size is 0; allowed are numbers from 1 to 1000000')
+    assert refused('bag', options=['--depth-encoding', 'x']) == (
+        "depth_encoding is 'x'; allowed are 32FC1, 16UC1")
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_an_option_has_the_sentence_and_the_default_of_its_parameter(name):
+    parser = Parser(prog='test')
+    add_node_options(parser, 'title', NAMES)
+    settings = node_settings(parser.parse_args([]), NAMES)
+    assert settings[name] == ROWS[name].default
+    assert type(settings[name]) is type(ROWS[name].default)
+    assert ' '.join(ROWS[name].sentence.split()) in ' '.join(parser.format_help().split())
+
+
+def test_the_bar_is_shown_on_a_terminal_or_where_it_is_asked_for(folder, capsys, monkeypatch):
+    pytest.importorskip('tqdm', reason='tqdm is not installed')
+    assert replay('bag') == 0
+    assert capsys.readouterr().err == ''
+    assert replay('bag', output='shown', options=['--progress']) == 0
+    assert '6/6' in capsys.readouterr().err
+    terminal = on_a_terminal(monkeypatch)
+    assert replay('bag', output='terminal') == 0
+    assert '6/6' in terminal.getvalue()
+    assert ' pairs/s' in terminal.getvalue()
+
+
+def test_the_bar_knows_about_how_many_pairs_come(folder, capsys):
+    pytest.importorskip('tqdm', reason='tqdm is not installed')
+    write_bag(folder / 'long', pairs=scene(40))
+    assert replay('long', options=['--progress', '--duration', 20 * STEP / 1e9,
+                                   '--every', 2]) == 0
+    assert '10/11' in capsys.readouterr().err
+
+
+def test_sentences_of_a_kind_are_written_once():
+    stream = io.StringIO()
+    with Shown(10, stream) as shown:
+        for number in range(3):
+            shown.tell(f'pair {number} is bad')
+            shown.step()
+        shown.tell('another')
+    assert stream.getvalue() == 'pair 0 is bad\nanother\n'
+
+
+def test_the_help_has_an_example_that_is_parsed(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(['replay', '--help'])
+    assert ended.value.code == 0
+    printed = capsys.readouterr().out
+    assert 'fuzzy-stereo replay recorded.mcap --output matched --disparities 128' in printed
+    assert '--reference' not in printed

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of the cameras are found by type and name; where in doubt, they are listed."""
+from fuzzy_stereo_ros.pairs.stereo_topics import (
+    COMPRESSED, find_stereo_topics, INFO, RAW, StereoTopics)
+import pytest
+
+
+def kinds(**changes):
+    """Return {topic: (type, number)} of topics written as path__name='kind'."""
+    return {f"/{name.replace('__', '/')}": (kind, 5) for name, kind in changes.items()}
+
+
+def rig(left='left', right='right', name='image_rect', kind=RAW, space=''):
+    """Return the topics of a rig with a CameraInfo beside each image."""
+    return {f'{space}/{side}/{one}': (which, 5) for side in (left, right)
+            for one, which in ((name, kind), ('camera_info', INFO))}
+
+
+def found(topics, **chosen):
+    return find_stereo_topics('the bag', topics, **chosen)
+
+
+def refusal_of(topics, **chosen):
+    with pytest.raises(ValueError) as refusal:
+        found(topics, **chosen)
+    return str(refusal.value)
+
+
+@pytest.mark.parametrize(('left', 'right', 'name', 'space'), [
+    ('left', 'right', 'image_rect', ''),
+    ('left', 'right', 'image_rect', '/robot/stereo'),
+    ('infra1', 'infra2', 'image_rect_raw', '/camera'),
+    ('cam0', 'cam1', 'image_raw', ''),
+    ('camera_gray_left', 'camera_gray_right', 'image_raw', '/kitti'),
+    ('left_raw', 'right_raw', 'image_raw_color', '/zed/zed_node'),
+])
+def test_two_cameras_that_differ_in_the_words_for_sides_are_found(left, right, name, space):
+    assert found(rig(left, right, name, space=space)) == StereoTopics(
+        f'{space}/{left}/{name}', f'{space}/{left}/camera_info',
+        f'{space}/{right}/{name}', f'{space}/{right}/camera_info')
+
+
+def test_compressed_images_have_the_camera_info_of_their_camera():
+    topics = rig(name='image_rect/compressed', kind=COMPRESSED)
+    assert found(topics) == ('/left/image_rect/compressed', '/left/camera_info',
+                             '/right/image_rect/compressed', '/right/camera_info')
+
+
+def test_raw_images_go_before_the_same_ones_compressed():
+    topics = {**rig(name='image_rect/compressed', kind=COMPRESSED), **rig()}
+    assert found(topics).left == '/left/image_rect'
+
+
+@pytest.mark.parametrize(('rectify', 'name'), [(False, 'image_rect'), (True, 'image_raw')])
+@pytest.mark.parametrize('suffix', ['', '/compressed'])
+def test_rectified_images_are_taken_unless_raw_ones_are_wanted(rectify, name, suffix):
+    kind = COMPRESSED if suffix else RAW
+    topics = {**rig(name=f'image_raw{suffix}', kind=kind),
+              **rig(name=f'image_rect{suffix}', kind=kind)}
+    assert found(topics, rectify=rectify).left == f'/left/{name}{suffix}'
+
+
+def test_cameras_with_calibration_go_before_others():
+    topics = {**rig(space='/b'), '/a/left/image_rect': (RAW, 5), '/a/right/image_rect': (RAW, 5)}
+    assert found(topics).left == '/b/left/image_rect'
+
+
+def test_words_that_only_contain_left_are_no_sides():
+    topics = kinds(cleft__image=RAW, cright__image=RAW, left2__image=RAW, right2__image=RAW)
+    assert 'no two image topics of the bag differ only in left/right' in refusal_of(topics)
+
+
+def test_depth_that_is_compressed_is_no_camera():
+    topics = kinds(**{f'{side}__image__compressedDepth': COMPRESSED for side in ('left', 'right')})
+    assert 'the bag has no images' in refusal_of(topics)
+
+
+def test_a_camera_info_that_is_alone_in_the_namespace_is_taken_whatever_its_name():
+    topics = kinds(left__image=RAW, left__info=INFO, right__image=RAW, right__info=INFO)
+    assert found(topics)[1::2] == ('/left/info', '/right/info')
+
+
+def test_a_camera_info_below_the_image_is_found():
+    topics = kinds(left__image=RAW, left__image__camera_info=INFO,
+                   right__image=RAW, right__image__camera_info=INFO)
+    assert found(topics)[1::2] == ('/left/image/camera_info', '/right/image/camera_info')
+
+
+def test_images_without_camera_info_are_found_and_it_is_missing():
+    assert found(kinds(left__image=RAW, right__image=RAW)) == (
+        '/left/image', None, '/right/image', None)
+
+
+def test_several_pairs_are_listed_and_the_left_topic_chooses():
+    topics = {**rig(space='/a'), **rig(space='/b')}
+    assert refusal_of(topics) == (
+        'the bag has several pairs of image topics: /a/left/image_rect and /a/right/image_rect; '
+        '/b/left/image_rect and /b/right/image_rect; choose one with --left')
+    assert found(topics, left='/b/left/image_rect').right == '/b/right/image_rect'
+    assert found(topics, right='/a/right/image_rect').left == '/a/left/image_rect'
+
+
+def test_both_topics_may_be_chosen_whatever_they_are_called():
+    topics = kinds(one__image=RAW, one__camera_info=INFO, two__image=RAW, two__camera_info=INFO)
+    assert found(topics, left='/two/image', right='/one/image') == (
+        '/two/image', '/two/camera_info', '/one/image', '/one/camera_info')
+
+
+def test_what_is_there_instead_is_listed():
+    assert refusal_of(kinds(imu='sensor_msgs/msg/Imu')) == (
+        'the bag has no images; it holds /imu (sensor_msgs/msg/Imu, 5)')
+    assert refusal_of(kinds(left__image=RAW)) == (
+        'the bag has images of one camera only, /left/image; a pair needs two')
+    assert refusal_of(kinds(a=RAW, b=RAW)).endswith(
+        'choose with --left and --right among /a, /b')
+    assert refusal_of(rig(), left='/left/camera_info') == (
+        '--left is /left/camera_info, which is no topic of images in the bag; there are '
+        '/left/image_rect, /right/image_rect')
+    assert 'are both /left/image_rect' in refusal_of(
+        rig(), left='/left/image_rect', right='/left/image_rect')
