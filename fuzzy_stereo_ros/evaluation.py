@@ -18,8 +18,9 @@ class Score:
     bad_sparse: {threshold: percent} of those with a disparity that are off by more than
         threshold pixels.
     bad_dense: {threshold: percent} of all that count, a pixel without a disparity being bad.
-    d1_dense: percent of all that count off by more than 3 px and 5 percent of the truth (KITTI),
-        a pixel without a disparity being bad.
+    d1_sparse: percent of those with a disparity that are off by more than 3 px and 5 percent of
+        the truth (KITTI).
+    d1_dense: percent of all that count, a pixel without a disparity being bad.
     average_error, rms_error: pixels, over those with a disparity.
 
     A figure over no pixel at all is NaN.
@@ -29,6 +30,7 @@ class Score:
     density: float
     bad_sparse: dict
     bad_dense: dict
+    d1_sparse: float
     d1_dense: float
     average_error: float
     rms_error: float
@@ -53,12 +55,14 @@ def score(disparity, truth, mask=None, thresholds=THRESHOLDS):
     error = abs(disparity[counts].astype(np.float64) - wanted)
     valid = np.isfinite(error)
     found = error[valid]
+    far_off = ~((error <= 3) | (error <= 0.05 * abs(wanted)))
     return Score(
         pixels=int(error.size),
         density=_percent(valid),
         bad_sparse={limit: _percent(found > limit) for limit in thresholds},
         bad_dense={limit: _percent(~(error <= limit)) for limit in thresholds},
-        d1_dense=_percent(~((error <= 3) | (error <= 0.05 * abs(wanted)))),
+        d1_sparse=_percent(far_off[valid]),
+        d1_dense=_percent(far_off),
         average_error=float(found.mean()) if found.size else float('nan'),
         rms_error=float(np.sqrt((found**2).mean())) if found.size else float('nan'))
 

@@ -23,7 +23,8 @@ def test_the_figures_are_those_counted_by_hand():
         {0.5: 500 / 7, 1: 400 / 7, 2: 300 / 7, 3: 300 / 7, 4: 100 / 7})
     assert figures.bad_dense == pytest.approx(
         {0.5: 75, 1: 62.5, 2: 50, 3: 50, 4: 25})
-    assert figures.d1_dense == pytest.approx(25)  # 6 of 100 is above 5 percent, 4 is not
+    assert figures.d1_sparse == pytest.approx(100 / 7)  # 6 of 100 is above 5 percent, 4 is not
+    assert figures.d1_dense == pytest.approx(25)
     assert figures.average_error == pytest.approx(16 / 7)
     assert figures.rms_error == pytest.approx(math.sqrt((1 + 2.25 + 16 + 36 + 12.25) / 7))
 
