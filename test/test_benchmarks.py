@@ -21,7 +21,8 @@ from fuzzy_stereo_ros.comparing.progress import follow
 from fuzzy_stereo_ros.comparing.report import for_json, markdown, Report, Table
 from fuzzy_stereo_ros.comparing.rivals import (
     default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
-from fuzzy_stereo_ros.comparing.visibility import cross_checked, seen_by_both, warped_to_right
+from fuzzy_stereo_ros.comparing.visibility import (
+    agreeing, cross_checked, seen_by_both, warped_to_right)
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -176,11 +177,13 @@ def test_visibility_from_truth_agrees_with_how_a_scene_was_made():
     assert (seen_by_both(made.truth) == made.visible).mean() > 0.97
 
 
-def test_truths_of_both_images_are_cross_checked_from_the_right_one():
+def test_truths_of_both_images_are_cross_checked_from_either_one():
     left = np.array([[9, 9, 2, 2, 3, 2, 2, 4]], np.float32)
     right = np.array([[2, 3, 3, 2, 2, 2, NAN, 9]], np.float32)
     np.testing.assert_array_equal(
         cross_checked(right, left), [[True, True, True, True, True, False, False, False]])
+    np.testing.assert_array_equal(
+        agreeing(left, right), [[False, False, True, True, True, True, True, False]])
 
 
 # Data.

@@ -12,13 +12,13 @@ from importlib.util import find_spec
 import os
 from pathlib import Path
 
+from fuzzy_stereo_ros.comparing.grey_scales import MIDDLEBURY_FOLDERS
 from fuzzy_stereo_ros.comparing.known_pairs import (
-    KITTI, KnownPair, LIMITS, MIDDLEBURY, read_truth, WHOLE_PIXEL_TRUTH)
-from fuzzy_stereo_ros.comparing.middlebury import MIDDLEBURY_FOLDERS
+    KITTI, KnownPair, LIMITS, MIDDLEBURY, read_mask, read_truth, WHOLE_PIXEL_TRUTH)
 from fuzzy_stereo_ros.comparing.visibility import cross_checked, seen_by_both, warped_to_right
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
-from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
+from fuzzy_stereo_ros.pairs.image_files import read_pair
 import numpy as np
 
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'
@@ -131,9 +131,8 @@ def read_middlebury(folder, scale):
     """
     left, right = read_pair(folder / 'left.png', folder / 'right.png')
     official = folder / 'nonocc.png'
-    mask = read_image(official if official.exists() else folder / 'nonocc_derived.png')
-    return KnownPair(left, right, read_truth(folder / 'groundtruth.png', scale),
-                     (mask if mask.ndim == 2 else mask[:, :, 0]) == 255,
+    mask = read_mask(official if official.exists() else folder / 'nonocc_derived.png')
+    return KnownPair(left, right, read_truth(folder / 'groundtruth.png', scale), mask,
                      folder.name in WHOLE_PIXEL_TRUTH)
 
 

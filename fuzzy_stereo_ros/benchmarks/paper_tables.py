@@ -14,8 +14,8 @@ import time
 
 import cv2
 from fuzzy_stereo_ros.benchmarks.datasets import read_middlebury, read_middlebury_from_right
+from fuzzy_stereo_ros.comparing.grey_scales import MIDDLEBURY_FOLDERS
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KnownPair, MIDDLEBURY
-from fuzzy_stereo_ros.comparing.middlebury import MIDDLEBURY_FOLDERS
 from fuzzy_stereo_ros.comparing.report import environment, Report, Table
 from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.comparing.visibility import cross_checked, warped_to_right

@@ -1,15 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pairs whose disparities are known, as they are read and as they are scored."""
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.pairs.disparity_files import KITTI_SCALE, read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 import numpy as np
 
 MIDDLEBURY, KITTI = 'Middlebury', 'KITTI'
 LIMITS = {MIDDLEBURY: 1.0, KITTI: 3.0}
 WHOLE_PIXEL_TRUTH = {'tsukuba'}
+NUMBERS = ('.pfm', '.npy', '.npz')     # suffixes of files that hold pixels, not grey levels
 
 
 @dataclass(frozen=True)
@@ -21,6 +24,8 @@ class KnownPair:
     truth: float32 (R, C), pixels, NaN = unknown, or None where nothing is known.
     counts: bool (R, C), the pixels that are scored; None = all with a truth.
     whole_pixel: the truth has whole pixels only, so that a disparity is rounded before scoring.
+    masks: {name: bool (R, C)}, all sets of pixels that may be scored, the main one first, where
+    several are known.
     """
 
     left: np.ndarray
@@ -28,6 +33,11 @@ class KnownPair:
     truth: np.ndarray | None
     counts: np.ndarray | None = None
     whole_pixel: bool = False
+    masks: dict = field(default_factory=dict)
+
+    def as_scored(self, disparity):
+        """Return a disparity map as it is scored: rounded where the truth is whole."""
+        return np.rint(disparity) if self.whole_pixel else disparity
 
 
 def bad_percent(disparity, known, limit):
@@ -36,12 +46,30 @@ def bad_percent(disparity, known, limit):
 
     disparity: float (R, C), pixels, NaN = invalid; rounded first where the truth is whole.
     """
-    found = np.rint(disparity) if known.whole_pixel else disparity
-    return score(found, known.truth, known.counts, (limit,)).bad_dense[limit]
+    return score(known.as_scored(disparity), known.truth, known.counts,
+                 (limit,)).bad_dense[limit]
 
 
-def read_truth(path, scale):
-    """Return the disparities of a picture, grey or grey in three channels: float32, NaN."""
+def read_truth(path, scale=None):
+    """
+    Return the disparities of a file: float32 (R, C), pixels, NaN = unknown.
+
+    Reads what `read_disparity` does, and pictures that are grey in three channels.
+    scale: grey levels per pixel of disparity in a picture; None is 256 for 16 bits.
+    Raises ValueError where the file cannot be read, or has 8 bits and no scale.
+    """
+    if Path(path).suffix.lower() in NUMBERS:
+        return read_disparity(path)
     levels = read_image(path)
     levels = levels if levels.ndim == 2 else levels[:, :, 0]
-    return np.where(levels > 0, levels / np.float32(scale), np.nan).astype(np.float32)
+    if scale is None and levels.dtype == np.uint8:
+        raise ValueError(f'{path} has 8 bits: say with --truth-scale how many grey levels one '
+                         'pixel of disparity is')
+    scale = np.float32(KITTI_SCALE if scale is None else scale)
+    return np.where(levels > 0, levels / scale, np.nan).astype(np.float32)
+
+
+def read_mask(path):
+    """Return which pixels of a picture are 255: bool (R, C)."""
+    levels = read_image(path)
+    return (levels if levels.ndim == 2 else levels[:, :, 0]) == 255

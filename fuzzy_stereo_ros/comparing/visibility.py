@@ -32,6 +32,18 @@ def seen_by_both(truth):
     return seen
 
 
+def agreeing(truth, other):
+    """
+    Return where the truths of the two images agree within a pixel: bool (R, C), left image.
+
+    truth: float32 (R, C), pixels, NaN = unknown; other: the same of the right image.
+    """
+    rows, target, inside = _targets(truth)
+    agree = np.zeros(inside.shape, bool)
+    agree[inside] = abs(truth[inside] - other[rows[inside], target[inside]]) <= TOLERANCE
+    return agree
+
+
 def cross_checked(truth_right, truth_left):
     """
     Return where the truths of the two images agree within a pixel: bool (R, C), right image.
@@ -39,12 +51,7 @@ def cross_checked(truth_right, truth_left):
     truth_right, truth_left: float32 (R, C), pixels, NaN = unknown.
     """
     # Seen in mirrors, the right image is a left one.
-    rows, target, inside = _targets(truth_right[:, ::-1])
-    other = truth_left[:, ::-1]
-    agree = np.zeros(inside.shape, bool)
-    agree[inside] = (abs(truth_right[:, ::-1][inside] - other[rows[inside], target[inside]])
-                     <= TOLERANCE)
-    return agree[:, ::-1]
+    return agreeing(truth_right[:, ::-1], truth_left[:, ::-1])[:, ::-1]
 
 
 def _targets(truth):

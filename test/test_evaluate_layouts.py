@@ -1,0 +1,356 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes are recognised by what their folders hold, and read as their data sets mean them."""
+from types import SimpleNamespace
+
+from fuzzy_stereo_ros.comparing.known_pairs import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.comparing.layouts import KNOWN, search
+from fuzzy_stereo_ros.comparing.visibility import agreeing, seen_by_both, warped_to_right
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.image_files import write_image
+import numpy as np
+import pytest
+from written_scenes import (
+    frames, grey_truth, in_kitti_steps, pair, write_2014, write_frames, write_images,
+    write_kitti, write_masks, write_named, write_v2)
+
+GREY_SIDES, COLOUR_SIDES = ('image_0', 'image_1'), ('colored_0', 'colored_1')
+TRUTHS_2012 = 'disp_occ', 'disp_noc'
+
+
+def expected(truth, masks, family=MIDDLEBURY, disparities=None, told_by='', **more):
+    return SimpleNamespace(truth=truth, masks=masks, family=family, disparities=disparities,
+                           told_by=told_by, whole_pixel=False, **{'name': 'scene', **more})
+
+
+def v2_with_masks(folder):
+    made = pair()
+    truth = write_v2(folder / 'venus', made, 8)
+    return expected(truth, write_masks(folder / 'venus', made), disparities=20,
+                    told_by='the name of the scene', name='venus')
+
+
+def v2_without_masks(folder):
+    truth = write_v2(folder / 'poster', pair(), 8, '.ppm')
+    right = grey_truth(warped_to_right(truth), 8)[1]
+    return expected(truth, {'nonocc': agreeing(truth, right), 'all': np.isfinite(truth)},
+                    name='poster')
+
+
+def v2_of_2003(folder):
+    made = pair()
+    wide = made._replace(**{name: np.tile(getattr(made, name), (1, 13) + (1,) * deeper)[:, :900]
+                            for name, deeper in (('left', 1), ('right', 1), ('truth', 0))})
+    truth = write_v2(folder / 'teddy', wide, 2)
+    right = grey_truth(warped_to_right(truth), 2)[1]
+    return expected(truth, {'nonocc': agreeing(truth, right), 'all': np.isfinite(truth)},
+                    disparities=120, told_by='the name of the scene', name='teddy')
+
+
+def sets_of_2006(folder):
+    made = pair()
+    high = made._replace(**{name: np.tile(getattr(made, name), (10, 1) + (1,) * deeper)[:370]
+                            for name, deeper in (('left', 1), ('right', 1), ('truth', 0))})
+    write_images(folder / 'Moebius', high, 'view1.png', 'view5.png')
+    levels, truth = grey_truth(high.truth, 3)
+    write_image(folder / 'Moebius' / 'disp1.png', levels)
+    return expected(truth, {'nonocc': seen_by_both(truth), 'all': np.isfinite(truth)},
+                    name='Moebius')
+
+
+def of_2014_with_a_mask(folder):
+    made = pair()
+    write_2014(folder / 'scene', made, ndisp=29)
+    write_image(folder / 'scene' / 'mask0nocc.png',
+                np.where(made.visible, 255, 128).astype(np.uint8))
+    return expected(made.truth, {'nonocc': made.visible, 'all': np.isfinite(made.truth)},
+                    disparities=29, told_by='calib.txt')
+
+
+def of_2014_without_a_mask(folder):
+    made = pair()
+    write_2014(folder / 'scene', made, 'disp0.pfm')
+    return expected(made.truth, {'nonocc': seen_by_both(made.truth),
+                                 'all': np.isfinite(made.truth)})
+
+
+def of_2014_with_the_truth_of_the_right_image(folder):
+    made = pair()
+    write_2014(folder / 'scene', made, 'disp0.pfm')
+    right = warped_to_right(made.truth)
+    right[:, 40:] = np.nan
+    write_disparity(folder / 'scene' / 'disp1.pfm', right)
+    return expected(made.truth, {'nonocc': agreeing(made.truth, right),
+                                 'all': np.isfinite(made.truth)})
+
+
+def kitti(folder, sides, truths):
+    made = pair()
+    write_kitti(folder / 'training', made, '000000_10.png', sides, truths)
+    truth = in_kitti_steps(made.truth)
+    masks = {'nonocc': made.visible, 'all': np.isfinite(truth)}
+    return truth, {name: masks[name] for name in ('nonocc', 'all')[-len(truths):]}
+
+
+def kitti_2015(folder):
+    return expected(*kitti(folder, ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')), KITTI,
+                    name='000000_10')
+
+
+def kitti_2012(folder):
+    return expected(*kitti(folder, GREY_SIDES, TRUTHS_2012), KITTI, name='000000_10')
+
+
+def kitti_2012_in_colour(folder):
+    return expected(*kitti(folder, COLOUR_SIDES, TRUTHS_2012[:1]), KITTI, name='000000_10')
+
+
+def kitti_without_hidden_pixels(folder):
+    truth, _ = kitti(folder, GREY_SIDES, TRUTHS_2012)
+    for file in (folder / 'training' / 'disp_occ').iterdir():
+        file.unlink()
+    seen = pair().visible
+    return expected(np.where(seen, truth, np.nan), {'nonocc': seen}, KITTI, name='000000_10')
+
+
+def named_with_a_scale(folder):
+    made = pair()
+    write_images(folder / 'scene', made, 'left.png', 'right.png')
+    levels, truth = grey_truth(made.truth, 16)
+    write_image(folder / 'scene' / 'groundtruth.png', np.dstack([levels] * 3))
+    (folder / 'scene' / 'info.txt').write_text('16\n15')
+    write_image(folder / 'scene' / 'nonocc_derived.png', made.visible * np.uint8(255))
+    return expected(truth, {'nonocc': made.visible, 'all': np.isfinite(truth)}, disparities=16,
+                    told_by='info.txt')
+
+
+def named_by_its_group(folder):
+    made = pair()
+    place = folder / 'midd2006_third' / 'Aloe'
+    write_images(place, made, 'left.png', 'right.png')
+    levels, truth = grey_truth(made.truth, 3)
+    write_image(place / 'groundtruth.png', levels)
+    return expected(truth, {'nonocc': seen_by_both(truth), 'all': np.isfinite(truth)},
+                    disparities=72, told_by='the name of the scene', name='Aloe')
+
+
+def named_in_pixels(folder):
+    made = pair()
+    write_images(folder / 'scene', made, 'left.png', 'right.png')
+    np.savez(folder / 'scene' / 'groundtruth.npz', made.truth)
+    return expected(made.truth, {'nonocc': seen_by_both(made.truth),
+                                 'all': np.isfinite(made.truth)})
+
+
+def named_like_kitti(folder):
+    made = pair()
+    write_named(folder / 'scene', made, 'disp_occ_0.png')
+    truth = in_kitti_steps(made.truth)
+    return expected(truth, {'all': np.isfinite(truth)}, KITTI)
+
+
+def one_numbered_frame(folder):
+    made = pair()
+    write_frames(folder / 'scene', [made], known=[7])
+    return expected(made.truth, {'nonocc': seen_by_both(made.truth),
+                                 'all': np.isfinite(made.truth)}, name='07')
+
+
+def made_frame(folder):
+    made = pair()
+    write_frames(folder / 'scene', [made], [7], True, 'truth.pfm', 'visible.png')
+    (folder / 'scene' / 'calib.txt').write_text('doffs=0\nndisp=33\nvmin=2\n')
+    return expected(made.truth, {'nonocc': made.visible, 'all': np.isfinite(made.truth)},
+                    disparities=33, told_by='calib.txt', name='0007')
+
+
+CASES = [
+    v2_with_masks, v2_without_masks, v2_of_2003, sets_of_2006, of_2014_with_a_mask,
+    of_2014_without_a_mask, of_2014_with_the_truth_of_the_right_image, kitti_2015, kitti_2012,
+    kitti_2012_in_colour, kitti_without_hidden_pixels, named_with_a_scale, named_by_its_group,
+    named_in_pixels, named_like_kitti, one_numbered_frame, made_frame]
+
+
+@pytest.mark.parametrize('write', CASES)
+def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path):
+    wanted = write(tmp_path)
+    found = search([tmp_path])
+    (scene,) = found.scenes
+    assert not found.sequences and not found.skipped
+    assert (scene.name, scene.family) == (wanted.name, wanted.family)
+    assert (scene.disparities, scene.told_by) == (wanted.disparities, wanted.told_by)
+    known = scene.files.read()
+    np.testing.assert_array_equal(known.truth, wanted.truth)
+    assert list(known.masks) == list(wanted.masks)
+    for name, mask in wanted.masks.items():
+        np.testing.assert_array_equal(known.masks[name], mask, err_msg=name)
+    assert known.left.shape[:2] == known.right.shape[:2] == known.truth.shape
+    assert not known.whole_pixel
+
+
+def test_only_tsukuba_has_a_truth_of_whole_pixels(tmp_path):
+    write_v2(tmp_path / 'tsukuba', pair(), 16)
+    (scene,) = search([tmp_path]).scenes
+    known = scene.files.read()
+    assert known.whole_pixel
+    assert known.as_scored(np.float32([[2.4]]))[0, 0] == 2
+
+
+def test_a_truth_of_8_bits_that_nothing_explains_takes_the_scale_that_is_given(tmp_path):
+    made = pair()
+    truth = write_v2(tmp_path / 'mine', made, 5)
+    write_v2(tmp_path / 'venus', made, 8)
+    with pytest.raises(ValueError, match='disp2.png has 8 bits: say with --truth-scale'):
+        search([tmp_path])
+    mine, venus = search([tmp_path], truth_scale=5).scenes
+    np.testing.assert_array_equal(mine.files.read().truth, truth)
+    assert venus.files.scale == 8
+
+
+def test_all_files_of_kitti_are_found_and_the_frames_before_make_a_sequence(tmp_path):
+    several = frames(3)
+    sides, truths = ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')
+    for number, made in zip((8, 9, 10, 11), [*several, several[0]]):
+        write_kitti(tmp_path, made, f'000003_{number:02}.png', sides,
+                    truths if number == 10 else ())
+    write_kitti(tmp_path, pair(), '000001_10.png', sides, truths)
+    found = search([tmp_path])
+    assert [scene.name for scene in found.scenes] == ['000001_10', '000003_10']
+    (sequence,) = found.sequences
+    assert (sequence.name, list(sequence.frames)) == ('000003', ['08', '09', '10'])
+    assert [files.truth is not None for files in sequence.frames.values()] == [
+        False, False, True]
+
+
+@pytest.mark.parametrize('in_folders', [False, True])
+def test_numbered_frames_are_a_sequence_and_those_with_a_truth_are_scenes(tmp_path, in_folders):
+    several = frames(4)
+    write_frames(tmp_path / 'drive', several, known=[8, 10], in_folders=in_folders)
+    found = search([tmp_path])
+    (sequence,) = found.sequences
+    numbers = list(sequence.frames)
+    assert [int(number) for number in numbers] == [7, 8, 9, 10]
+    assert sequence.name == 'drive'
+    assert [scene.name for scene in found.scenes] == [f'drive/{numbers[1]}', f'drive/{numbers[3]}']
+    for made, files in zip(several, sequence.frames.values()):
+        known = files.read()
+        np.testing.assert_array_equal(known.left, made.left)
+        np.testing.assert_array_equal(known.right, made.right)
+    np.testing.assert_array_equal(known.truth, several[-1].truth)
+
+
+def test_frames_are_ordered_by_number_and_not_by_letter(tmp_path):
+    for number in (9, 10, 100):
+        write_images(tmp_path, pair(), f'left_{number}.png', f'right_{number}.png')
+    (sequence,) = search([tmp_path]).sequences
+    assert list(sequence.frames) == ['9', '10', '100']
+
+
+def test_the_pictures_of_drives_in_two_folders_need_no_truth(tmp_path):
+    write_frames(tmp_path, frames(2), in_folders=True)
+    found = search([tmp_path])
+    assert not found.scenes
+    assert len(found.sequences) == 1
+
+
+def test_scenes_are_named_by_their_place_below_what_holds_all(tmp_path):
+    for place in ('one/training/a', 'one/training/b', 'two/training/a'):
+        write_named(tmp_path / place, pair())
+    names = [scene.name for scene in search([tmp_path]).scenes]
+    assert names == ['one/training/a', 'one/training/b', 'two/training/a']
+    given = [tmp_path / 'two', tmp_path / 'one' / 'training' / 'a', tmp_path / 'two' / 'training']
+    assert [scene.name for scene in search(given).scenes] == ['two/training/a', 'one/training/a']
+    assert [scene.name for scene in search([tmp_path / 'one' / 'training' / 'b']).scenes] == ['b']
+    assert [scene.name for scene in search([tmp_path], only='ing/b').scenes] == ['one/training/b']
+    assert [scene.name for scene in search([tmp_path], only='two').scenes] == ['two/training/a']
+
+
+def test_links_that_lead_back_are_not_followed_for_ever(tmp_path):
+    write_named(tmp_path / 'scene', pair())
+    for name in 'abc':
+        (tmp_path / name).symlink_to(tmp_path, target_is_directory=True)
+    assert [scene.name for scene in search([tmp_path]).scenes] == ['scene']
+
+
+def test_a_scene_without_a_truth_is_skipped_and_said_where_others_have_one(tmp_path):
+    write_named(tmp_path / 'a', pair())
+    write_images(tmp_path / 'b', pair(), 'im0.png', 'im1.png')
+    found = search([tmp_path])
+    assert [scene.name for scene in found.scenes] == ['a']
+    (sentence,) = found.skipped
+    assert sentence == (f"{tmp_path / 'b'} has images but no ground truth: there is no "
+                        'disp0GT.pfm')
+    with pytest.raises(ValueError, match='has images but no ground truth'):
+        search([tmp_path / 'b'])
+
+
+def without(*names):
+    def spoil(folder):
+        write_2014(folder, pair(), ndisp=16)
+        for name in names:
+            (folder / name).unlink()
+    return spoil
+
+
+def kitti_without(name):
+    def spoil(folder):
+        kitti(folder, GREY_SIDES, TRUTHS_2012)
+        path = folder / 'training' / name
+        if path.is_dir():
+            path.rename(folder / 'elsewhere')
+        else:
+            path.unlink()
+    return spoil
+
+
+def frame_without_a_right_image(folder):
+    write_frames(folder, frames(3))
+    (folder / 'right_08.png').unlink()
+
+
+def mask_of_another_size(folder):
+    write_2014(folder, pair())
+    write_image(folder / 'mask0nocc.png', np.zeros((5, 6), np.uint8))
+
+
+def truth_of_another_size(folder):
+    write_2014(folder, pair())
+    write_disparity(folder / 'disp0GT.pfm', np.zeros((5, 6)))
+
+
+def damaged(folder):
+    write_2014(folder, pair())
+    (folder / 'disp0GT.pfm').write_bytes(b'no such thing')
+
+
+@pytest.mark.parametrize(('spoil', 'reason'), [
+    (lambda folder: None, 'nothing below .* is a scene; known are Middlebury v2'),
+    (without('im1.png'), 'im1.png is missing; Middlebury 2014 has im0.png, im1.png, disp0GT.pfm'),
+    (without('im0.png'), 'im0.png is missing'),
+    (without('disp0GT.pfm'), 'no ground truth: there is no disp0GT.pfm'),
+    (kitti_without('image_1'), 'image_1 is missing; KITTI 2012 has image_0, image_1, disp_occ'),
+    (kitti_without('image_1/000000_10.png'), '000000_10.png is missing'),
+    (frame_without_a_right_image, 'right_08.png is missing; .*left_08.png has no right image'),
+    (mask_of_another_size, 'mask0nocc.png is 6x5, the images are 72x40'),
+    (truth_of_another_size, 'disp0GT.pfm is 6x5, the images are 72x40'),
+    (damaged, 'disp0GT.pfm is not a PFM file'),
+])
+def test_what_is_not_whole_is_refused_with_a_sentence_that_names_it(spoil, reason, tmp_path):
+    spoil(tmp_path)
+    with pytest.raises(ValueError, match=reason):
+        for scene in search([tmp_path]).scenes:
+            scene.files.read()
+
+
+def test_a_folder_that_is_not_there_and_a_word_that_no_name_has_are_refused(tmp_path):
+    with pytest.raises(ValueError, match='there is no folder .*nowhere'):
+        search([tmp_path / 'nowhere'])
+    write_named(tmp_path / 'a', pair())
+    with pytest.raises(ValueError, match="called like 'b'; there are a"):
+        search([tmp_path], only='b')
+
+
+def test_the_sentence_about_nothing_found_lists_every_layout():
+    for word in ('im2.png', 'im0.png', 'image_0', 'colored_0', 'image_2', 'groundtruth.png',
+                 'left_07.png', 'left/0007.png'):
+        assert word in KNOWN

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Made scenes, written in the layouts of the public data sets."""
+from fuzzy_stereo_ros.comparing.visibility import warped_to_right
+from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.image_files import write_image
+import numpy as np
+
+ROWS, COLUMNS, DISPARITIES = 40, 72, 16
+HOLE = np.s_[3:6, 50:60]        # where the truth is not known
+
+
+def pair(seed=1, **options):
+    """Return a `MadePair` whose truth has a hole; visible where it counts."""
+    made = made_pair(ROWS, COLUMNS, DISPARITIES, seed, **{'colour': True, 'noise': 1, **options})
+    return with_hole(made)
+
+
+def frames(count, seed=1):
+    """Return `MadePair`s of a noisy sequence that hardly moves."""
+    return [with_hole(made) for made in made_sequence(
+        ROWS, COLUMNS, DISPARITIES, count, seed, noise=6)]
+
+
+def with_hole(made):
+    """Return a `MadePair` whose truth has a hole."""
+    made.truth[HOLE] = np.nan
+    made.visible[HOLE] = False
+    return made
+
+
+def grey_truth(truth, scale):
+    """Return a truth as grey levels, 0 = unknown, and as it is read from them."""
+    levels = np.where(np.isfinite(truth), np.clip(np.rint(truth * scale), 1, 255), 0)
+    read = np.where(levels > 0, levels / np.float32(scale), np.nan)
+    return levels.astype(np.uint8), read.astype(np.float32)
+
+
+def write_images(folder, made, left, right):
+    """Write the two images under names with a suffix."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_image(folder / left, made.left)
+    write_image(folder / right, made.right)
+
+
+def write_masks(folder, made, names=('nonocc', 'all', 'disc')):
+    """Write masks of 0, 128 and 255; return {name: which are 255}."""
+    known = np.isfinite(made.truth)
+    columns = np.arange(made.truth.shape[1])
+    whole = {'nonocc': made.visible, 'all': known & (columns > 2),
+             'disc': known & (columns % 7 < 3)}
+    for name in names:
+        write_image(folder / f'{name}.png', np.where(
+            whole[name], 255, np.where(known, 128, 0)).astype(np.uint8))
+    return {name: whole[name] for name in names}
+
+
+def write_v2(folder, made, scale, suffix='.png'):
+    """Write the layout of 2001 and 2003; return the truth as it is read."""
+    write_images(folder, made, f'im2{suffix}', f'im6{suffix}')
+    grey = suffix.replace('ppm', 'pgm')
+    levels, truth = grey_truth(made.truth, scale)
+    write_image(folder / f'disp2{grey}', levels)
+    right, _ = grey_truth(warped_to_right(truth), scale)
+    write_image(folder / f'disp6{grey}', right)
+    return truth
+
+
+def write_2014(folder, made, truth='disp0GT.pfm', ndisp=None):
+    """Write the layout of 2014; ndisp: what calib.txt says, None = there is no calib.txt."""
+    write_images(folder, made, 'im0.png', 'im1.png')
+    write_disparity(folder / truth, made.truth)
+    if ndisp is not None:
+        (folder / 'calib.txt').write_text(
+            f'cam0=[1 0 2; 0 1 2; 0 0 1]\ndoffs=0\nbaseline=100\nndisp={ndisp}\nvmin=3\n')
+
+
+def write_kitti(folder, made, name, sides, truths):
+    """Write a frame into KITTI's structure; truths: folders of all pixels, of visible ones."""
+    for side, image in zip(sides, (made.left, made.right)):
+        (folder / side).mkdir(parents=True, exist_ok=True)
+        write_image(folder / side / name, image)
+    for kind, which in zip(truths, (np.isfinite(made.truth), made.visible)):
+        (folder / kind).mkdir(parents=True, exist_ok=True)
+        write_disparity(folder / kind / name, np.where(which, made.truth, np.nan))
+
+
+def in_kitti_steps(truth):
+    """Return a truth as KITTI's PNG files give it back."""
+    levels = np.clip(np.rint(truth.astype(np.float64) * 256), 1, 65535)
+    return (levels / 256).astype(np.float32)
+
+
+def write_named(folder, made, truth='groundtruth.pfm'):
+    """Write left.png, right.png and a truth."""
+    write_images(folder, made, 'left.png', 'right.png')
+    write_disparity(folder / truth, made.truth)
+
+
+def write_frames(folder, several, known=(), in_folders=False, truth='groundtruth.npy', mask=''):
+    """Write numbered frames from 7 on; known: numbers of those with a truth and a mask."""
+    def placed(name, number):
+        kind, dot, suffix = name.partition('.')
+        path = folder / (f'{kind}/{number:04}' if in_folders else f'{kind}_{number:02}')
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path.with_name(path.name + dot + suffix)
+
+    for number, made in enumerate(several, start=7):
+        write_image(placed('left.png', number), made.left)
+        write_image(placed('right.png', number), made.right)
+        if number in known:
+            write_disparity(placed(truth, number), made.truth)
+            if mask:
+                write_image(placed(mask, number), made.visible * np.uint8(255))
