@@ -18,6 +18,7 @@ from fuzzy_stereo_ros.quoted_tables import QUOTE, renewed as requoted, table_of
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 import pytest
 from saved_scene import running
+import written_scenes
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -81,6 +82,21 @@ def test_every_match_example_works_as_it_is_written(tmp_path, monkeypatch):
     for words in examples:
         assert main(words[1:]) == 0
     assert read_disparity('disparity.pfm').shape == pair.truth.shape
+
+
+def test_every_evaluate_example_works_as_it_is_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    made = written_scenes.pair()
+    written_scenes.write_named(tmp_path / 'datasets' / 'scene', made)
+    (tmp_path / 'results').mkdir()
+    write_disparity('results/scene.pfm', made.truth)
+    examples = commands('fuzzy-stereo evaluate')
+    assert examples
+    for words in examples:
+        assert main(words[1:]) == 0
+        for name in words[1:]:
+            assert not name.endswith(('.html', '.csv')) or (tmp_path / name).stat().st_size > 1000
+    assert '| other ' in capsys.readouterr().out
 
 
 def test_every_convert_example_works_as_it_is_written(tmp_path, monkeypatch):

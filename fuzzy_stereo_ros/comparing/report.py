@@ -83,7 +83,7 @@ def _list(sentences):
 def _grid(table):
     """Return a table with columns of equal width, names to the left, figures to the right."""
     lines = [tuple(table.columns)]
-    lines += [tuple(_word(value, table.digits) for value in row) for row in table.rows]
+    lines += [tuple(cell(value, table.digits) for value in row) for row in table.rows]
     widths = [max(len(line[place]) for line in lines) for place in range(len(table.columns))]
     written = ['| ' + ' | '.join(
         word.rjust(width) if place else word.ljust(width)
@@ -93,7 +93,7 @@ def _grid(table):
     return '\n'.join([written[0], rule, *written[1:]])
 
 
-def _word(value, digits):
+def cell(value, digits):
     """Return one cell as it is printed."""
     if value is None or isinstance(value, float) and math.isnan(value):
         return '-'

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo evaluate`: matchers on scenes with ground truth, side by side."""
+from functools import partial
+import json
+from pathlib import Path
+import sys
+
+from fuzzy_stereo_ros.command_parts import check_outputs, for_json
+from fuzzy_stereo_ros.comparing.contestants import contestant_of, USUAL
+from fuzzy_stereo_ros.comparing.gallery import Gallery
+from fuzzy_stereo_ros.comparing.layouts import search
+from fuzzy_stereo_ros.comparing.measuring import measure_scene, measure_sequence
+from fuzzy_stereo_ros.comparing.page import page_of
+from fuzzy_stereo_ros.comparing.progress import follow
+from fuzzy_stereo_ros.comparing.records import csv_of, records_of
+from fuzzy_stereo_ros.comparing.report import markdown, Report
+from fuzzy_stereo_ros.comparing.result_files import Results
+from fuzzy_stereo_ros.comparing.rivals import opencv_threads
+from fuzzy_stereo_ros.comparing.settings import left_out, settings_of
+from fuzzy_stereo_ros.comparing.summary import tables_of
+from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.whole_files import write_whole
+
+REPEATS, PICTURES = 3, 60
+# Truths belong to the left image; both kinds of map, both starts and both fillings are measured.
+DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'warm_start', 'threads')
+SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
+STDOUT = '-'
+
+HELP = 'measure matchers on scenes with ground truth'
+DESCRIPTION = (
+    'Measure matchers side by side on scenes with ground truth, and print tables as Markdown.\n\n'
+    'DIR is a scene or holds scenes at any depth: Middlebury v2, 2005, 2006, 2014 and later,\n'
+    'KITTI 2012 and 2015 in their official structure, left.png and right.png with a\n'
+    'groundtruth.png, .pfm, .npy or .npz, and numbered frames (left_07.png, right_07.png or\n'
+    'left/0007.png, right/0007.png), which are matched warm and cold too.\n\n'
+    "matchers: ours, or ours:PROFILE; opencv:bm, :sgbm, :3way or :hh4 at stereo_image_proc's\n"
+    'defaults, or tuned: opencv:bm:tuned.')
+EXAMPLE = ('examples:\n'
+           '  fuzzy-stereo evaluate MiddEval3/trainingQ --html evaluation.html\n'
+           '  fuzzy-stereo evaluate kitti2015/training --matcher ours opencv:sgbm \\\n'
+           '      --results other=results/disp_0 --csv figures.csv')
+
+
+def add_arguments(parser):
+    """Add the arguments of `evaluate`."""
+    parser.add_argument('folders', metavar='DIR', nargs='+', help='a scene, or what holds scenes')
+    parser.add_argument('--matcher', metavar='NAME', nargs='*', default=list(USUAL),
+                        help=f'who is measured; default: {" ".join(USUAL)}')
+    parser.add_argument('--results', metavar='[NAME=]DIR', action='append', default=[],
+                        help='a folder in which another program left its disparities, named like '
+                             'the scenes: .pfm, .npy, .npz or .png (16 bits as KITTI); more than '
+                             'once for more programs')
+    parser.add_argument('--only', metavar='WORD', default='',
+                        help='only scenes whose name contains this')
+    parser.add_argument('--disparities', metavar='N', type=int, dest='searched',
+                        help='number of disparities searched from 0; default: what calib.txt or '
+                             'the name of the scene tells, else what the truth needs')
+    parser.add_argument('--truth-scale', metavar='NUMBER', type=float,
+                        help='grey levels per pixel of disparity in a truth of 8 bits that is '
+                             'not known')
+    parser.add_argument('--repeats', metavar='N', type=int, default=REPEATS,
+                        help=f'turns of which the fastest counts; default: {REPEATS}')
+    parser.add_argument('--threads', metavar='N', type=int, default=1,
+                        help='threads of each matcher, ours and those of OpenCV; default: 1')
+    written = parser.add_argument_group('what is written')
+    written.add_argument('--markdown', metavar='FILE.md', help='the tables')
+    written.add_argument('--csv', metavar='FILE.csv',
+                         help='a row for each scene, matcher, mask and kind of map')
+    written.add_argument('--json', metavar='FILE.json', nargs='?', const=STDOUT,
+                         help='the same for programs; without FILE printed instead of the tables')
+    written.add_argument('--html', metavar='FILE.html',
+                         help='a page with tables and pictures, in one file')
+    written.add_argument('--pictures', metavar='N', type=int, default=PICTURES,
+                         help='scenes of which the page has pictures, the best and the worst; '
+                              f'default: {PICTURES}')
+    written.add_argument('--overwrite', action='store_true', help='replace files that exist')
+    add_matcher_options(parser, left_out=DECIDED)
+
+
+def run(arguments, stream, progress_stream=None):
+    """
+    Measure what the arguments name, write the files, and print tables or JSON.
+
+    stream, progress_stream: texts.
+    Raises ValueError and OSError for bad input, before anything is measured where possible.
+    """
+    outputs = _checked_outputs(arguments)
+    for name, value, lowest in (
+            ('repeats', arguments.repeats, 1), ('threads', arguments.threads, 1),
+            ('disparities', arguments.searched, 1), ('pictures', arguments.pictures, 0)):
+        if value is not None and value < lowest:
+            raise ValueError(f'--{name} is {value}; allowed are {lowest} and more')
+    if arguments.truth_scale is not None and not 0 < arguments.truth_scale < float('inf'):
+        raise ValueError(f'--truth-scale is {arguments.truth_scale}; allowed are numbers above 0')
+    contestants = [contestant_of(name, arguments.profile, matcher_changes(arguments))
+                   for name in dict.fromkeys(arguments.matcher)]
+    found = search([Path(folder) for folder in arguments.folders], arguments.truth_scale,
+                   arguments.only)
+    contestants += _results(arguments.results, found, [each.name for each in contestants])
+    if not contestants:
+        raise ValueError('no matcher is named: give --matcher NAME or --results DIR')
+    judged = contestants[0].name, contestants[0].starts[0]
+    gallery = Gallery(arguments.pictures, judged)
+    show = gallery.show if 'html' in outputs else None
+    asked = arguments.searched, arguments.repeats
+    progress = partial(follow, stream=progress_stream or sys.stderr)
+    with opencv_threads(arguments.threads):
+        results = [measure_scene(scene, contestants, *asked, show)
+                   for scene in progress(found.scenes, 'scenes')]
+        sequences = [measure_sequence(sequence, contestants, *asked)
+                     for sequence in progress(found.sequences, 'sequences')]
+    report = Report(
+        'evaluate', 'Evaluation',
+        settings_of(results, sequences, contestants, arguments.threads, arguments.repeats),
+        tables_of(results, sequences), left_out(results, contestants, found.skipped))
+    records = records_of(results, sequences)
+    in_json = json.dumps(for_json({
+        'settings': report.settings, 'left_out': report.skipped, 'records': records}), indent=2)
+    written = {'markdown': lambda: markdown(report), 'csv': lambda: csv_of(records),
+               'json': lambda: in_json + '\n',
+               'html': lambda: page_of(report, results, gallery, judged)}
+    for name, path in outputs.items():
+        write_whole(path, written[name]().encode())
+    stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
+
+
+def _results(words, found, taken):
+    """Return the `Results` that --results names, each file read once to see that it fits."""
+    named = {scene.name: scene.files for scene in found.scenes}
+    named.update({f'{sequence.name}/{number}': files for sequence in found.sequences
+                  for number, files in sequence.frames.items()})
+    contestants = []
+    for word in words:
+        label, _, folder = word.rpartition('=') if not Path(word).is_dir() else ('', '', word)
+        label = label or Path(folder).resolve().name
+        if label in taken:
+            raise ValueError(f"two matchers are called '{label}'; name one of them: "
+                             '--results NAME=DIR')
+        taken = [*taken, label]
+        contestant = Results(label, folder, list(named))
+        for name, files in named.items():
+            if name not in contestant.missing:
+                contestant.read(name, read_image(files.left))
+        contestants.append(contestant)
+    return contestants
+
+
+def _checked_outputs(arguments):
+    """Return {option: path} of the files to write; ValueError where one cannot be written."""
+    outputs = {name: Path(getattr(arguments, name)) for name in SUFFIXES
+               if getattr(arguments, name) not in (None, STDOUT)}
+    for name, path in outputs.items():
+        if path.suffix != SUFFIXES[name]:
+            raise ValueError(f"--{name} is {path}, which has the suffix '{path.suffix}'; "
+                             f'it takes a file that ends with {SUFFIXES[name]}')
+        if path.is_dir() or path.exists() and not arguments.overwrite:
+            raise ValueError(f'--{name} is {path}, which exists; give --overwrite to replace it, '
+                             'or name another file')
+    check_outputs(outputs, [])
+    return outputs

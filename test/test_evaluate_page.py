@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The page of an evaluation needs no other file, and shows what was measured."""
+import base64
+from html.parser import HTMLParser
+import json
+
+import cv2
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.comparing.gallery import (
+    colour_error, Gallery, NOTHING_FOUND, UNKNOWN_GREY)
+from fuzzy_stereo_ros.comparing.known_pairs import KnownPair
+from fuzzy_stereo_ros.comparing.small_pictures import drawing, indexed_png, photograph, WIDTH
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pictures import colour_disparity, ERROR_LIMIT, INVALID_GREY
+from hypothesis import given, settings, strategies as st
+from hypothesis.extra import numpy as arrays
+import numpy as np
+import pytest
+from written_scenes import COLUMNS, pair, ROWS, write_named
+
+NAN = np.nan
+EMPTY = {'meta', 'img', 'br', 'link', 'hr', 'input'}
+POINTERS = 'src', 'href', 'srcset', 'action', 'data'
+MATCHERS = ['ours', 'opencv:bm', 'mine']
+
+
+class Page(HTMLParser):
+    """Reads a page: what is open, headings, images, and all that points elsewhere."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.headings, self.images, self.links = [], [], [], []
+        self.words, self.cells = '', []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        """Note an element."""
+        named = dict(attributes)
+        if tag == 'img':
+            self.images.append({**named, 'under': (self.headings or [''])[-1]})
+        self.links += [named[name] for name in POINTERS if name in named]
+        if tag not in EMPTY:
+            self.open.append(tag)
+        if tag in ('h1', 'h2', 'h3'):
+            self.headings.append('')
+        if tag in ('td', 'th'):
+            self.cells.append('')
+
+    def handle_endtag(self, tag):
+        """Close what is open last."""
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        """Note text."""
+        self.words += data
+        if set(self.open) & {'h1', 'h2', 'h3'}:
+            self.headings[-1] += data
+        if self.open and self.open[-1] in ('td', 'th'):
+            self.cells[-1] += data
+
+
+def picture_of(uri):
+    """Return the picture of a data URI: uint8 (R, C, 3) BGR."""
+    start = 'data:image/png;base64,'
+    assert uri.startswith(start)
+    content = np.frombuffer(base64.b64decode(uri[len(start):], validate=True), np.uint8)
+    return cv2.imdecode(content, cv2.IMREAD_COLOR)
+
+
+@pytest.fixture(scope='module')
+def evaluation(tmp_path_factory):
+    """Evaluate three scenes into a page; return its text and the records."""
+    folder = tmp_path_factory.mktemp('page')
+    (folder / 'mine').mkdir()
+    for seed, name in enumerate(('a<b> & "c"', 'plain', 'third')):
+        made = pair(seed)
+        write_named(folder / 'data' / name, made)
+        write_disparity(folder / 'mine' / f'{name}.pfm', made.truth + 1)
+    assert main(['evaluate', str(folder / 'data'), '--matcher', *MATCHERS[:2], '--results',
+                 str(folder / 'mine'), '--html', str(folder / 'page.html'), '--json',
+                 str(folder / 'page.json')]) == 0
+    return ((folder / 'page.html').read_text(encoding='utf-8'),
+            json.loads((folder / 'page.json').read_text())['records'])
+
+
+def test_the_page_is_well_formed_and_points_nowhere(evaluation):
+    text, _ = evaluation
+    page = Page(text)
+    assert page.open == []
+    assert len(page.links) == len(page.images)
+    assert all(link.startswith('data:image/png;base64,') for link in page.links)
+    assert '<script' not in text and '@import' not in text and 'url(' not in text
+    assert '://' not in text
+
+
+def test_the_best_and_the_worst_scene_stand_on_top_and_the_others_below(evaluation):
+    text, records = evaluation
+    errors = {record['name']: record['bad_dense_1'] for record in records
+              if record['kind'] == 'scene' and record['matcher'] == 'ours'
+              and record['mask'] == 'nonocc' and record['map'] == 'filled'}
+    ranked = sorted(errors, key=errors.get)
+    assert len(set(errors.values())) == 3
+    headings = [heading.split(' left, right')[0] for heading in Page(text).headings]
+    start = headings.index('Best and worst scene')
+    assert headings[start + 1:start + 4] == [f'Best: {ranked[0]}', f'Worst: {ranked[2]}',
+                                             'Figures']
+    assert headings[-2:] == ['The other scenes', ranked[1]]
+    assert start == 1
+
+
+def test_each_scene_has_image_truth_and_two_pictures_of_each_matcher(evaluation):
+    text, _ = evaluation
+    legend, *images = Page(text).images
+    assert legend['alt'] == 'colours of errors'
+    assert [image['alt'] for image in images] == 3 * [
+        'left image', 'truth', *(word for name in MATCHERS
+                                 for word in (f'disparity by {name}', f'error of {name}'))]
+    assert all(picture_of(image['src']).shape == (ROWS, COLUMNS, 3) for image in images)
+
+
+def test_the_pictures_show_image_truth_disparity_and_error(evaluation):
+    text, _ = evaluation
+    scene = [image for image in Page(text).images if 'plain' in image['under']]
+    made = pair(1)
+    low, high = np.nanmin(made.truth), np.nanmax(made.truth)
+    left, truth = (picture_of(image['src']) for image in scene[:2])
+    np.testing.assert_array_equal(left, made.left)
+    away = abs(truth.astype(int) - colour_disparity(made.truth, low, high))
+    assert away[np.isfinite(made.truth)].mean() < 4
+    assert (truth[np.isnan(made.truth)] == INVALID_GREY).all()
+    error = picture_of(next(image['src'] for image in scene if image['alt'] == 'error of mine'))
+    # Off by 1 px everywhere.
+    np.testing.assert_array_equal(error, colour_error(
+        np.where(np.isnan(made.truth), NAN, 1.0), np.where(np.isnan(made.truth), NAN, 0.0)))
+
+
+def test_the_page_has_the_tables_and_the_figures_under_each_picture(evaluation):
+    text, records = evaluation
+    page = Page(text)
+    record = next(record for record in records if record['matcher'] == 'opencv:bm'
+                  and record['kind'] == 'mean' and record['mask'] == 'nonocc'
+                  and record['map'] == 'as it comes')
+    assert f"{record['bad_sparse_1']:.2f}" in page.cells
+    assert 'bad-0.5 [%]' in page.cells
+    for record in records:
+        if (record['kind'], record['mask'], record['map']) == ('scene', 'nonocc', 'filled'):
+            assert f"bad-1: {record['bad_dense_1']:.2f} % dense" in page.words
+    assert '<em>sparse</em>' in text
+
+
+def test_of_a_single_scene_the_page_shows_that_one(tmp_path):
+    write_named(tmp_path / 'only', pair())
+    assert main(['evaluate', str(tmp_path / 'only'), '--matcher', 'opencv:bm', '--html',
+                 str(tmp_path / 'page.html')]) == 0
+    page = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
+    assert page.headings[1:3] == ['Scenes', page.headings[2]]
+    assert page.headings[2].startswith('only ')
+    assert len(page.images) == 5
+
+
+@pytest.mark.parametrize(('limit', 'kept'), [(0, ''), (1, 'x'), (2, 'bw'), (3, 'bwx')])
+def test_of_many_scenes_the_page_shows_the_best_and_the_worst(tmp_path, limit, kept):
+    for seed, name in enumerate('abc'):
+        write_named(tmp_path / 'data' / name, pair(seed))
+    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', 'opencv:bm', '--pictures',
+                 str(limit), '--html', str(tmp_path / 'page.html')]) == 0
+    page = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
+    scenes = [heading for heading in page.headings if 'left, right' in heading]
+    assert len(scenes) == len(kept)
+    for scene, rank in zip(scenes, kept):
+        assert scene.startswith({'b': 'Best: ', 'w': 'Worst: ', 'x': ('a', 'b', 'c')}[rank])
+    assert ('1 in between have no pictures' in page.words) == (limit == 2)
+
+
+class Judged:
+    """What a gallery asks of a result."""
+
+    def __init__(self, name, error):
+        self.found, self._error = self, error
+        self.name = name
+
+    def main_error(self, name, start):
+        """Return the error that the test wants."""
+        return self._error
+
+
+def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_judged_and_then_of_the_middle():
+    known = KnownPair(*(np.zeros((4, 5), np.uint8),) * 2, np.ones((4, 5), np.float32))
+    gallery = Gallery(4, ('ours', 'cold'))
+    for name, error in (('a', 3.0), ('b', None), ('c', 1.0), ('d', 9.0), ('e', 5.0), ('f', 4.0),
+                        ('g', 0.5)):
+        gallery.show(known, Judged(name, error), {})
+    assert {'g', 'd'} < set(gallery.shown)
+    assert len(gallery.shown) == 4 and 'b' not in gallery.shown
+
+
+# Pictures.
+
+def test_an_error_is_black_where_right_bright_where_wrong_blue_where_nothing_was_found():
+    truth = np.array([[5, 5, 5, 5, NAN]] * 2, np.float32)
+    found = np.array([[5, 7, 5 + 3 * ERROR_LIMIT, NAN, 5]] * 2, np.float32)
+    right, middle, wrong, nothing, unknown = colour_error(found, truth)[0].astype(int)
+    assert right.sum() < 10 < middle.sum() < wrong.sum()
+    assert wrong.sum() > 500
+    assert tuple(nothing) == NOTHING_FOUND
+    assert tuple(unknown) == (UNKNOWN_GREY,) * 3
+
+
+def test_single_points_of_a_sparse_truth_are_made_thick_and_keep_their_own_errors():
+    truth = np.full((21, 41), NAN, np.float32)
+    truth[10, 10], truth[10, 30] = 5, 5
+    found = np.full_like(truth, 5)
+    found[10, 30] = 5 + ERROR_LIMIT
+    picture = colour_error(found, truth)
+    black, bright = (picture[10, column].tolist() for column in (10, 30))
+    assert sum(black) < 10 < 500 < sum(bright)
+    for colour, column in ((black, 10), (bright, 30)):
+        same = (picture == colour).all(axis=2)
+        rows, columns = np.nonzero(same)
+        assert same.sum() >= 13
+        assert abs(rows - 10).max() <= 2 and abs(columns - column).max() <= 2
+    assert (picture[:, 20] == UNKNOWN_GREY).all()
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(1, 256).flatmap(lambda colours: st.tuples(
+    arrays.arrays(np.uint8, (colours, 3)),
+    arrays.arrays(np.int16, st.tuples(st.integers(1, 7), st.integers(1, 9)),
+                  elements=st.integers(0, colours - 1)))))
+def test_a_png_file_with_a_palette_holds_the_same_pixels(drawn):
+    palette, places = drawn
+    image = palette[places]
+    content = np.frombuffer(indexed_png(image), np.uint8)
+    np.testing.assert_array_equal(cv2.imdecode(content, cv2.IMREAD_COLOR), image)
+
+
+def test_more_colours_than_a_palette_holds_are_refused():
+    with pytest.raises(ValueError, match='257 colours; a palette holds 256'):
+        indexed_png(np.uint8([[(number % 256, number // 256, 0) for number in range(257)]]))
+
+
+def test_wide_pictures_are_reduced_and_a_drawing_keeps_to_its_colours():
+    image = np.zeros((50, 4 * WIDTH, 3), np.uint8)
+    image[:, ::2] = 255
+    for reduced in (drawing, photograph):
+        assert picture_of(reduced(image)).shape == (12, WIDTH, 3)
+    assert set(np.unique(picture_of(drawing(image)))) <= {0, 255}
+    assert (abs(picture_of(photograph(image)).astype(int) - 127) <= 1).all()

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""On real pairs `evaluate` finds what is there, and says what the benchmarks say of it."""
+import json
+
+from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
+from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
+from fuzzy_stereo_ros.comparing.layouts import search
+from fuzzy_stereo_ros.comparing.rivals import dense, tuned_rivals
+from fuzzy_stereo_ros.made_scenes import MadePair
+import pytest
+from real_pairs import DATA, motorcycle
+from written_scenes import write_2014
+
+FOUND = {
+    'kitti2012_color/000000', 'kitti2012_seq/000027/10', 'kitti2012_seq/000138/10',
+    'kitti2015/000000', 'midd2001/bull', 'midd2001/sawtooth', 'midd2006_half/Cloth3',
+    *(f'midd2006_third/{name}' for name in (
+        'Aloe', 'Baby1', 'Bowling1', 'Cloth1', 'Cloth3', 'Flowerpots', 'Lampshade1', 'Midd1',
+        'Rocks1', 'Wood1')),
+    'midd2014/Motorcycle', 'middv2/cones', 'middv2/teddy', 'middv2/tsukuba', 'middv2/venus'}
+LIMIT = {'Middlebury': 'bad_dense_1', 'KITTI': 'bad_dense_3'}
+
+
+def evaluated(capsys, *words):
+    """Return the records that `evaluate ... --json` prints."""
+    assert main(['evaluate', *map(str, words), '--repeats', '1', '--json']) == 0
+    return json.loads(capsys.readouterr().out)['records']
+
+
+def assert_says_what_the_benchmark_says(records, scene, name, mask):
+    """Check the dense errors of ours and of HH4 against the functions behind the benchmark."""
+    known = scene.read()
+    rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == 'HH4')
+    maps = {'ours': Request().matcher(scene.disparities).match(known.left, known.right).disparity,
+            'opencv:hh4:tuned': dense(rival.match(known.left, known.right, scene.disparities))}
+    for matcher, disparity in maps.items():
+        (record,) = [record for record in records
+                     if (record['kind'], record['name'], record['matcher'], record['mask'],
+                         record['map']) == ('scene', name, matcher, mask, 'filled')]
+        assert record['disparities'] == scene.disparities
+        assert record[LIMIT[scene.family]] == bad_percent(disparity, known, scene.limit)
+
+
+def of_benchmark(name, data=None):
+    """Return a scene of the benchmarks."""
+    return next(scene for scene in available_scenes(data)[0] if scene.path == name)
+
+
+def test_motorcycle_in_the_layout_of_2014_has_the_figures_of_the_benchmark(tmp_path, capsys):
+    pair = motorcycle()
+    write_2014(tmp_path / 'Motorcycle', MadePair(*pair[:4]), ndisp=64)
+    records = evaluated(capsys, tmp_path, '--matcher', 'ours', 'opencv:hh4:tuned')
+    assert_says_what_the_benchmark_says(records, of_benchmark('midd2014/Motorcycle'),
+                                        'Motorcycle', 'nonocc')
+
+
+@pytest.fixture
+def data():
+    """Return the folder of real data, or skip the test."""
+    if not DATA.is_dir():
+        pytest.skip(f'{DATA} does not exist: the benchmark data is not here')
+    return DATA
+
+
+def test_every_scene_and_sequence_of_the_data_is_found(data):
+    found = search([data])
+    assert {scene.name for scene in found.scenes} == FOUND
+    assert {sequence.name: len(sequence.frames) for sequence in found.sequences} == {
+        'euroc_v101_rect': 30, 'kitti2012_seq/000027': 5, 'kitti2012_seq/000138': 2}
+    assert [sentence.split(' has ')[0].split('/')[-1] for sentence in found.skipped] == [
+        'desk', 'stairs', 'toy']
+
+
+def test_every_scene_of_the_data_can_be_read_and_has_the_pixels_of_the_benchmark(data):
+    benchmarked = {scene.path.removeprefix('kitti/'): scene
+                   for scene in available_scenes(data)[0] if scene.group != 'made'}
+    for scene in search([data]).scenes:
+        known = scene.files.read()
+        other = benchmarked[scene.name.removesuffix('/10')]
+        theirs = other.read()
+        assert scene.family == other.family
+        assert (known.truth == theirs.truth).sum() == (known.truth == known.truth).sum()
+        assert known.whole_pixel == theirs.whole_pixel
+        if theirs.counts is not None:
+            assert (known.masks['nonocc'] == theirs.counts).all()
+        if scene.disparities is not None:
+            assert scene.disparities == other.disparities
+
+
+@pytest.mark.parametrize(('folder', 'name', 'benchmark', 'mask'), [
+    ('middv2/tsukuba', 'tsukuba', 'middv2/tsukuba', 'nonocc'),
+    ('kitti2015', '000000', 'kitti/kitti2015/000000', 'all')])
+def test_real_scenes_have_the_figures_of_the_benchmark(
+        data, capsys, folder, name, benchmark, mask):
+    records = evaluated(capsys, data / folder, '--matcher', 'ours', 'opencv:hh4:tuned')
+    assert_says_what_the_benchmark_says(records, of_benchmark(benchmark, data), name, mask)
