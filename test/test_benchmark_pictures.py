@@ -9,12 +9,13 @@ from fuzzy_stereo_ros.benchmarks import (
 from fuzzy_stereo_ros.benchmarks.accuracy import Result, tables as accuracy_tables
 from fuzzy_stereo_ros.benchmarks.cost import QUICK
 from fuzzy_stereo_ros.benchmarks.cost_tables import race_table
-from fuzzy_stereo_ros.benchmarks.datasets import KITTI, MIDDLEBURY, Scene
+from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.picture import as_svg, titled
-from fuzzy_stereo_ros.benchmarks.report import Table
-from fuzzy_stereo_ros.benchmarks.rivals import default_rivals, strictest_rival, tuned_rivals
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
 from fuzzy_stereo_ros.benchmarks.warm import Course, tables as warm_tables
+from fuzzy_stereo_ros.comparing.known_pairs import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.comparing.rivals import default_rivals, strictest_rival, tuned_rivals
 import pytest
 
 pytest.importorskip('matplotlib', reason='pictures need matplotlib')
