@@ -310,6 +310,20 @@ def test_repeating_a_frame_changes_no_map_of_a_warm_player():
         np.testing.assert_array_equal(once.filled, thrice.filled)
 
 
+def test_what_synthesise_makes_is_a_sequence_with_truth_masks_and_disparities(tmp_path, capsys):
+    assert main(['synthesise', '--output', str(tmp_path / 'made'), '--rows', '40', '--columns',
+                 '72', '--disparities', '16', '--frames', '2']) == 0
+    capsys.readouterr()
+    told = evaluated(capsys, tmp_path, '--matcher', 'ours')
+    assert {(record['kind'], record['name'], record['mask'], record['disparities'],
+             record['disparities_told_by']) for record in told['records']
+            if record['kind'] != 'mean'} == {
+        (kind, name, mask, 16, 'calib.txt') for kind, name in (
+            ('scene', 'made/0000'), ('scene', 'made/0001'), ('sequence', 'made'))
+        for mask in ('nonocc', 'all')}
+    assert 'nonocc' not in told['settings']
+
+
 # Results of other programs.
 
 @pytest.mark.parametrize('suffix', ['.pfm', '.npy', '.png'])
