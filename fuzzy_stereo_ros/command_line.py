@@ -4,7 +4,8 @@
 The command `fuzzy-stereo`.
 
 Exit codes: 0 done; 1 a saved pair does not come out as it was; 2 bad input, said in one sentence
-on standard error, nothing written; 130 interrupted by the user.
+on standard error, nothing written, but for a bag that is damaged, or a disk that is full, in the
+middle of a replay; 130 interrupted by the user.
 """
 import argparse
 from functools import partial

@@ -42,11 +42,16 @@ class Tally:
 
 
 class Outputs:
-    """The sinks, made by the thread that uses them when there is something for them."""
+    """
+    The sinks, made by the thread that uses them when there is something for them.
+
+    sinks: a list; None while there are none. written: pairs that all of them took. logged: ns, of
+    the last of these.
+    """
 
     def __init__(self, open_sinks):
         """Make nothing yet; open_sinks(): returns the list of sinks."""
-        self._open_sinks, self.sinks = open_sinks, None
+        self._open_sinks, self.sinks, self.written, self.logged = open_sinks, None, 0, None
 
     def put(self, step, matched):
         """Give the copies of a Step and its Matched, None where there is none, to the sinks."""
@@ -59,6 +64,9 @@ class Outputs:
                 sink.advance(step.copies, step.logged)
             if matched is not None and not step.again:
                 sink.take(matched)
+        if matched is not None and not step.again:
+            self.written += 1
+            self.logged = step.logged
 
     def close(self):
         """Close all sinks, also where one of them cannot be closed; then raise its OSError."""
@@ -118,7 +126,8 @@ def _match(step, rig, tally, told):
     except ValueError as error:
         tally.refused[getattr(error, 'reason', 'match')] += 1
         tally.first_refusal = tally.first_refusal or str(error)
-        told(f'pair refused: {error}')
+        what = 'message' if step.stamp is None else f'pair {step.stamp / 1e9:.3f}'
+        told(f'{what} refused: {error}')
         return None
     for remark in matched.pair.calibration.remarks:
         if tally.remarks.setdefault(kind_of(remark), remark) is remark:

@@ -24,7 +24,8 @@ class Shown:
                 from tqdm import tqdm
             except ImportError:
                 return
-            self._bar = tqdm(total=total, unit=' pairs', file=self._stream, dynamic_ncols=True)
+            self._bar = tqdm(total=total, unit=' pairs', file=self._stream, dynamic_ncols=True,
+                             desc='loading the kernels')
 
     def __enter__(self):
         return self
@@ -36,6 +37,7 @@ class Shown:
     def step(self):
         """Note that another pair has come."""
         if self._bar is not None:
+            self._bar.set_description(refresh=False)
             self._bar.update()
 
     def tell(self, sentence):

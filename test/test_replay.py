@@ -264,18 +264,30 @@ def test_bad_pairs_are_counted_and_told_once_and_the_others_matched(folder, caps
     assert list(disparities(folder / 'out')) == [stamps(8)[place] for place in (0, 2, 5, 6, 7)]
     assert replay('bag', output='other') == 0
     printed = capsys.readouterr()
-    assert printed.err.count("pair refused: left image: encoding is 'nonsense'; allowed are") == 1
-    assert printed.err.count('pair refused: a message of /right/image_rect cannot be read') == 1
+    assert printed.err.count(
+        "pair 1000.033 refused: left image: encoding is 'nonsense'; allowed are") == 1
+    assert printed.err.count('message refused: a message of /right/image_rect cannot be read') == 1
     assert '3 refused: damaged message 1, encoding 2' in printed.out
     assert 'messages without partner: /left/image_rect 1 of 8' in printed.out
 
 
-def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
-    def loop(number, messages):
-        for message in messages.values():
-            stamp = BEGIN + number % 4 * STEP
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+def loop(number, messages):
+    """Let the stamps begin again after four pairs."""
+    for message in messages.values():
+        stamp = BEGIN + number % 4 * STEP
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
 
+
+def test_stamps_that_went_back_between_two_chosen_pairs_start_anew_too(folder, capsys):
+    write_bag(folder / 'bag', pairs=scene(8), change=loop)
+    found = figures(capsys, 'bag', options=['--every', 5])
+    assert [stamp_of(message.header) for _, _, message in content(
+        folder / 'out', '/disparity')] == stamps(2)
+    assert found['pairs']['warm'] == 0
+    assert figures(capsys, 'bag', output='other')['pairs']['warm'] > 0
+
+
+def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
     pairs = scene(8)
     write_bag(folder / 'bag', pairs=pairs, change=loop)
     assert replay('bag') == 0

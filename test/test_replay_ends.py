@@ -8,9 +8,11 @@ import signal
 import subprocess
 import sys
 
+from fuzzy_stereo_ros.interruption import Interruption
 from fuzzy_stereo_ros.pairs.bag_writing import UNFINISHED
 from fuzzy_stereo_ros.replay_report import Shown
 from fuzzy_stereo_ros.replay_request import WARM_PAIRS
+from fuzzy_stereo_ros.rig import Rig
 from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
 import pytest
@@ -134,14 +136,23 @@ def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, capsys):
 
 def test_an_interruption_before_the_first_pair_leaves_nothing(folder, capsys, monkeypatch):
     write_bag(folder / 'bag')
+    enter = Interruption.__enter__
 
-    def enter(shown):
+    def interrupted(self):
+        enter(self)
         os.kill(os.getpid(), signal.SIGINT)
-        return shown
+        return self
 
-    monkeypatch.setattr(Shown, '__enter__', enter)
+    monkeypatch.setattr(Interruption, '__enter__', interrupted)
     assert replay('bag') == INTERRUPTED
     assert 'interrupted before the first pair' in capsys.readouterr().err
+    assert {path.name for path in folder.iterdir()} == {'bag'}
+
+
+def test_an_interruption_while_kernels_are_compiled_ends_at_once(folder, monkeypatch):
+    write_bag(folder / 'bag')
+    monkeypatch.setattr(Rig, 'warm_up', lambda rig: os.kill(os.getpid(), signal.SIGINT))
+    assert replay('bag') == INTERRUPTED
     assert {path.name for path in folder.iterdir()} == {'bag'}
 
 
@@ -239,9 +250,14 @@ def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, capsys):
     write_bag(folder / 'bag')
     ended = run(RESTRICTED, 10_000, 'bag', '--files', 'npy', '--format', 'none')
     assert ended.returncode == 2
-    assert 'File too large' in ended.stderr
-    assert 'Traceback' not in ended.stderr
+    assert ended.stderr == 'fuzzy-stereo: File too large; 0 pairs were written to out\n'
     assert list((folder / 'out').glob('disparity/*')) == []
+
+
+def test_a_folder_that_cannot_be_made_is_told_as_that(folder, capsys):
+    write_bag(folder / 'bag')
+    assert refusal(capsys, 'bag', output='/proc/out') == (
+        '/proc/out cannot be made: No such file or directory')
 
 
 def test_options_that_differ_from_those_of_before_are_refused(folder, capsys, interrupt):

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.camera_options import add_camera_options
 from fuzzy_stereo_ros.interruption import Interruption
 from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.node_options import add_node_options, node_settings
-from fuzzy_stereo_ros.pairs.bag_reading import BagReader
+from fuzzy_stereo_ros.pairs.bag_reading import BagReader, text_of
 from fuzzy_stereo_ros.pairs.bag_writing import FORMATS
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.parameter_table import OUTPUTS, profile_config, sync_tolerance
@@ -135,11 +135,11 @@ def run(arguments, stream, progress_stream=None):
         source = ReplaySource(bags, topics, rig.read, settings, sync_tolerance(settings),
                               selection, copies.topics, infos)
         outputs, tally = Outputs(open_sinks), Tally()
-        rig.warm_up()
-        with Interruption() as interruption, Shown(
-                expected_pairs(bags, topics, selection), progress_stream,
-                arguments.progress) as shown:
-            replay(source, rig, outputs, tally, interruption.came, shown.tell, shown.step)
+        with Shown(expected_pairs(bags, topics, selection), progress_stream,
+                   arguments.progress) as shown:
+            rig.warm_up()
+            with Interruption() as interruption:
+                replay(source, rig, outputs, tally, interruption.came, shown.tell, shown.step)
         if not tally.matched:
             _end_without_pairs(bags, folder, source, tally, settings)
         figures = {'output': str(folder.path), 'topics': topics._asdict(),
@@ -169,7 +169,8 @@ def _end_without_pairs(bags, folder, source, tally, settings):
     if tally.interrupted or (folder.continued and source.resumed and tally.error is None):
         return
     if tally.error is not None:
-        raise ValueError(f'{tally.error}; no pair could be matched before that')
+        raise ValueError(f"{tally.error}; no {'new ' if folder.continued else ''}pair could be "
+                         'matched before that')
     if folder.continued:
         raise ValueError(f'--resume: the last pairs in {folder.path} are not in {bags.names}')
     raise ValueError(no_pair_sentence(
@@ -180,15 +181,18 @@ def _end(bags, folder, outputs, tally, stream):
     """Say how far it came where it did not come to the end, by exception."""
     if tally.error is None and not tally.interrupted:
         return
-    pairs, logged = tally.matched, tally.logged
+    if outputs.sinks is None and tally.error is not None:
+        raise ValueError(f'{folder.path} cannot be made: {text_of(tally.error)}')
+    pairs, logged = outputs.written, outputs.logged
+    far = f'{pairs} pairs were written to {folder.path}'
     for sink in outputs.sinks or ():
         if isinstance(sink, BagSink):
             pairs, logged = sink.bag.counts[MARK], sink.bag.last
-    far = f'{folder.path} holds {pairs} pairs'
+            far = f'{folder.path} holds {pairs} pairs'
     if pairs:
         far += f', up to {(logged - bags.begin) / SECOND:.3f} s into the bag'
     if tally.error is not None:
-        raise ValueError(f'{tally.error}; {far}')
+        raise ValueError(f'{text_of(tally.error)}; {far}')
     stream.write(f'interrupted: {far}; --resume goes on\n' if pairs else
                  'interrupted before the first pair\n')
     raise KeyboardInterrupt
