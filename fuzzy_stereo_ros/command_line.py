@@ -11,10 +11,11 @@ import argparse
 from functools import partial
 import sys
 
-from fuzzy_stereo_ros.commands import benchmark, convert, evaluate, match, replay, synthesise
+from fuzzy_stereo_ros.commands import (
+    benchmark, convert, evaluate, evolve, match, replay, synthesise)
 
-COMMANDS = {'match': match, 'replay': replay, 'evaluate': evaluate, 'benchmark': benchmark,
-            'synthesise': synthesise, 'convert': convert}
+COMMANDS = {'match': match, 'evolve': evolve, 'replay': replay, 'evaluate': evaluate,
+            'benchmark': benchmark, 'synthesise': synthesise, 'convert': convert}
 BAD_INPUT = 2
 INTERRUPTED = 130
 

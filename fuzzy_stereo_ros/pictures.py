@@ -56,14 +56,14 @@ def write_panel(path, left, disparity, confidence, truth=None, *, low, high, tit
     figure.suptitle(title)
     places = list(figure.subplots(down, across, squeeze=False).ravel())
     pixels = {'cmap': 'turbo', 'vmin': low, 'vmax': high, 'unit': 'px'}
-    _show(places.pop(0), _as_rgb(left), 'left image')
+    show_map(places.pop(0), as_rgb(left), 'left image')
     if truth is not None:
-        _show(places.pop(0), truth, 'ground truth', **pixels)
-    _show(places.pop(0), disparity, 'disparity', **pixels)
-    _show(places.pop(0), confidence, 'confidence', cmap='viridis', vmin=0, vmax=1)
+        show_map(places.pop(0), truth, 'ground truth', **pixels)
+    show_map(places.pop(0), disparity, 'disparity', **pixels)
+    show_map(places.pop(0), confidence, 'confidence', cmap='viridis', vmin=0, vmax=1)
     if truth is not None:
         error = error_map(disparity, truth)
-        _show(places.pop(0), error, 'error', cmap='magma', vmin=0, vmax=ERROR_LIMIT, unit='px')
+        show_map(places.pop(0), error, 'error', cmap='magma', vmin=0, vmax=ERROR_LIMIT, unit='px')
         _show_worth_of_confidence(places.pop(0), error, confidence,
                                   np.count_nonzero(np.isfinite(truth)))
     content = io.BytesIO()
@@ -71,21 +71,26 @@ def write_panel(path, left, disparity, confidence, truth=None, *, low, high, tit
     write_whole(path, content.getvalue())
 
 
-def _show(place, values, title, unit='', **colours):
-    """Draw one picture into its place; with colours given it gets a bar that explains them."""
+def show_map(place, values, title, unit='', bar=True, **colours):
+    """
+    Draw one picture into its place, Axes of matplotlib, and return what was drawn.
+
+    values: (R, C, 3) RGB, or with colours given, keywords of imshow, float (R, C), NaN = invalid;
+    bar: whether a bar explains the colours, with the unit.
+    """
     place.set_title(title)
     place.set_axis_off()
     if not colours:
-        place.imshow(values)
-        return
+        return place.imshow(values)
     grey = (INVALID_GREY / 255,) * 3
     place.set_axis_on()
     place.set_xticks([])
     place.set_yticks([])
     place.set_facecolor(grey)
     shown = place.imshow(np.ma.masked_invalid(values), **colours)
-    bar = place.figure.colorbar(shown, ax=place, fraction=0.05, pad=0.02)
-    bar.set_label(unit)
+    if bar:
+        place.figure.colorbar(shown, ax=place, fraction=0.05, pad=0.02).set_label(unit)
+    return shown
 
 
 def _show_worth_of_confidence(place, error, confidence, known_pixels):
@@ -103,7 +108,7 @@ def _show_worth_of_confidence(place, error, confidence, known_pixels):
     place.grid(alpha=0.3)
 
 
-def _as_rgb(image):
+def as_rgb(image):
     """Return an image of any allowed kind as uint8 (R, C, 3) RGB; 16 bits by their largest."""
     image = in_eight_bits(image)
     return cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB)

@@ -12,7 +12,7 @@ RATES = 0.1, 240.0      # frames per second
 LARGEST = 4096, 2304    # width and height of a frame in pixels; players and encoders have limits
 
 
-def check_video(path, rate):
+def check_video(path, rate=RATES[0]):
     """Raise ValueError, with a sentence that says why, where a video cannot be written so."""
     path = Path(path)
     if path.suffix not in CODECS:

@@ -5,7 +5,7 @@ from pathlib import Path
 import re
 import shlex
 
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.command_line import COMMANDS, main
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.demo_table import Phase, table
 from fuzzy_stereo_ros.made_scenes import made_pair
@@ -71,15 +71,15 @@ def test_make_has_every_target_that_is_named():
             assert f"$({setting.split('=')[0]})" in makefile
 
 
-def test_every_match_example_works_as_it_is_written(tmp_path, monkeypatch):
+def test_every_example_with_two_images_works_as_it_is_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     pair = made_pair(60, 100, 64)
     write_image('left.png', pair.left)
     write_image('right.png', pair.right)
     write_saved_pair('report', running()[2])
-    examples = commands('fuzzy-stereo match')
-    assert examples
-    for words in examples:
+    examples = commands('fuzzy-stereo match'), commands('fuzzy-stereo evolve')
+    assert all(examples)
+    for words in sum(examples, []):
         assert main(words[1:]) == 0
     assert read_disparity('disparity.pfm').shape == pair.truth.shape
 
@@ -138,6 +138,10 @@ def test_every_replay_example_works_as_it_is_written(tmp_path, monkeypatch):
 def test_the_benchmarks_that_are_named_exist_and_no_other_does():
     named = [words[1:] for words in commands('fuzzy-stereo benchmark')]
     assert {tuple(words) for words in named} == {('benchmark', name) for name in BENCHMARKS}
+
+
+def test_every_command_that_exists_is_shown():
+    assert {words[1] for words in commands('fuzzy-stereo ')} == set(COMMANDS)
 
 
 def test_the_algorithm_page_quotes_the_page_of_benchmarks():

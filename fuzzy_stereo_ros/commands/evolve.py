@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo evolve`: the population over the generations, as figures, a picture and a film."""
+from contextlib import contextmanager
+from dataclasses import asdict
+from importlib.util import find_spec
+import json
+from pathlib import Path
+import sys
+
+from fuzzy_stereo_ros.command_parts import (
+    add_truth_options, check_outputs, for_json, read_truth)
+from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.evolution_film import EvolutionFilm
+from fuzzy_stereo_ros.evolution_picture import write_evolution
+from fuzzy_stereo_ros.evolution_record import Course, watched_match
+from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_config
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.pairs.image_files import read_pair
+from fuzzy_stereo_ros.pictures import check_panel_suffix
+from fuzzy_stereo_ros.video import check_video
+
+HELP = 'watch how disparities evolve'
+DESCRIPTION = (
+    'Match a rectified pair and watch the population, generation by generation: the best\n'
+    'chromosome and its possibility, which parent its regions come from, where mutation struck,\n'
+    'and the fitness of the best, the mean and the worst. The result is that of match.')
+EXAMPLE = (
+    'examples:\n'
+    '  fuzzy-stereo evolve left.png right.png --disparities 60 --profile paper \\\n'
+    '      --population 40 --generations 10 --picture evolution.png\n'
+    '  fuzzy-stereo evolve left.png right.png --disparities 60 --generations 8 \\\n'
+    '      --video evolution.mp4')
+LEFT_OUT = 'deadline_ms', 'warm_start'      # watching takes time, and there is no frame before
+
+
+def add_arguments(parser):
+    """Add the arguments of `evolve`."""
+    parser.add_argument('left', metavar='LEFT', help='left image, 8 or 16 bits, grey or colour')
+    parser.add_argument('right', metavar='RIGHT', help='right image, of the same size')
+    parser.add_argument('--picture', metavar='FILE',
+                        help='some generations in one picture: .png, .svg or .pdf')
+    parser.add_argument('--video', metavar='FILE',
+                        help='every generation in a film: .mp4 or .avi')
+    parser.add_argument('--overwrite', action='store_true', help='replace files that exist')
+    parser.add_argument('--json', action='store_true',
+                        help='print the figures of all generations as JSON')
+    add_truth_options(parser)
+    add_matcher_options(parser, required=('disparities',), left_out=LEFT_OUT)
+
+
+def run(arguments, stream, progress_stream=None):
+    """
+    Match what the arguments name, write the files, and print the figures to the stream.
+
+    progress_stream: a text; a bar is shown where it is a terminal.
+    Raises ValueError and OSError for bad input, before anything is written.
+    """
+    config = matcher_config(arguments)
+    outputs = _checked_outputs(arguments)
+    left, right = read_pair(arguments.left, arguments.right)
+    truth, mask = read_truth(arguments, left.shape[:2])
+    StereoMatcher(config).warm_up(*left.shape[:2])
+    course = Course(config, left if config.reference == 'left' else right, truth, mask)
+    film = EvolutionFilm(outputs['video'], course) if 'video' in outputs else None
+    try:
+        with progress(config.generations + 1, progress_stream or sys.stderr) as step:
+            def tell(snapshot):
+                course.add(snapshot)
+                if film is not None:
+                    film.take(snapshot)
+                step()
+
+            match = watched_match(config, left, right, tell)
+    finally:
+        if film is not None:
+            film.close()
+    if 'picture' in outputs:
+        write_evolution(outputs['picture'], course, match)
+    figures = _figures(arguments, outputs, course, match)
+    text = json.dumps(for_json(figures), indent=2) if arguments.json else _sentences(
+        figures, course)
+    print(text, file=stream)
+
+
+def _checked_outputs(arguments):
+    """Return {option: Path} of the files to write; ValueError where one cannot be written."""
+    outputs = {name: Path(getattr(arguments, name)) for name in ('picture', 'video')
+               if getattr(arguments, name) is not None}
+    if 'picture' in outputs:
+        check_panel_suffix(outputs['picture'])
+    check_outputs(outputs, [arguments.left, arguments.right, arguments.ground_truth,
+                            arguments.mask])
+    if 'video' in outputs:
+        check_video(outputs['video'])
+    for name, path in outputs.items():
+        if path.is_dir():
+            raise ValueError(f'--{name} is {path}, which is a folder; name a file')
+        if path.exists() and not arguments.overwrite:
+            raise ValueError(f'--{name} is {path}, which exists; --overwrite replaces it')
+        if find_spec('matplotlib') is None:
+            raise ValueError(f'--{name} needs matplotlib, which is not installed: '
+                             'pip install matplotlib')
+    return outputs
+
+
+@contextmanager
+def progress(steps, stream):
+    """Give what to call after each step, so that a bar moves where the stream is a terminal."""
+    if not stream.isatty() or find_spec('tqdm') is None:
+        yield lambda: None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=steps, desc='generations', file=stream) as bar:
+        yield bar.update
+
+
+def _figures(arguments, outputs, course, match):
+    """Return what --json prints."""
+    config = course.config
+    return {
+        **{name: str(path) for name, path in outputs.items()},
+        'profile': arguments.profile,
+        'rows': course.image.shape[0],
+        'columns': course.image.shape[1],
+        **{name: getattr(config, name) for name in (
+            'disparities', 'min_disparity', 'reference', 'population', 'generations')},
+        'initial': _row_figures(course.rows[0]),
+        'history': [{**_row_figures(row), 'diversity': generation.diversity,
+                     'milliseconds': generation.milliseconds, 'gains': generation.gains}
+                    for row, generation in zip(course.rows[1:], match.history)],
+        'ground_truth': None if course.truth is None else asdict(
+            score(match.disparity, course.truth, course.mask)),
+    }
+
+
+def _row_figures(row):
+    """Return a Row under the names that `match.history` has."""
+    return {'number': row.number, 'best_fitness': row.best, 'mean_fitness': row.mean,
+            'worst_fitness': row.worst, 'bad_1': row.wrong}
+
+
+def _sentences(figures, course):
+    """Return the figures of some generations, and of the result, as a person reads them."""
+    config = course.config
+    lines = [f"{figures['columns']}x{figures['rows']} pixels of the {config.reference} image, "
+             f"profile {figures['profile']}, population {config.population}",
+             f"{'generation':>10} {'best':>11} {'mean':>11} {'worst':>11}"
+             + ('' if course.truth is None else '  off by more than 1 px [%]')]
+    shown = {snapshot.number for snapshot in course.shown()}
+    for number, best, mean, worst, wrong in course.rows:
+        if number in shown:
+            lines.append(f'{number:10} {best:11.5g} {mean:11.5g} {worst:11.5g}'
+                         + ('' if wrong is None else f' {wrong:26.2f}'))
+    found = figures['ground_truth']
+    if found is not None:
+        lines.append(f"result: {found['density']:.1f} % of {found['pixels']} pixels with ground "
+                     f"truth have a disparity, {found['bad_dense'][1.0]:.2f} % of all are off by "
+                     'more than 1 px or have none')
+    lines.extend(f'{figures[name]}: written' for name in ('picture', 'video') if name in figures)
+    return '\n'.join(lines)

@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The still and the film of an evolution show what its snapshots hold."""
+import os
+import re
+
+import cv2
+from fuzzy_stereo_ros import evolution_film
+from fuzzy_stereo_ros.evolution_film import EvolutionFilm, RATES, STAY
+from fuzzy_stereo_ros.evolution_panels import ORIGIN_COLOURS, ORIGIN_WORDS, panels_of
+from fuzzy_stereo_ros.evolution_picture import evolution_figure, write_evolution
+from fuzzy_stereo_ros.evolution_record import Course, FIRST, MUTATED, SECOND, watched_match
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.pairs.image_files import read_image
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+import numpy as np
+import pytest
+
+
+def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
+    """Return the course, the match and the snapshots of an evolution on a noisy pair."""
+    pair = made_pair(*shape, 16, noise=4.0, colour=True)
+    config = MatcherConfig.from_profile(profile, **{
+        'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
+    course, told = Course(config, pair.left, pair.truth if with_truth else None), []
+
+    def tell(snapshot):
+        course.add(snapshot)
+        told.append(snapshot)
+    return course, watched_match(config, pair.left, pair.right, tell), told
+
+
+def pixels_of(picture):
+    """Return how many pixels of a BGR picture have the colour of each origin."""
+    wanted = [[int(colour[at:at + 2], 16) for at in (5, 3, 1)]
+              for _, colour in sorted(ORIGIN_COLOURS.items())]
+    return np.array([(picture == colour).all(axis=2).sum() for colour in wanted])
+
+
+def check_origins(picture, snapshots):
+    """Check that each colour covers the share of cells with that origin, but for the legend."""
+    origins = np.stack([snapshot.origin for snapshot in snapshots])
+    cells = np.bincount(origins.ravel(), minlength=len(ORIGIN_COLOURS))
+    pixels = pixels_of(picture)
+    np.testing.assert_allclose(pixels / pixels.sum(), cells / cells.sum(), atol=0.02)
+    return np.count_nonzero(cells)
+
+
+@pytest.mark.parametrize('profile, with_truth', [
+    ('paper', True), ('realtime', False), ('quality', True)])
+def test_the_still_shows_where_genes_come_from(tmp_path, profile, with_truth):
+    course, match, told = evolution(profile, with_truth)
+    write_evolution(tmp_path / 'still.png', course, match)
+    assert os.listdir(tmp_path) == ['still.png']
+    picture = read_image(tmp_path / 'still.png')
+    assert check_origins(picture, told[1:]) >= 3
+
+
+def test_every_origin_has_its_colour_and_its_words():
+    assert set().union(*ORIGIN_WORDS.values()) == set(ORIGIN_COLOURS)
+    assert len(set(ORIGIN_COLOURS.values())) == 4
+
+
+def test_the_still_shows_the_best_of_a_generation_in_its_row(tmp_path):
+    course, match, told = evolution(with_truth=False)
+    pictures = []
+    for name, changed in (('as it is', False), ('another', True)):
+        if changed:
+            told[0].best[:] = 15
+        write_evolution(tmp_path / f'{name}.png', course, match)
+        pictures.append(read_image(tmp_path / f'{name}.png').astype(int))
+    differs = np.argwhere(abs(pictures[0] - pictures[1]).max(axis=2) > 8)
+    rows, columns = pictures[0].shape[:2]
+    (top, left), (bottom, right) = differs.min(axis=0), differs.max(axis=0)
+    assert rows / 4 < top < bottom < rows * 0.54 and 0 < left < right < columns / 4
+
+
+@pytest.mark.parametrize('suffix', ['.png', '.svg', '.pdf'])
+def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path, suffix):
+    course, match, _ = evolution(generations=0)
+    path = tmp_path / f'still{suffix}'
+    write_evolution(path, course, match)
+    assert path.stat().st_size > 10_000
+    if suffix == '.png':        # grey is in letters too, but nobody has parents
+        assert not pixels_of(read_image(path))[[FIRST, SECOND, MUTATED]].any()
+
+
+def test_another_suffix_is_refused(tmp_path):
+    course, match, _ = evolution(generations=0)
+    with pytest.raises(ValueError, match='allowed are .png, .pdf, .svg'):
+        write_evolution(tmp_path / 'still.docx', course, match)
+    assert os.listdir(tmp_path) == []
+
+
+def texts_of(figure):
+    """Return (words, their box in pixels, their Axes) of all that can be read in a figure."""
+    FigureCanvasAgg(figure).draw()
+    hidden = set()
+    for place in figure.axes:
+        for axis in (place.xaxis, place.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            at = 0 if axis is place.xaxis else 1
+            hidden |= {label for label in axis.get_ticklabels()
+                       if not (place.axison and low <= label.get_position()[at] <= high)}
+    return [(text.get_text(), text.get_window_extent(), text.axes) for text in figure.findobj(Text)
+            if text.get_visible() and text.get_text() and text not in hidden]
+
+
+def check_legible(figure):
+    """Check that all words are inside, and none upon another or another picture; return them."""
+    found, whole = texts_of(figure), figure.bbox
+    for number, (words, box, owner) in enumerate(found):
+        assert whole.x0 <= box.x0 < box.x1 <= whole.x1, words
+        assert whole.y0 <= box.y0 < box.y1 <= whole.y1, words
+        for other, beside, _ in found[:number]:
+            assert not box.overlaps(beside), (words, other)
+        for place in figure.axes:
+            assert place is owner or not box.overlaps(place.bbox), words
+    return [words for words, *_ in found]
+
+
+@pytest.mark.parametrize('profile, with_truth, shape, changes', [
+    ('paper', True, (40, 60), {'patience': 9}), ('paper', False, (30, 100), {}),
+    ('realtime', True, (30, 100), {'sweeps': 1}), ('realtime', False, (90, 30), {}),
+    ('quality', True, (90, 30), {}), ('quality', False, (40, 60), {'generations': 0})])
+def test_all_words_of_still_and_film_can_be_read(profile, with_truth, shape, changes, tmp_path):
+    course, match, told = evolution(profile, with_truth, shape, **changes)
+    words = check_legible(evolution_figure(course, match))
+    film = EvolutionFilm(tmp_path / 'film.avi', course)
+    film.frame(told[-1])
+    for shown in (words, check_legible(film.figure)):
+        assert course.config.generations == 0 or 'generation 2: best chromosome' in shown
+        assert f'{course.config.reference} image, the reference' in shown
+        assert not with_truth or f'{course.rows[-1].wrong:.2f} % off by more than 1 px' in shown
+        mutation = [each for each in shown if each.startswith(('where ', 'no mutation'))]
+        assert bool(mutation) == (profile != 'quality')
+        assert ('at most' in ' '.join(shown)) == ('patience' in changes)
+
+
+def test_what_the_mask_leaves_out_is_no_error():
+    course, match, told = evolution(generations=0)
+    course.mask = np.arange(60) < np.full((40, 1), 30)
+    error = panels_of(told[0], course)['error'].values
+    assert np.isnan(error[:, 30:]).all() and np.isfinite(error[:, :30]).all()
+
+
+@pytest.mark.parametrize('profile, title', [('paper', r'fitness \(Eq. 3\) / 1e\d+'),
+                                            ('realtime', r'fitness \(1 is perfect\)')])
+def test_the_curves_are_the_fitness_of_all_generations(profile, title):
+    course, match, told = evolution(profile, shape=(40, 60))
+    (place,) = (each for each in evolution_figure(course, match).axes
+                if each.get_title().startswith('fitness'))
+    power = re.fullmatch(title, place.get_title()) and place.get_title().partition(' / ')[2]
+    for line, name in zip(place.lines, ('best', 'mean', 'worst'), strict=True):
+        assert line.get_label() == name
+        np.testing.assert_allclose(line.get_ydata() * float(power or 1), [
+            getattr(snapshot.fitness, {'best': 'max', 'worst': 'min'}.get(name, name))()
+            for snapshot in told], rtol=1e-9)
+
+
+# ---- the film ----
+
+
+@pytest.fixture(autouse=True)
+def small_film(monkeypatch):
+    """Let frames be drawn in a quarter of the pixels, which takes less time."""
+    monkeypatch.setattr(evolution_film, 'DOTS', 50)
+
+
+def filmed(path, **options):
+    """Return the frames as they were drawn, after the film was written, and the snapshots."""
+    pair = made_pair(*options.pop('shape', (40, 60)), 16, noise=4.0)
+    config = MatcherConfig.from_profile(options.pop('profile', 'realtime'), **{
+        'disparities': 16, 'generations': 3, 'reference': 'left', **options})
+    course, drawn, told = Course(config, pair.left, pair.truth), [], []
+    film = EvolutionFilm(path, course)
+    draw = film.frame
+
+    def keep(snapshot):
+        drawn.append(draw(snapshot))
+        return drawn[-1]
+
+    def tell(snapshot):
+        course.add(snapshot)
+        told.append(snapshot)
+        film.take(snapshot)
+
+    film.frame = keep
+
+    watched_match(config, pair.left, pair.right, tell)
+    film.close()
+    return drawn, told
+
+
+@pytest.mark.parametrize('profile', ['paper', 'realtime'])
+def test_the_film_has_a_frame_for_each_generation_and_stays_at_the_last(tmp_path, profile):
+    drawn, _ = filmed(tmp_path / 'film.avi', profile=profile)
+    found, frames = cv2.VideoCapture(str(tmp_path / 'film.avi')), []
+    while (read := found.read())[0]:
+        frames.append(read[1].astype(int))
+    assert found.get(cv2.CAP_PROP_FPS) == RATES[0]
+    assert len(drawn) == 4 and len(frames) == 4 + STAY * RATES[0]
+    for at, frame in enumerate(frames):
+        near = [abs(frame - other).mean() for other in drawn]
+        assert np.argmin(near) == min(at, 3) and min(near) < 10
+
+
+@pytest.mark.parametrize('profile', ['paper', 'realtime'])
+def test_each_frame_shows_where_its_genes_come_from(tmp_path, profile):
+    drawn, told = filmed(tmp_path / 'film.avi', profile=profile, generations=2)
+    for frame, snapshot in zip(drawn[1:], told[1:]):
+        assert check_origins(frame, [snapshot]) >= 2
+
+
+def test_what_does_not_change_stays_where_it_is(tmp_path):
+    """The reference image above on the left, the ground truth below on the right."""
+    drawn, _ = filmed(tmp_path / 'film.mp4')
+    rows, columns = drawn[0].shape[:2]
+    still = np.s_[rows // 6:rows * 4 // 9, columns // 16:columns // 5]
+    truth = np.s_[rows * 5 // 9:, columns * 3 // 4:]
+    for frame in drawn[1:]:
+        for panel in (still, truth):
+            assert np.ptp(frame[panel].astype(int)) > 100
+            np.testing.assert_array_equal(frame[panel], drawn[0][panel])
+        assert not np.array_equal(frame, drawn[0])
+
+
+def test_a_long_evolution_is_shown_faster(tmp_path):
+    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
+        MatcherConfig(generations=55), np.zeros((8, 100), np.uint8)))
+    assert film.rate == 6
+    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
+        MatcherConfig(generations=5000), np.zeros((8, 100), np.uint8)))
+    assert film.rate == RATES[1]
+    film.close()
+    assert os.listdir(tmp_path) == []

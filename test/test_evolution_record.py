@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is told of an evolution is what happened, and telling changes no bit of it."""
+from dataclasses import replace
+
+from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.evolution_record import (
+    ALIKE, Course, FIRST, MUTATED, mutates, of_fittest_child, of_improved_fittest, SECOND,
+    SHOWN, Snapshot, watched_match)
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.paper_search import Kinship, PaperSearch
+import numpy as np
+import pytest
+
+SHAPE = 60, 100
+CONFIGS = {
+    'paper': MatcherConfig.from_profile('paper', disparities=24, population=12, generations=4),
+    'paper, left, elite': MatcherConfig.from_profile(
+        'paper', disparities=24, population=12, generations=4, reference='left', elite=1.0),
+    'realtime': MatcherConfig(disparities=24, min_disparity=-3, generations=4, population=4),
+    'realtime, right, sweeps': MatcherConfig(disparities=24, reference='right', generations=3,
+                                             sweeps=1),
+    'quality': MatcherConfig.from_profile('quality', disparities=24, generations=6)}
+
+
+@pytest.fixture(scope='module')
+def pair():
+    return made_pair(*SHAPE, 24, seed=2, noise=4.0)
+
+
+def watched(config, pair):
+    told = []
+    return watched_match(config, pair.left, pair.right, told.append), told
+
+
+@pytest.mark.parametrize('name', CONFIGS)
+def test_being_watched_changes_no_bit(name, pair):
+    config = CONFIGS[name]
+    alone = StereoMatcher(config).match(pair.left, pair.right)
+    match, _ = watched(config, pair)
+    for found, expected in ((match.disparity, alone.disparity),
+                            (match.confidence, alone.confidence)):
+        assert found.tobytes() == expected.tobytes()
+    rows, expected = ([replace(row, milliseconds=0.0) for row in one.history]
+                      for one in (match, alone))
+    assert rows == expected and len(rows) == config.generations
+
+
+@pytest.mark.parametrize('name', CONFIGS)
+def test_a_snapshot_is_told_of_the_initial_population_and_of_each_generation(name, pair):
+    match, told = watched(CONFIGS[name], pair)
+    assert [snapshot.number for snapshot in told] == list(range(CONFIGS[name].generations + 1))
+    for snapshot, row in zip(told[1:], match.history):
+        assert snapshot.fitness.max() == row.best_fitness
+        assert snapshot.fitness.mean() == pytest.approx(row.mean_fitness, rel=1e-12)
+        assert snapshot.origin.dtype == np.uint8 and snapshot.origin.shape == SHAPE
+    assert told[0].origin is None and not told[0].struck.any()
+    for snapshot in told:
+        assert snapshot.best.dtype == snapshot.possibility.dtype == snapshot.struck.dtype \
+            == np.float32
+        for map_ in (snapshot.possibility, snapshot.struck):
+            assert map_.shape == SHAPE and 0 <= map_.min() <= map_.max() <= 1
+
+
+def test_watching_takes_time_and_so_knows_no_deadline(pair):
+    match, told = watched(replace(CONFIGS['paper'], deadline_ms=1e-6), pair)
+    assert match.generations == 4 and len(told) == 5
+
+
+def test_the_initial_population_is_the_one_that_the_search_starts_from(pair):
+    config = replace(CONFIGS['paper'], reference='left')
+    search = PaperSearch(config, *SHAPE)
+    search.start(pair.left, pair.right, None, (config.seed, 0))
+    told = watched(config, pair)[1][0]
+    np.testing.assert_array_equal(told.fitness, search.fitness)
+    np.testing.assert_array_equal(told.best, search.best_chromosome())
+
+
+@pytest.mark.parametrize('name', ['paper', 'paper, left, elite'])
+def test_the_maps_are_those_of_the_reference_image_in_pixels(name, pair):
+    match, told = watched(replace(CONFIGS[name], min_disparity=-2), pair)
+    np.testing.assert_array_equal(told[-1].best, match.disparity)
+    np.testing.assert_array_equal(told[-1].possibility, match.confidence)
+
+
+@pytest.mark.parametrize('name', ['realtime', 'realtime, right, sweeps', 'quality'])
+def test_what_the_fittest_took_over_is_what_changed_in_it(name, pair):
+    """So it is seen in the same image, the mirrored one as well."""
+    taken = 0
+    told = watched(CONFIGS[name], pair)[1]
+    for before, after in zip(told, told[1:]):
+        changed = np.isin(after.origin, (SECOND, MUTATED))
+        np.testing.assert_array_equal(changed, after.best != before.best)
+        taken += changed.sum()
+        assert after.is_best
+    assert taken > 50
+
+
+def test_only_mutants_make_genes_mutated_and_only_after_the_first_generation(pair):
+    first, *later = watched(CONFIGS['realtime'], pair)[1][1:]
+    assert {SECOND, FIRST} <= set(np.unique(first.origin)) and not first.struck.any()
+    assert MUTATED not in first.origin
+    for snapshot in later:
+        assert MUTATED in snapshot.origin and SECOND not in snapshot.origin
+        np.testing.assert_array_equal(snapshot.struck > 0, snapshot.origin != ALIKE)
+    for snapshot in watched(CONFIGS['quality'], pair)[1][1:]:
+        assert MUTATED not in snapshot.origin and not snapshot.struck.any()
+
+
+def test_a_fittest_child_is_the_best_where_it_is_fitter_than_the_elite(pair):
+    told = watched(replace(CONFIGS['paper'], generations=12), pair)[1]
+    assert {snapshot.is_best for snapshot in told[1:]} == {True, False}
+    for before, after in zip(told, told[1:]):
+        assert after.is_best == (after.fitness.max() > before.fitness.max())
+
+
+# ---- who came from whom ----
+
+
+def random_genes(size, shape=(7, 9), seed=0):
+    return np.random.default_rng(seed).integers(0, 1000, (size, *shape), np.uint16)
+
+
+def test_the_fittest_child_is_told_apart_by_line_and_by_what_mutation_changed():
+    former = random_genes(4)
+    population = former.copy()
+    population[2] = np.concatenate([former[3][:5], former[1][5:]])
+    population[3] = np.concatenate([former[0][:2], former[2][2:]])
+    population[2, 4:6, 3] = population[3, 4, 3] = 1001
+    kinship = Kinship(np.array([0, 1]), np.array([[9, 9], [9, 9], [3, 1], [0, 2]]),
+                      np.array([9, 9, 5, 2]))
+    for fitness, slot, line in (((9, 8, 7, 6), 2, 5), ((1, 1, 2, 3), 3, 2)):
+        origin, child, struck = of_fittest_child(former, population, np.array(fitness), kinship)
+        expected = np.full((7, 9), FIRST)
+        expected[line:] = SECOND
+        expected[population[slot] == 1001] = MUTATED
+        assert child == slot
+        np.testing.assert_array_equal(origin, expected)
+        np.testing.assert_array_equal(np.argwhere(struck == 1), [[4, 3]])
+        np.testing.assert_array_equal(np.argwhere(struck == 0.5), [[5, 3]])
+        assert np.count_nonzero(struck) == 2
+
+
+def test_a_generation_cut_short_may_have_no_child():
+    former = random_genes(4)
+    kinship = Kinship(np.arange(3), np.zeros((4, 2), int), np.ones(4, int))
+    origin, child, struck = of_fittest_child(former, former[:2], np.array([1.0, 2.0]), kinship)
+    assert child == 1 and (origin == FIRST).all() and not struck.any()
+
+
+def test_the_fittest_keeps_and_takes_where_what_it_was_crossed_with_differs():
+    former = random_genes(2, (1, 6))
+    fittest, other = former.copy()
+    other[0, :3] = fittest[0, :3]               # alike
+    fittest[0, 5] = other[0, 5]                 # taken over
+    origin, struck = of_improved_fittest(np.stack([former[0], other]),
+                                         np.stack([fittest, other]), mutated=False)
+    assert origin.tolist() == [[ALIKE, ALIKE, ALIKE, FIRST, FIRST, SECOND]]
+    assert not struck.any() and struck.dtype == np.float32
+
+
+def test_mutants_are_the_members_that_are_new():
+    mother = np.zeros((1, 5), np.uint16)
+    old = np.full((1, 5), 7, np.uint16)
+    first, second, fittest = (mother.copy() for _ in range(3))
+    first[0, 1:3], second[0, 2:4], fittest[0, 3] = 5, 6, 6
+    origin, struck = of_improved_fittest(np.stack([mother, old]),
+                                         np.stack([fittest, old, first, second]), mutated=True)
+    assert origin.tolist() == [[ALIKE, FIRST, FIRST, MUTATED, ALIKE]]
+    assert struck.tolist() == [[0, 0.5, 1, 0.5, 0]]
+
+
+# ---- the course ----
+
+
+def snapshot_of(number, best=None):
+    maps = np.zeros((2, 3), np.float32) if best is None else best
+    return Snapshot(number, maps, maps, np.array([1.0, 4.0 + number]), None, False, maps)
+
+
+@pytest.mark.parametrize('last, numbers', [
+    (0, [0]), (1, [0, 1]), (4, [0, 1, 2, 3, 4]), (5, [0, 1, 2, 3, 5]), (8, [0, 1, 2, 4, 8]),
+    (10, [0, 1, 2, 5, 10]), (30, [0, 1, 3, 10, 30]), (100, [0, 1, 5, 20, 100]),
+    (1234, [0, 1, 10, 100, 1234])])
+def test_at_most_five_generations_are_shown_the_first_two_and_the_last_among_them(last, numbers):
+    course = Course(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
+    for number in range(last + 1):
+        course.add(snapshot_of(number))
+    assert [snapshot.number for snapshot in course.shown()] == numbers
+    assert course.rows[-1] == (last, 4.0 + last, (5.0 + last) / 2, 1.0, None)
+    assert len(course.rows) == last + 1
+
+
+def test_five_generations_are_always_told_apart():
+    course = Course(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
+    for number in range(700):
+        course.add(snapshot_of(number))
+        shown = [snapshot.number for snapshot in course.shown()]
+        assert shown == sorted(set(shown)) and len(shown) == min(number + 1, SHOWN)
+
+
+@pytest.mark.parametrize('name', [name for name in CONFIGS if CONFIGS[name].elite < 1])
+def test_mutation_strikes_in_every_generation_in_which_it_may_and_in_no_other(name, pair):
+    config = CONFIGS[name]
+    struck = [snapshot.struck.any() for snapshot in watched(config, pair)[1]]
+    assert struck == [mutates(config, number) for number in range(len(struck))]
+    first = {'paper': 1, 'guided': 2, 'thorough': len(struck)}[config.search]
+    assert struck == [number >= first for number in range(len(struck))]
+
+
+def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
+    course = Course(CONFIGS['realtime'], pair.left, pair.truth, pair.visible)
+    best = np.where(np.arange(100) < 50, pair.truth, pair.truth + 2).astype(np.float32)
+    course.add(snapshot_of(0, best))
+    assert course.rows[0].wrong == score(best, pair.truth, pair.visible).bad_dense[1.0] > 30

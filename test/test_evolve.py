@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo evolve` tells and draws what happens, and refuses bad input in one sentence."""
+import io
+import json
+import os
+import re
+
+import cv2
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands import evolve
+from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.evolution_film import STAY
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matcher_options import option_name
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
+import numpy as np
+import pytest
+
+DISPARITIES = 16
+
+
+@pytest.fixture(scope='module')
+def pair():
+    return made_pair(48, 80, DISPARITIES, seed=3)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, pair):
+    """Work in a folder with a pair, its truth, and files that are in the way."""
+    monkeypatch.chdir(tmp_path)
+    write_image('left.png', pair.left)
+    write_image('right.png', pair.right)
+    write_image('small.png', pair.right[:, :-1])
+    write_disparity('truth.pfm', pair.truth)
+    write_image('visible.png', np.where(pair.visible, 255, 128).astype(np.uint8))
+    (tmp_path / 'there.png').write_text('the one before')
+    (tmp_path / 'there.mp4').write_text('the one before')
+    (tmp_path / 'folder.png').mkdir()
+    return tmp_path
+
+
+def words_for(*more, **changes):
+    options = {'disparities': DISPARITIES, **changes}
+    return ['evolve', 'left.png', 'right.png', *more, *(
+        word for name, value in options.items() if value is not None
+        for word in (option_name(name), str(value)))]
+
+
+def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, capsys):
+    assert main(words_for('--json', profile='paper', reference='left', population=8,
+                          generations=3, ground_truth='truth.pfm', mask='visible.png')) == 0
+    figures = json.loads(capsys.readouterr().out)
+    match = StereoMatcher(MatcherConfig.from_profile(
+        'paper', disparities=DISPARITIES, reference='left', population=8, generations=3)).match(
+        pair.left, pair.right)
+    assert [row['number'] for row in figures['history']] == [1, 2, 3]
+    for row, expected in zip(figures['history'], match.history):
+        assert row['best_fitness'] == expected.best_fitness
+        assert row['mean_fitness'] == pytest.approx(expected.mean_fitness, rel=1e-12)
+        assert row['worst_fitness'] <= row['mean_fitness']
+        assert row['gains'] == expected.gains and row['diversity'] == expected.diversity
+        assert row['milliseconds'] > 0
+    assert figures['initial']['number'] == 0
+    assert figures['initial']['best_fitness'] <= figures['history'][0]['best_fitness']
+    expected = score(match.disparity, pair.truth, pair.visible)
+    assert figures['ground_truth']['bad_dense']['1.0'] == expected.bad_dense[1.0]
+    assert figures['history'][-1]['bad_1'] == expected.bad_dense[1.0]
+    assert (figures['rows'], figures['columns'], figures['profile']) == (48, 80, 'paper')
+
+
+def test_a_person_reads_a_row_for_each_generation_that_is_shown(folder, capsys):
+    assert main(words_for(generations=12, ground_truth='truth.pfm')) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == '80x48 pixels of the left image, profile realtime, population 3'
+    assert lines[1].split()[:4] == ['generation', 'best', 'mean', 'worst']
+    rows = [[float(word) for word in line.split()] for line in lines[2:-1]]
+    assert [row[0] for row in rows] == [0, 1, 2, 5, 12]
+    assert all(row[1] >= row[2] >= row[3] and 0 <= row[4] <= 100 for row in rows)
+    assert lines[-1].startswith('result: ')
+    assert len(main_lines(capsys, words_for())) == 4
+
+
+def main_lines(capsys, words):
+    assert main(words) == 0
+    return capsys.readouterr().out.splitlines()
+
+
+@pytest.mark.parametrize('suffix', ['.mp4', '.avi'])
+def test_picture_and_film_are_written_and_said(folder, suffix, capsys):
+    lines = main_lines(capsys, words_for(
+        generations=2, picture='evolution.png', video=f'evolution{suffix}'))
+    assert lines[-2:] == ['evolution.png: written', f'evolution{suffix}: written']
+    assert read_image('evolution.png').shape[1] > 900
+    film = cv2.VideoCapture(f'evolution{suffix}')
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 3 + STAY
+    assert not [name for name in os.listdir() if '.part' in name]
+
+
+def test_existing_files_are_replaced_only_where_that_is_said(folder, capsys):
+    assert main(words_for('--overwrite', picture='there.png', video='there.mp4')) == 0
+    assert read_image('there.png').shape[1] > 900
+    assert (folder / 'there.mp4').stat().st_size > 10_000
+
+
+def test_the_options_of_frames_before_and_of_a_deadline_do_not_exist(folder, capsys):
+    for option in ('--deadline-ms=3', '--warm-start'):
+        with pytest.raises(SystemExit):
+            main(words_for(option))
+        assert 'unrecognized arguments' in capsys.readouterr().err
+
+
+BAD_INPUT = {
+    'no disparities': (words_for(disparities=None), 'required: --disparities'),
+    'a picture that exists': (words_for(picture='there.png'),
+                              '--picture is there.png, which exists; --overwrite replaces it'),
+    'a folder': (words_for('--overwrite', picture='folder.png'), 'is a folder; name a file'),
+    'a film that exists': (words_for(video='there.mp4'), '--video is there.mp4, which exists'),
+    'a picture of no format': (words_for(picture='out.jpg'), 'allowed are .png, .pdf, .svg'),
+    'a film of no format': (words_for(video='out.mov'), 'allowed are .mp4, .avi'),
+    'no folder': (words_for(video='none/out.mp4'), 'there is no folder none'),
+    'an input as output': (words_for('--overwrite', picture='left.png'), 'is an input too'),
+    'two sizes': (['evolve', 'left.png', 'small.png', *words_for()[3:]],
+                  'left.png is 80x48 and small.png is 79x48'),
+    'truth of another size': (words_for(ground_truth='small.png', ground_truth_scale=4),
+                              'small.png is 79x48'),
+    'a mask alone': (words_for(mask='visible.png'), '--mask needs --ground-truth'),
+    'out of range': (words_for(population=1), 'population is 1; allowed are'),
+    'too many disparities': (words_for(disparities=81, video='out.mp4', picture='out.png'),
+                             '81 disparities are more than the 80 columns')}
+
+
+def contents(folder):
+    return {file: file.is_file() and file.read_bytes() for file in folder.iterdir()}
+
+
+@pytest.mark.parametrize('case', BAD_INPUT)
+def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
+        folder, capsys, monkeypatch, case):
+    """And it is told before the work begins, but for what only the matcher knows."""
+    words, told = BAD_INPUT[case]
+    if case != 'too many disparities':
+        monkeypatch.setattr(evolve, 'StereoMatcher', None)
+    before = contents(folder)
+    try:
+        code = main(words)
+    except SystemExit as ended:
+        code = ended.code
+    found = capsys.readouterr()
+    assert code == 2 and found.out == ''
+    assert re.fullmatch(r'fuzzy-stereo( evolve)?: [^\n]+\n', found.err), found.err
+    assert told in found.err
+    assert contents(folder) == before
+
+
+def test_without_matplotlib_the_remedy_is_told_where_something_is_drawn(
+        folder, capsys, monkeypatch):
+    monkeypatch.setattr(evolve, 'find_spec', lambda name: None)
+    assert main(words_for(picture='out.png')) == 2
+    assert '--picture needs matplotlib, which is not installed: pip install matplotlib' in \
+        capsys.readouterr().err
+    assert main(words_for()) == 0
+
+
+def test_an_interrupted_film_holds_what_was_seen(folder, monkeypatch):
+    watched_match = evolve.watched_match
+
+    def interrupted(config, left, right, tell):
+        def tell_two(snapshot):
+            if snapshot.number == 2:
+                raise KeyboardInterrupt
+            tell(snapshot)
+        return watched_match(config, left, right, tell_two)
+
+    monkeypatch.setattr(evolve, 'watched_match', interrupted)
+    assert main(words_for(generations=4, video='out.avi', picture='out.png')) == 130
+    film = cv2.VideoCapture('out.avi')
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
+    assert not (folder / 'out.png').exists()
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_bar_moves_on_a_terminal_and_nowhere_else():
+    for stream, shown in ((io.StringIO(), False), (Terminal(), True)):
+        with evolve.progress(2, stream) as step:
+            step()
+            step()
+        assert ('generations: 100%' in stream.getvalue()) == shown
