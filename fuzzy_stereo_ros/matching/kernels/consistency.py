@@ -49,7 +49,7 @@ def _near(labels, one, two, step):
     return abs(np.int64(labels[one]) - np.int64(labels[two])) <= step
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _end_run(verdict, place, open_at, begin, end, known):
     """End the run that is open before a place, if any, and open one there unless refused."""
     if open_at >= 0:

@@ -49,7 +49,7 @@ class Prior(NamedTuple):
     reach: int                    # more labels than there are
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
     """
     Return the costs of as many candidates of a pixel as there are lanes: census and gradient.
@@ -65,14 +65,14 @@ def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
     return add(minimum(distance, cuts[0]), minimum(difference, cuts[1]))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def cuts_of(search, vector):
     """Return what the costs are cut by, as vectors like another: see _raw."""
     return (splat_like(vector, search.census_cut), splat_like(vector, search.slope_cut),
             splat_like(vector, 255 * (search.near_weight - 1)))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def beyond(vector, label, disparities):
     """Return 255 in the lanes of the labels, `label` the first, that do not exist; 0 elsewhere."""
     inside = max(min(disparities - label, lanes_of(vector)), 0)
@@ -82,7 +82,7 @@ def beyond(vector, label, disparities):
     return subtract(minimum(short, one), one)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _widen_codes(search, row, begin, end, codes, at):
     """Write what a row of the reference is compared by as words: census planes, then gradients."""
     width, stride = end - begin, search.census_stride
@@ -93,14 +93,14 @@ def _widen_codes(search, row, begin, end, codes, at):
     widen(search.slopes, first + begin, first + end, codes, at + 3 * width)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _codes_of(kind, codes, at, width):
     """Return what _widen_codes wrote of a pixel, as vectors: census planes, and gradient."""
     return (splat_word(kind, codes, at), splat_word(kind, codes, at + width),
             splat_word(kind, codes, at + 2 * width)), splat_word(kind, codes, at + 3 * width)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _lean(labels, label_bytes, weights, reach, first, width, low, leanings, at):
     """Write, as words, where in the table of a prior what it adds to a row's pixels begins."""
     base = reach + low
@@ -131,7 +131,7 @@ def prepare_costs(search, row, count, begin, end, low, codes, leanings):
               search.previous_reach, first, width, low, leanings, (2 * near + 1) * width)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, leanings, lean_at,
                   offset):
     """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
@@ -219,7 +219,7 @@ def layout_of(features):
             features.slope_cut)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def match_cost(census, target_census, slopes, target_slopes, layout, row, column, label):
     """
     Return the cost of one candidate without priors, as cost_rows has it.

@@ -60,7 +60,7 @@ def fill_arms(colours, longest, near, alike, much_alike, surface, level, arms, f
                 arms[row, column, arm] = reached
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _store_mean(total, number, costs, place):
     """Write the mean of a number of costs from their totals."""
     if number > 1:

@@ -18,7 +18,7 @@ from numba import njit
 import numpy as np
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def fill_costs(search, scratch, row, is_start):
     """Write the costs of a row, all its tiles; rows come in order, `is_start` for the first."""
     if search.box > 0:
@@ -43,7 +43,7 @@ def fill_box_costs(search, scratch, row, is_start):
             ring + newest % 3 * size, blocks, scratch.costs, row_start(search, scratch, row))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _enter_tile(paths, path, count, window, previous, labels):
     """Carry the horizontal paths of some rows into the window of a tile."""
     low, blocks, _ = window
@@ -53,7 +53,7 @@ def _enter_tile(paths, path, count, window, previous, labels):
             carry(paths, near * path, old_blocks, old_low, paths, near * path, blocks, low, labels)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def sweep_rows(search, scratch, row, count):
     """Run the paths from left, right and above through `count` rows; costs of boxes are there."""
     costs, sums, chains, path = scratch.costs, scratch.sums, scratch.chains, scratch.chain

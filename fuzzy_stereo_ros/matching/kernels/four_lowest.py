@@ -72,7 +72,7 @@ def store_four(typing, array, index, packed):
     return signature, generate
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def without_least(one, two, three, four):
     """Return four vectors with the smallest lane of each taken off its lanes."""
     least_1, least_2, least_3, least_4 = unpacked(one, lowest_of_four(one, two, three, four))

@@ -50,7 +50,7 @@ def census(fine, radius, first_bit, codes, first, last):
                 bit += 1
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _apart(one, other):
     """Return the difference of two vectors without its sign."""
     return bit_or(saturating_subtract(one, other), saturating_subtract(other, one))

@@ -38,7 +38,7 @@ def jump_cost(one, other, small, jump):
     return small if difference == 1 else np.int64(jump)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _gene_cost(scene, features, layout, wide, label, row, column):
     """Return the data cost of one gene; features: the four arrays that match_cost reads."""
     pointed = column - label

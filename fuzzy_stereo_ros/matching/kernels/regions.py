@@ -5,7 +5,7 @@ from fuzzy_stereo_ros.matching.kernels.consistency import root
 from numba import njit
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def region_of(parent, left, above, known):
     """
     Return the region of a cell, joining those of its neighbours; `known` where it is a new one.
@@ -24,7 +24,7 @@ def region_of(parent, left, above, known):
     return known
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def row_of(cell, row, columns):
     """Return the row of a cell, row * columns + column, from the row of one not behind it on."""
     while cell >= (row + 1) * columns:

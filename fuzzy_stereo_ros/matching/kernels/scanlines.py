@@ -16,7 +16,7 @@ from numba import njit
 import numpy as np
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def advance(path, jump, penalty, costs):
     """
     Return L(p, d) of one or two blocks of labels; all arguments are vectors.
@@ -29,7 +29,7 @@ def advance(path, jump, penalty, costs):
     return saturating_add(cheapest, costs)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def step(path, at, blocks, jump, penalty, costs, cost_at, sums, sum_at, begins):
     """
     Move the paths of a pixel on to the next one and add them to its sums.
@@ -56,7 +56,7 @@ def step(path, at, blocks, jump, penalty, costs, cost_at, sums, sum_at, begins):
         store(path, offset, subtract(load(path, offset), floor))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def widen(numbers, begin, end, words, at):
     """Write numbers[begin:end], uint8, as words that repeat a byte four times, from index at."""
     for index in range(end - begin):
@@ -71,14 +71,14 @@ def copy(paths, target, size):
         store(target, at, load(paths, at))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def clear(path, at, blocks):
     """Start paths anew: cost 0 for each label."""
     for block in range(blocks):
         store(path, at + LANES * block, splat(np.uint8(0)))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def carry(path, at, blocks, low, out, out_at, new_blocks, new_low, labels):
     """
     Carry paths from the window of labels of one tile to that of the next, 255 where new.

@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.volume import columns_of, window_of
 from numba import njit
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _carry_tile(search, tile, tile_row, paths, at, new_tile_row, new_paths, new_at, labels):
     """
     Carry the vertical paths of a tile's columns to the window of the tile below or above.
@@ -35,7 +35,7 @@ def _carry_tile(search, tile, tile_row, paths, at, new_tile_row, new_paths, new_
     return new_at
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _carry_down(search, scratch, tile_row):
     """Carry the downward paths of all tiles to the windows of the row of tiles below."""
     for tile in range(search.tile_columns):

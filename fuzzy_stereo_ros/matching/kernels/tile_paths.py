@@ -19,7 +19,7 @@ import numpy as np
 ROWS_AT_ONCE = 4
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def rightwards(blocks, begin, end, at, size, jumps, stride, count, small, costs, sums, paths,
                path):
     """Run the paths from the left through one tile: they begin the sums."""
@@ -32,14 +32,14 @@ def rightwards(blocks, begin, end, at, size, jumps, stride, count, small, costs,
         at += LANES * blocks
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _rows_of(kind, memory, size):
     """Return what vectors like `kind` lie at the start of four rows, `size` bytes apart."""
     return (load_like(kind, memory, 0), load_like(kind, memory, size),
             load_like(kind, memory, 2 * size), load_like(kind, memory, 3 * size))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _store_rows(memory, at, size, one, two, three, four):
     """Write four vectors to rows `size` bytes apart, from index `at` on."""
     store(memory, at, one)
@@ -48,7 +48,7 @@ def _store_rows(memory, at, size, one, two, three, four):
     store(memory, at + 3 * size, four)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, stride, penalty,
                                 costs, sums, paths, path, codes, leanings):
     """Fill the costs of four rows of a tile of one or two blocks and run from the left."""
@@ -90,7 +90,7 @@ def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, s
     _store_rows(paths, 0, path, path_0, path_1, path_2, path_3)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def rightwards_single(begin, end, at, size, jumps, stride, penalty, costs, sums, paths, path):
     """Run four rows of a tile of one or two blocks: what rightwards does for any, in registers."""
     one, two, three, lanes = size, 2 * size, 3 * size, lanes_of(penalty)
@@ -129,12 +129,12 @@ def left_and_down(blocks, begin, end, at, size, across, down, stride, first, las
                  costs, pixel, sums, pixel, False)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _add_to(sums, at, one, other):
     store(sums, at, saturating_add(load_like(one, sums, at), saturating_add(one, other)))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def left_and_down_single(begin, end, at, size, across, down, stride, small, penalty, costs,
                          sums, paths, path, down_paths, place):
     """

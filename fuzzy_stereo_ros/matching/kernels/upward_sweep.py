@@ -16,7 +16,7 @@ from numba import njit
 import numpy as np
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _note(column, best, low, at, totals, labels, below, above):
     """Write the label of a pixel and the sums beside it; its sums are at totals + at."""
     poke_short(labels, column, low + best)
@@ -24,7 +24,7 @@ def _note(column, best, low, at, totals, labels, below, above):
     poke(above, column, peek(totals, at + best + 1))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _choose_single(low, begin, end, at, costs, sums, jumps, penalty, paths, place, totals, labels,
                    least_sums, margins, below, above):
     """Do for four columns at once, of one or two blocks, what _choose_tile does; return where."""
@@ -80,7 +80,7 @@ def _choose_single(low, begin, end, at, costs, sums, jumps, penalty, paths, plac
     return column
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _choose_tile(blocks, low, begin, end, at, costs, sums, jumps, small, paths, place, totals,
                  labels, least_sums, margins, below, above):
     """Move the upward paths of one tile's columns on by a row and choose their labels."""
@@ -96,7 +96,7 @@ def _choose_tile(blocks, low, begin, end, at, costs, sums, jumps, small, paths, 
         at += LANES * blocks
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def _hand_over(search, at, width, low, high, scratch):
     """Write what was chosen for a row of a tile; at the window's ends there is nothing to fit."""
     chosen, below, above = scratch.chosen, scratch.least_below, scratch.least_above
@@ -115,7 +115,7 @@ def _hand_over(search, at, width, low, high, scratch):
             poke_short(search.labels + 2 * at, column, peek_short(chosen, column))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def choose_tile(search, scratch, tile, first, last):
     """Choose the labels of the rows first .. last - 1 of a tile; its paths are those of `last`."""
     costs, sums, paths, totals = scratch.costs, scratch.sums, scratch.up, scratch.labels

@@ -111,7 +111,7 @@ class Scratch(NamedTuple):
     rivals: int              # uint16: what the target's pixels are offered
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def window_of(search, tile_row, tile):
     """Return the first label of a tile, its blocks, and where its costs lie in a row."""
     index = tile_row * search.tile_columns + tile
@@ -119,14 +119,14 @@ def window_of(search, tile_row, tile):
             peek_long(search.offset, index))
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def columns_of(search, tile):
     """Return the first column of a tile and the one behind its last."""
     begin = tile * search.tile
     return begin, min(begin + search.tile, search.columns)
 
 
-@njit(inline='always')
+@njit(forceinline=True)
 def row_start(search, scratch, row):
     """Return where the costs of a row begin, in bytes from those of the scratch."""
     tile_row = row // search.tile
