@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The page of troubles speaks of sentences, parameters and topics that there are."""
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+import re
+
+from code_sentences import missing_parts
+from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
+from fuzzy_stereo_ros.parameter_table import (
+    matcher_parameters, NODE_PARAMETERS, profile_config)
+from fuzzy_stereo_ros.reports import change_values, counts_of, Figures
+from fuzzy_stereo_ros.result_topics import TOPICS
+import numpy as np
+from pages import in_code_style, ROOT, said, text_of
+import pytest
+
+INPUTS = 'image_rect', 'camera_info'
+NAME = 'docs/troubleshooting.md'
+PARAMETERS = {row.name for row in (
+    *NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))}
+# Of ROS, numba and Fast DDS, not of this package.
+FOREIGN = {'RuntimeError', '__pycache__', '~/.cache/numba', 'image_proc', 'point_cloud_node',
+           'image_raw', 'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST',
+           'valid_window', 'delta_d', 't', 'f', 'f * t / d', 'camera_info', 'false'}
+
+
+@cache
+def keys_of_diagnostics():
+    """Return the keys under which the node tells figures."""
+    sides = [f'{side}/{name}' for side in ('left', 'right') for name in INPUTS]
+    figures, config = Figures(), MatcherConfig(disparities=8)
+    image = np.zeros((20, 40), np.uint8)
+    figures.matched(StereoMatcher(config).match(image, image),
+                    **dict.fromkeys(('latency', 'age', 'stamps apart'), 1.0))
+    keys = {*counts_of(Synchroniser(sides), Counter()), *figures.values(),
+            *change_values(config, config, '')}
+    return {key.split(', ')[0] for key in keys}
+
+
+@pytest.mark.parametrize('sentence', said(NAME))
+def test_a_quoted_sentence_is_one_of_the_code(sentence):
+    assert missing_parts(sentence) == []
+
+
+@pytest.mark.parametrize('words', sorted(set(in_code_style(NAME))))
+def test_a_name_in_code_style_is_a_parameter_a_topic_a_file_or_a_text_of_the_code(words):
+    topics = {topic for several in TOPICS.values() for topic, _ in several}
+    name = words.split(':')[0]
+    assert (words in FOREIGN or name in PARAMETERS or words.lstrip('/') in topics
+            or words in keys_of_diagnostics() or words.startswith(('ros2 ', 'fuzzy-stereo '))
+            or (ROOT / words).is_file() or (ROOT / 'launch' / words).is_file()
+            or missing_parts(words) == [])
+
+
+def test_what_is_no_text_of_the_code_is_found_out():
+    assert missing_parts('no stereo pair for … s; messages since then: …') == []
+    assert missing_parts('no stereo pair for … minutes') == ['minutes']
+
+
+def test_the_table_at_the_top_leads_to_every_section():
+    text = text_of(NAME)
+    sections = re.findall(r'^## (.+)$', text, re.MULTILINE)
+    assert re.findall(r'\[([^]]+)\]\(#', text.split('\n## ')[0]) == sections
+
+
+def shares_of_valid_pixels():
+    """Yield how a pair does not fit, and the share of valid pixels."""
+    pair = made_pair(200, 320, 64)
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        'realtime', disparities=64, warm_start=False))
+    for case, left, right in (('aligned', pair.left, pair.right),
+                              ('two rows', pair.left[2:], pair.right[:-2]),
+                              ('swapped', pair.right, pair.left)):
+        yield case, np.isfinite(matcher.match(left, right).disparity).mean()
+
+
+def test_the_shares_that_wrong_images_leave_are_those_of_the_page():
+    shares = {case: f'{100 * share:.0f} %' for case, share in shares_of_valid_pixels()}
+    assert shares['aligned'] == '90 %'
+    assert (f"two rows of difference between the images leave {shares['two rows']} of the pixels, "
+            f"swapped images {shares['swapped']}") in ' '.join(text_of(NAME).split())
+
+
+def test_the_blank_stripe_at_the_left_is_what_fill_fills_with_confidence_0():
+    pair = made_pair(60, 160, 32)
+    config = MatcherConfig.from_profile('realtime', disparities=32, warm_start=False)
+    plain = StereoMatcher(config).match(pair.left, pair.right)
+    filled = StereoMatcher(replace(config, fill=True)).match(pair.left, pair.right)
+    holes = np.isnan(plain.disparity)
+    assert holes[:, :8].mean() > 2 * holes[:, 40:].mean()
+    assert np.isfinite(filled.disparity).all()
+    assert (filled.confidence[holes] == 0).all()
