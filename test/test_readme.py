@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the README and the architecture page say exists, and is what the code says."""
-from pathlib import Path
 import re
-import shlex
 
 from fuzzy_stereo_ros.command_line import COMMANDS, main
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
@@ -16,22 +14,20 @@ from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameter_page import renewed
 from fuzzy_stereo_ros.quoted_tables import QUOTE, renewed as requoted, table_of
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
+import pages
+from pages import ROOT, text_of
 import pytest
 from saved_scene import running
 import written_scenes
 
-ROOT = Path(__file__).parents[1]
-README = (ROOT / 'README.md').read_text(encoding='utf-8')
+README = text_of('README.md')
 ARCHITECTURE, ALGORITHM, FIGURES = (
-    (ROOT / 'docs' / f'{name}.md').read_text(encoding='utf-8')
-    for name in ('architecture', 'algorithm', 'benchmarks'))
+    text_of(f'docs/{name}.md') for name in ('architecture', 'algorithm', 'benchmarks'))
 
 
 def commands(start):
-    """Return the README's commands that begin with a word, comments left out, split in words."""
-    blocks = re.findall(r'```bash\n(.*?)```', README, re.DOTALL)
-    lines = '\n'.join(blocks).replace('\\\n', ' ').splitlines()
-    return [shlex.split(line, comments=True) for line in lines if line.startswith(start)]
+    """Return the README's commands that begin with a word."""
+    return pages.commands('README.md', start)
 
 
 def cells(line):
@@ -177,15 +173,6 @@ def test_the_executable_and_the_dds_profile_that_are_named_exist():
     assert package == 'fuzzy_stereo_ros'
     assert f'{executable} = ' in (ROOT / 'setup.py').read_text(encoding='utf-8')
     assert 'config/fastdds.xml' in README and (ROOT / 'config' / 'fastdds.xml').exists()
-
-
-def test_every_link_leads_to_a_file():
-    for name, folder in (('README.md', ROOT), ('docs/architecture.md', ROOT / 'docs'),
-                         ('docs/algorithm.md', ROOT / 'docs'),
-                         ('docs/from_stereo_image_proc.md', ROOT / 'docs')):
-        text = (ROOT / name).read_text(encoding='utf-8')
-        for target in re.findall(r'\]\(([^)#:]+)\)', text):
-            assert (folder / target).exists(), f'{name} links to {target}'
 
 
 def test_every_module_that_the_pages_name_exists():
