@@ -29,8 +29,9 @@ endif
 
 dependencies_installed := $(venv)/.dependencies-$(ros)
 package_installed := $(venv)/.package-$(ros)
+sphinx_installed := $(venv)/.sphinx-$(ros)
 
-.PHONY: help demo test benchmark lint clean
+.PHONY: help demo test benchmark docs lint clean
 
 help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
@@ -39,6 +40,7 @@ help:
 	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
 	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md'
 	@echo "            make benchmark BENCHMARK_ARGS='--quick --output /tmp/page.md'"
+	@echo 'make docs   the pages and what stands in docstrings, into docs/_build'
 	@echo 'make lint   ruff, flake8 and pep257 alone'
 	@echo 'make clean  remove what was made: $(venv), builds and caches'
 	@echo
@@ -54,13 +56,17 @@ benchmark: $(package_installed)
 	$(python) -m fuzzy_stereo_ros.command_line benchmark all --output docs/benchmarks.md \
 		$(BENCHMARK_ARGS)
 
+docs: $(package_installed) $(sphinx_installed)
+	$(python) -m sphinx --fail-on-warning --keep-going --quiet -c docs . docs/_build
+	@echo 'made docs/_build/docs/index.html'
+
 lint: $(package_installed)
 	$(python) -m ruff check .
 	$(python) -m flake8 .
 	$(python) -m pydocstyle .
 
 clean:
-	rm -rf $(venv) build dist install log *.egg-info .hypothesis .pytest_cache .ruff_cache
+	rm -rf $(venv) build dist docs/_build install log *.egg-info .hypothesis .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(dependencies_installed): $(requirements)
@@ -73,4 +79,8 @@ $(dependencies_installed): $(requirements)
 $(package_installed): $(dependencies_installed) package.xml setup.py pyproject.toml \
 		$(wildcard resource/* config/* launch/*)
 	$(python) -m pip install --quiet --no-deps --editable .
+	touch $@
+
+$(sphinx_installed): requirements/docs.txt $(dependencies_installed)
+	$(python) -m pip install --quiet --requirement requirements/docs.txt
 	touch $@

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The documentation that `make docs` builds, in a short form: names exist, docstrings parse."""
+from importlib import import_module
+import inspect
+from io import StringIO
+import re
+import sys
+
+from pages import ROOT, text_of
+import pytest
+
+sys.path.insert(0, str(ROOT / 'docs'))
+from house_docstrings import in_markup  # noqa: E402, I100
+
+DIRECTIVES = re.findall(r'^\.\. auto(\w+):: ([\w.]+)$', text_of('docs/api.md'), re.MULTILINE)
+
+
+def documented():
+    """Return {full name: object} of the modules and classes on the page, and what is in them."""
+    found = {}
+    for kind, name in DIRECTIVES:
+        if kind == 'module':
+            there = found[name] = import_module(name)
+            members = [(member, one) for member, one in vars(there).items()
+                       if getattr(one, '__module__', None) == name]
+        else:
+            module, _, label = name.rpartition('.')
+            there = found[name] = getattr(import_module(module), label)
+            members = []
+        for member, one in [*members, *(vars(there).items() if kind == 'class' else ())]:
+            if not member.startswith('_') and (inspect.isroutine(one) or inspect.isclass(one)):
+                found[f'{name}.{member}'] = one
+        for path, one in list(found.items()):
+            if inspect.isclass(one) and path.startswith(name):
+                found.update({f'{path}.{member}': inner for member, inner in vars(one).items()
+                              if inspect.isfunction(inner) and not member.startswith('_')})
+    return found
+
+
+def test_the_page_names_modules_and_classes_that_exist():
+    assert {kind for kind, _ in DIRECTIVES} == {'module', 'class'}
+    names = documented()
+    assert 'fuzzy_stereo_ros.matching.StereoMatcher.match' in names
+    assert 'fuzzy_stereo_ros.saved_pair.write_saved_pair' in names
+    assert len(names) > 60
+
+
+def test_the_page_has_what_the_room_of_the_matcher_gives_away():
+    from fuzzy_stereo_ros import matching
+
+    names = {name for _, name in DIRECTIVES}
+    for name in matching.__all__:
+        if inspect.isclass(getattr(matching, name)):
+            assert f'fuzzy_stereo_ros.matching.{name}' in names
+
+
+@pytest.mark.parametrize('name', documented())
+def test_a_docstring_is_there_and_parses(name):
+    docutils = pytest.importorskip('docutils.core', reason='docutils is not installed')
+    said = inspect.getdoc(documented()[name])
+    assert said, f'{name} has no docstring'
+    marked = '\n'.join(in_markup(said.splitlines()))
+    complaints = StringIO()
+    docutils.publish_doctree(marked, settings_overrides={'warning_stream': complaints})
+    assert complaints.getvalue() == ''
+
+
+def test_lines_that_say_what_a_name_is_become_items_and_sentences_stay_sentences():
+    assert in_markup(['Return it.', '', 'left, right: two', 'images.', 'depth: |m|',
+                      'Raises ValueError.', 'and more']) == [
+        'Return it.', '', '', '- **left, right**: two', '  images.', '', r'- **depth**: \|m\|',
+        '  Raises ValueError.', '  and more', '']
+    assert in_markup(['mask: all.', 'Raises ValueError.']) == [
+        '', '- **mask**: all.', '', 'Raises ValueError.', '']
+
+
+def test_a_table_becomes_one():
+    assert in_markup(['| a | b |', '|---|---|', '| 1 | 2 |']) == [
+        '.. list-table::', '   :header-rows: 1', '', '   * - a', '     - b', '   * - 1',
+        '     - 2', '']
+
+
+def test_every_page_of_the_folder_is_in_the_contents():
+    listed = text_of('docs/index.md')
+    for page in (ROOT / 'docs').glob('*.md'):
+        assert page.stem == 'index' or f'\n{page.stem}\n' in listed, page.name
+    for page in [*ROOT.glob('*.md'), ROOT / 'CHANGELOG.rst']:
+        assert f'\n../{page.stem}\n' in listed, page.name
