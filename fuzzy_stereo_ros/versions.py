@@ -28,8 +28,15 @@ def versions():
         'numpy': np.__version__,
         'numba': numba.__version__,
         'opencv': cv2.__version__,
-        'platform': platform.platform(),
+        'platform': _platform(),
         'processor': processor,
         'processor_features': ' '.join(
             name[1:] for name in features.split(',') if name.startswith('+')),
     }
+
+
+def _platform():
+    """Return what platform.platform() says, which starts a process for a part it leaves out."""
+    name = f'{platform.system()}-{platform.release()}-{platform.machine()}'
+    library = ''.join(platform.libc_ver())
+    return f'{name}-with-{library}' if library else name

@@ -91,6 +91,11 @@ class NodeProcess:
         assert line is not None, f'not logged: {text}\n{self.log()}'
         return line
 
+    @property
+    def identity(self):
+        """The id of the process."""
+        return self._process.pid
+
     def alive(self):
         """Return whether it still runs."""
         return self._process.poll() is None

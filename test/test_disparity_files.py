@@ -170,3 +170,13 @@ def test_a_folder_that_is_missing_is_an_oserror_and_stays_missing(tmp_path):
     with pytest.raises(OSError, match='No such file'):
         write_whole(tmp_path / 'none' / 'file', b'content')
     assert os.listdir(tmp_path) == []
+
+
+def test_a_link_that_somebody_put_beside_a_file_is_not_followed(tmp_path):
+    (tmp_path / 'victim').write_text('kept')
+    part = tmp_path / f'.file.{os.getpid()}.part'
+    part.symlink_to(tmp_path / 'victim')
+    write_whole(tmp_path / 'file', b'content')
+    assert (tmp_path / 'file').read_bytes() == b'content'
+    assert not (tmp_path / 'file').is_symlink()
+    assert (tmp_path / 'victim').read_text() == 'kept'

@@ -201,6 +201,21 @@ def test_a_broken_compressed_image_is_refused_with_a_sentence(content):
                             'no image of 8 or 16 bits; allowed are JPEG and PNG')
 
 
+@pytest.mark.parametrize('suffix', ['.bmp', '.tiff', '.webp', '.pgm'])
+def test_files_of_other_kinds_never_reach_the_decoders_of_opencv(suffix, monkeypatch):
+    content = cv2.imencode(suffix, np.full((6, 8), 40, np.uint8))[1].tobytes()
+    monkeypatch.setattr(cv2, 'imdecode', lambda *_: pytest.fail('it was decoded'))
+    assert 'allowed are JPEG and PNG' in str(refusal_of(read_image, compressed(content)))
+
+
+def test_texts_of_messages_are_told_short_and_without_what_a_terminal_obeys():
+    hostile = '\x1b[2J\n[INFO] all is well' + 1000 * 'x'
+    for refusal in (refusal_of(read_image, image(np.zeros((4, 4), np.uint8), hostile)),
+                    refusal_of(read_image, compressed(b'', hostile))):
+        assert str(refusal).isprintable()
+        assert len(str(refusal)) < 600
+
+
 def test_a_calibration_is_read_from_the_right_camera():
     calibration = read_calibration(info(), info(tx=-24.0, cx=53.0))
     assert calibration == Calibration(focal=200.0, baseline=0.12, offset=-3.0, left=LEFT)

@@ -37,6 +37,7 @@ SHORT_FORMS = {
 NOT_RUN = {
     'make test': 'it runs this test',
     'make docs': 'installs Sphinx; test_docs.py is its short form',
+    'pip-audit': 'asks a service on the internet',
     'sudo sysctl': 'changes the machine',
 }
 ALL = [(page, words) for page in pages_with_commands() for words in commands(page)]
@@ -144,6 +145,12 @@ def test_make_would_run_a_module_of_the_package_or_a_tool_with_these_arguments(p
         assert setting.partition('=')[2] in shlex.join(last)
 
 
+def run_code(code, variables):
+    """Run Python with variables of the environment in a process and return what it prints."""
+    return subprocess.run([sys.executable, '-c', code], cwd=ROOT, check=True, text=True,
+                          env={**os.environ, **variables}, capture_output=True).stdout
+
+
 @pytest.mark.parametrize('words', [words for _, words in ALL if words[0] == 'export'],
                          ids=lambda words: words[1].partition('=')[0])
 def test_a_variable_that_is_set_has_an_effect(words, tmp_path):
@@ -153,12 +160,19 @@ def test_a_variable_that_is_set_has_an_effect(words, tmp_path):
         assert start == f'$(ros2 pkg prefix --share {PACKAGE}'
         assert (ROOT / file.lstrip('/')).is_file()
         return
-    assert name == 'NUMBA_CACHE_DIR'
-    code = (f'from {PACKAGE}.matching.kernels.chance import mixed; import numpy as np; '
-            'mixed(np.uint64(1), np.uint64(2))')
-    subprocess.run([sys.executable, '-c', code], cwd=ROOT, check=True,
-                   env={**os.environ, name: str(tmp_path)})
-    assert [*tmp_path.rglob('*.nbi')]
+    if name == 'NUMBA_CACHE_DIR':
+        run_code(f'from {PACKAGE}.matching.kernels.chance import mixed\n'
+                 'import numpy as np\nmixed(np.uint64(1), np.uint64(2))', {name: str(tmp_path)})
+        assert [*tmp_path.rglob('*.nbi')]
+        return
+    assert name == 'OPENCV_IO_MAX_IMAGE_PIXELS'
+    code = ('import cv2, numpy as np, types\n'
+            f'from {PACKAGE}.pairs.messages import read_image\n'
+            'data = cv2.imencode(".png", np.zeros((100, 101), np.uint8))[1].tobytes()\n'
+            'try:\n    print(read_image(types.SimpleNamespace(format="png", data=data)).shape)\n'
+            'except ValueError as error:\n    print(error)')
+    assert '(100, 101)' in run_code(code, {name: value})
+    assert 'hold no image' in run_code(code, {name: '10000'})
 
 
 def test_the_python_of_the_readme_matches():

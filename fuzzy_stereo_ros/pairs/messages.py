@@ -5,6 +5,8 @@ Messages into images, without importing ROS.
 
 A message is anything with the fields of its ROS type: rclpy's and those read from a bag.
 """
+from contextlib import suppress
+
 import cv2
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, width_by_height
 import numpy as np
@@ -46,6 +48,9 @@ ENCODINGS = {
 }
 SEMI_PLANAR = ('nv12', 'nv21', 'nv24')      # all luma first; height counts its rows alone
 SMALLEST_MOSAIC = 4     # px; below this OpenCV cannot fill in a Bayer pattern
+# How files of JPEG and PNG begin: OpenCV reads more kinds, by code that strangers need not reach.
+FILE_STARTS = b'\xff\xd8\xff', b'\x89PNG\r\n\x1a\n'
+SHOWN = 60      # characters of a message's texts in a sentence: they may be long, or of any kind
 
 
 def stamp_of(header):
@@ -76,7 +81,7 @@ def read_image(message):
 
 def _meaning_of(encoding):
     if encoding not in ENCODINGS:
-        raise BadPair('encoding', f"encoding is '{encoding}'; allowed are "
+        raise BadPair('encoding', f'encoding is {encoding!r:.{SHOWN}}; allowed are '
                       f"{', '.join(ENCODINGS)}")
     return ENCODINGS[encoding]
 
@@ -119,14 +124,13 @@ def _decompressed(message):
     Its format is that of the file, after compressed_image_transport preceded by what was
     compressed: `bayer_rggb8; jpeg compressed` is a grey file that holds a Bayer pattern.
     """
-    try:
-        image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_UNCHANGED)
-    except (cv2.error, ValueError):
-        image = None
+    image, content = None, memoryview(message.data)
+    if content[:8].tobytes().startswith(FILE_STARTS):
+        with suppress(cv2.error):
+            image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise BadPair('encoding', f'{memoryview(message.data).nbytes} bytes of format '
-                      f"'{message.format}' hold no image of 8 or 16 bits; allowed are JPEG and "
-                      'PNG')
+        raise BadPair('encoding', f'{content.nbytes} bytes of format {message.format!r:.{SHOWN}} '
+                      'hold no image of 8 or 16 bits; allowed are JPEG and PNG')
     encoding, _, file_format = message.format.partition(';')
     if image.ndim == 2:
         if encoding.startswith('bayer_'):

@@ -75,7 +75,7 @@ def _distortion(side, info):
     if not model or not distortion.any():
         return None
     if model not in COEFFICIENTS:
-        raise BadPair('calibration', f"{side} camera_info: distortion_model is '{model}'; "
+        raise BadPair('calibration', f'{side} camera_info: distortion_model is {model!r:.60}; '
                       f"allowed are {', '.join(COEFFICIENTS)}; for others rectify elsewhere, "
                       'and set rectify and crop to false')
     allowed = COEFFICIENTS[model]

@@ -13,8 +13,10 @@ def write_whole(path, content):
     """
     path = Path(path)
     part = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    part.unlink(missing_ok=True)
     try:
-        part.write_bytes(content)
+        with open(part, 'xb') as file:      # never through a link that somebody else has put there
+            file.write(content)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
