@@ -10,7 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 import time
 
-from fuzzy_stereo_ros.pairs.bag_reading import DamagedBag
 from fuzzy_stereo_ros.replay_sinks import BagSink
 from fuzzy_stereo_ros.reports import kind_of
 
@@ -24,7 +23,7 @@ class Tally:
     started from the pair before. refused: by reason; first_refusal: why, in a sentence. remarks:
     on the calibration, by kind. milliseconds: of matching, of all. seconds: of the loop.
     logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
-    stopped. error: DamagedBag or OSError that ended it, or None.
+    stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None.
     """
 
     matched: int = 0
@@ -105,7 +104,7 @@ def replay(source, rig, outputs, tally, stopped, told, shown):
                 going = helper.submit(outputs.put, step, matched)
                 if step.stamp is not None:
                     shown()
-        except (DamagedBag, OSError) as error:
+        except (ValueError, OSError) as error:
             tally.error = error
         finally:
             _finish(helper, going, outputs, tally)
@@ -146,5 +145,5 @@ def _finish(helper, going, outputs, tally):
         try:
             if task is not None:
                 task.result()
-        except OSError as error:
+        except (ValueError, OSError) as error:
             tally.error = tally.error or error

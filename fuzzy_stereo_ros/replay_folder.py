@@ -14,20 +14,25 @@ class ReplayFolder:
     """
     Where outputs go; nothing is written before `begin`.
 
-    path: of the folder. continued: whether there are outputs in it that are to be continued.
+    path: of the folder; None where no outputs go into one. continued: whether there are outputs
+    in it that are to be continued.
     """
 
     def __init__(self, path, record, inputs=(), overwrite=False, resume=False):
         """
         Check a folder.
 
-        record: what the outputs are made of, for JSON; the same continues them. inputs: paths of
-        bags. overwrite, resume: what may be done with outputs that are there.
+        path: None for no folder. record: what the outputs are made of, for JSON; the same
+        continues them. inputs: paths of bags. overwrite, resume: what may be done with outputs
+        that are there.
         Raises ValueError where it may not be used so.
         """
-        self.path, self._record, self.continued = Path(path), record, False
+        self.path = None if path is None else Path(path)
+        self._record, self.continued = record, False
         if overwrite and resume:
             raise ValueError('--overwrite begins anew and --resume goes on: give one of them')
+        if path is None:
+            return
         if not self.path.parent.is_dir():
             raise ValueError(f'--output is {path}, but there is no folder {self.path.parent}')
         whole = self.path.resolve()
@@ -51,7 +56,7 @@ class ReplayFolder:
 
     def begin(self):
         """Make the folder, without what was in it unless that is continued."""
-        if self.continued:
+        if self.continued or self.path is None:
             return
         if self.path.exists():
             shutil.rmtree(self.path)
@@ -60,7 +65,7 @@ class ReplayFolder:
 
     def discard(self):
         """Remove a folder in which nothing came of anything, unless it is continued."""
-        if not self.continued and (self.path / RECORD).is_file():
+        if not self.continued and self.path is not None and (self.path / RECORD).is_file():
             shutil.rmtree(self.path)
 
     def _check_record(self):

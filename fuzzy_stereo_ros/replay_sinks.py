@@ -5,7 +5,7 @@ Where the results of a replay go.
 
 A sink has take(matched), called with each rig.Matched in the order of the bag until it raises an
 exception, and close(), called in any case. All calls come from one thread, the one that made it.
-An OSError of a sink, as of a full disk, ends the replay.
+An OSError of a sink, as of a full disk, or a ValueError ends the replay.
 """
 from collections import Counter
 from dataclasses import asdict

@@ -22,28 +22,27 @@ class RerunSink:
 
     def __init__(self, path=None):
         """
-        Start the viewer, or a file `.rrd`, which has its name once it is closed.
+        Start the viewer, or prepare a file `.rrd`, which is begun with the first pair.
 
         path: None starts the viewer; an existing file is replaced at the end.
         Raises ValueError where rerun-sdk is missing, there is no display to start the viewer on,
         or a file cannot be written so.
         """
         self._path = None if path is None else _checked(Path(path))
-        self._rerun = _rerun()
-        self._stream = self._rerun.RecordingStream('fuzzy_stereo_ros')
+        self._rerun, self._stream = _rerun(), None
         if self._path is None:
-            _start_viewer(self._stream)
-        else:
-            self._part = self._path.with_name(f'.{self._path.name}.{os.getpid()}.part')
-            self._stream.save(self._part, default_blueprint=_blueprint())
-        self._stream.log('rig', self._rerun.ViewCoordinates.RDF, static=True)
+            self._begin(_start_viewer)
 
     def take(self, matched):
         """
         Show a Matched at its stamp.
 
         The points lie in the optical frame of the reference image's camera, metres.
+        Raises OSError where a file cannot be begun.
         """
+        if self._stream is None:
+            self._part = self._path.with_name(f'.{self._path.name}.{os.getpid()}.part')
+            self._begin(self._save)
         pair, match, config = matched.pair, matched.match, matched.config
         rerun, stream = self._rerun, self._stream
         image = in_eight_bits(getattr(pair, config.reference))
@@ -66,7 +65,7 @@ class RerunSink:
 
     def close(self):
         """
-        Finish: the file has its name then; the viewer stays open. Closes once.
+        Finish: a file has its name then, without a pair there is none; the viewer stays open.
 
         Raises OSError where the file did not become whole, and leaves nothing then.
         """
@@ -87,6 +86,20 @@ class RerunSink:
                           'full?') from error
         finally:
             self._part.unlink(missing_ok=True)
+
+    def _begin(self, start):
+        """Start a stream by a function of it."""
+        stream = self._rerun.RecordingStream('fuzzy_stereo_ros')
+        start(stream)
+        stream.log('rig', self._rerun.ViewCoordinates.RDF, static=True)
+        self._stream = stream
+
+    def _save(self, stream):
+        """Write a stream to the file that is not finished."""
+        try:
+            stream.save(self._part, default_blueprint=_blueprint())
+        except RuntimeError as error:
+            raise OSError(f'{self._path} cannot be begun: {error}') from error
 
 
 def points_of(disparity, image, calibration, camera):

@@ -1,13 +1,25 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The command `replay` run in this process on small bags, and what it should find."""
+"""The command `replay` run on small bags, here or in a process, and what it should find."""
 import io
 import json
+import os
+from pathlib import Path
+import subprocess
 import sys
 
 from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_bags import DISPARITIES
+
+ROOT = Path(__file__).parents[1]
+INTERRUPTED = 130
+RESTRICTED = """\
+import resource, sys
+from fuzzy_stereo_ros.command_line import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
+sys.exit(main(sys.argv[2:]))
+"""
 
 
 def replay(*bags, output='out', disparities=DISPARITIES, options=()):
@@ -31,6 +43,14 @@ def refusal(capsys, *bags, **options):
     printed = capsys.readouterr()
     assert 'Traceback' not in printed.err
     return printed.err.splitlines()[-1].removeprefix('fuzzy-stereo: ')
+
+
+def run(code, number, *arguments):
+    """Run `fuzzy-stereo replay` in a process of its own, restricted by a number."""
+    return subprocess.run(
+        [sys.executable, '-c', code, str(number), 'replay', *map(str, arguments), '--output',
+         'out', '--disparities', '16'], capture_output=True, text=True,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
 
 
 def matches(pairs, stamps, disparities=DISPARITIES, **changes):

@@ -129,6 +129,7 @@ def test_every_replay_example_works_as_it_is_written(tmp_path, monkeypatch):
     assert len(examples) > 1
     assert list(made_bags.disparities(tmp_path / 'matched')) == made_bags.stamps(2)
     assert len(made_bags.content(tmp_path / 'matched_1', '/points2')) == 2
+    assert (tmp_path / 'matched.mp4').stat().st_size > 1000
 
 
 def test_the_benchmarks_that_are_named_exist_and_no_other_does():

@@ -3,10 +3,7 @@
 """Whatever ends a replay, what was matched is a bag, it says up to where, and can go on."""
 import json
 import os
-from pathlib import Path
 import signal
-import subprocess
-import sys
 
 from fuzzy_stereo_ros.interruption import Interruption
 from fuzzy_stereo_ros.pairs.bag_writing import UNFINISHED
@@ -16,10 +13,7 @@ from fuzzy_stereo_ros.rig import Rig
 from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
 import pytest
-from replayed import figures, matches, refusal, replay
-
-ROOT = Path(__file__).parents[1]
-INTERRUPTED = 130
+from replayed import figures, INTERRUPTED, matches, refusal, replay, RESTRICTED, run
 
 
 @pytest.fixture
@@ -186,12 +180,6 @@ def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form):
     assert sentence.endswith(f'; out holds {len(found)} pairs, up to {seconds:.3f} s into the bag')
 
 
-RESTRICTED = """\
-import resource, sys
-from fuzzy_stereo_ros.command_line import main
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
-sys.exit(main(sys.argv[2:]))
-"""
 KILLED = """\
 import os, signal, sys
 from fuzzy_stereo_ros.command_line import main
@@ -204,14 +192,6 @@ def step(shown):
 Shown.step = step
 main(sys.argv[2:])
 """
-
-
-def run(code, number, *arguments):
-    """Run `fuzzy-stereo replay` in a process of its own, restricted by a number."""
-    return subprocess.run(
-        [sys.executable, '-c', code, str(number), 'replay', *map(str, arguments), '--output',
-         'out', '--disparities', '16'], capture_output=True, text=True,
-        env={**os.environ, 'PYTHONPATH': str(ROOT)})
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])

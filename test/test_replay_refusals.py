@@ -136,7 +136,7 @@ def test_a_part_that_is_not_in_the_bag_is_refused(refused):
 
 def test_outputs_that_make_no_sense_are_refused(refused):
     assert refused('bag', options=['--format', 'none']) == (
-        '--format none leaves nothing to be written; give --files')
+        '--format none leaves nothing to be written; give --files, --video or --view')
     assert refused('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
         '--keep copies into a bag, and --format none writes none')
     for options in (['--min-disparity', -3], ['--min-disparity', 250]):

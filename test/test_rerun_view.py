@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is shown in the Rerun viewer; tests that need rerun-sdk are skipped where it is not."""
 import os
-import re
 import subprocess
 import sys
 
@@ -11,14 +10,13 @@ from fuzzy_stereo_ros.rerun_view import camera_of, points_of, RerunSink
 from matched_scene import CALIBRATION, made_matched
 import numpy as np
 import pytest
+from recordings import needed_rerun, rows_of
 
 
 @pytest.fixture
 def rerun(monkeypatch):
-    """Return the module, kept from telling its makers that it is used."""
-    monkeypatch.setenv('RERUN_ANALYTICS_ENABLED', '0')
-    return pytest.importorskip(
-        'rerun', reason='rerun-sdk is not installed: an optional extra of 170 MB')
+    """Return the module."""
+    return needed_rerun(monkeypatch)
 
 
 def twin_points(matched, camera):
@@ -88,17 +86,6 @@ def test_without_a_display_the_viewer_is_not_started(rerun, monkeypatch):
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(ValueError, match='no display; write a file .rrd'):
         RerunSink()
-
-
-def rows_of(path):
-    """Return {entity: number of rows} of a recording as rerun itself reads it."""
-    for command, options in (('verify', ()), ('print', ())):
-        told = subprocess.run([sys.executable, '-m', 'rerun', 'rrd', command, *options, path],
-                              capture_output=True, text=True, check=True)
-    rows = {}
-    for number, entity in re.findall(r'with (\d+) rows .*? - /(\S+) - ', told.stdout):
-        rows[entity] = rows.get(entity, 0) + int(number)
-    return rows
 
 
 def test_a_recording_holds_every_pair_and_has_its_name_when_it_is_closed(rerun, tmp_path):

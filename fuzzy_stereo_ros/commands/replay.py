@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.camera_options import add_camera_options
 from fuzzy_stereo_ros.interruption import Interruption
 from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.node_options import add_node_options, node_settings
-from fuzzy_stereo_ros.pairs.bag_reading import BagReader, text_of
+from fuzzy_stereo_ros.pairs.bag_reading import BagReader, DamagedBag, text_of
 from fuzzy_stereo_ros.pairs.bag_writing import FORMATS
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.parameter_table import OUTPUTS, profile_config, sync_tolerance
@@ -22,6 +22,8 @@ from fuzzy_stereo_ros.replay_request import (
     SECOND)
 from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK
 from fuzzy_stereo_ros.replay_source import ReplaySource
+from fuzzy_stereo_ros.replay_views import (
+    add_view_options, check_views, names_of_views, views_of)
 from fuzzy_stereo_ros.rig import Rig
 
 ALWAYS = 'disparity', 'preview'
@@ -36,21 +38,24 @@ RESULTS = 'depth_encoding', 'use_color', 'avoid_point_cloud_padding'
 HELP = 'match the pairs of a bag'
 DESCRIPTION = (
     'Match every pair of one or more bags (ROS 1 .bag; ROS 2 .mcap, .db3 or a folder) as the\n'
-    'node does, and write a bag of disparities with a preview in colours, or files.\n'
+    'node does, and write a bag of disparities with a preview in colours, files, a video, or\n'
+    'show them.\n'
     'The topics of the cameras are found by type and name (left and right, infra1 and infra2,\n'
     'cam0 and cam1), their camera_info in the same namespace.')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo replay recorded.mcap --output matched --disparities 128\n'
            '  fuzzy-stereo replay recorded.bag --output matched --disparities 64 --rectify \\\n'
-           '      --with depth points2 --keep /tf /tf_static')
+           '      --with depth points2 --keep /tf /tf_static\n'
+           '  fuzzy-stereo replay recorded --format none --video matched.mp4 --disparities 64')
 
 
 def add_arguments(parser):
     """Add the arguments of `replay`."""
     parser.add_argument('bags', metavar='BAG', nargs='+',
                         help='bags; several are read as one, in the order of time')
-    parser.add_argument('--output', metavar='DIR', required=True,
-                        help='folder that is made for the results: a bag of ROS 2')
+    parser.add_argument('--output', metavar='DIR',
+                        help='folder that is made for the results: a bag of ROS 2; needed but '
+                             f'with --format {NO_BAG} and without --files')
     parser.add_argument('--format', choices=(*FORMATS, NO_BAG), default=FORMATS[0],
                         help=f'of the bag; {NO_BAG}: no bag, only what is asked for otherwise; '
                              f'default: {FORMATS[0]}')
@@ -64,7 +69,8 @@ def add_arguments(parser):
                              'by its stamp in ns: npy (invalid: NaN), pfm (inf) or png (16 bits '
                              'as KITTI, 0); DIR/calibration.json makes metres of them')
     parser.add_argument('--overwrite', action='store_true',
-                        help='replace what an earlier replay wrote to DIR')
+                        help='replace what an earlier replay wrote to DIR, and the files of '
+                             '--video and --view')
     parser.add_argument('--resume', action='store_true',
                         help='go on after the last pair that an interrupted replay wrote to DIR, '
                              'with the same options; a few pairs before it are matched again to '
@@ -82,6 +88,7 @@ def add_arguments(parser):
     cameras = parser.add_argument_group('which cameras')
     cameras.add_argument('--left', metavar='TOPIC', help='images of the left camera')
     cameras.add_argument('--right', metavar='TOPIC', help='images of the right camera')
+    add_view_options(parser)
     add_camera_options(parser)
     add_node_options(parser, 'how messages become pairs', (*SYNCHRONISING, *READING))
     add_node_options(parser, 'what depth and points2 are like', RESULTS)
@@ -123,17 +130,21 @@ def run(arguments, stream, progress_stream=None):
             stream.write(f'{topics.left} and {topics.right}, calibrated by {calibration}\n')
             stream.flush()
 
+        rig = Rig(config, reader, told=None)
+        reading = settings, sync_tolerance(settings), selection
+        source = ReplaySource(bags, topics, rig.read, *reading, copies.topics, infos)
+        views = views_of(
+            arguments, config.at_scale(reader.scale),
+            ReplaySource(bags, topics, lambda messages: None, *reading, infos=infos))
+
         def open_sinks():
             """Return the outputs that are asked for; a further kind takes a further line here."""
             folder.begin()
             sinks = [FileSink(folder.path, suffix) for suffix in arguments.files]
             if storage is not None:
                 sinks.insert(0, BagSink(folder.path, storage, words, settings, copies))
-            return sinks
+            return sinks + views
 
-        rig = Rig(config, reader, told=None)
-        source = ReplaySource(bags, topics, rig.read, settings, sync_tolerance(settings),
-                              selection, copies.topics, infos)
         outputs, tally = Outputs(open_sinks), Tally()
         with Shown(expected_pairs(bags, topics, selection), progress_stream,
                    arguments.progress) as shown:
@@ -142,21 +153,33 @@ def run(arguments, stream, progress_stream=None):
                 replay(source, rig, outputs, tally, interruption.came, shown.tell, shown.step)
         if not tally.matched:
             _end_without_pairs(bags, folder, source, tally, settings)
-        figures = {'output': str(folder.path), 'topics': topics._asdict(),
-                   'calibration': calibration,
+        figures = {'output': arguments.output, 'video': arguments.video, 'view': arguments.view,
+                   'topics': topics._asdict(), 'calibration': calibration,
                    **figures_of(tally, source.synchroniser, bags.begin)}
+        where = ', '.join(filter(None, (arguments.output, *names_of_views(arguments))))
         stream.write((json.dumps(figures, indent=2) if arguments.json
-                      else f'{folder.path}: {sentences(figures)}') + '\n')
-        _end(bags, folder, outputs, tally, progress_stream or sys.stderr)
+                      else f'{where}: {sentences(figures)}') + '\n')
+        _end(bags, arguments, outputs, tally, progress_stream or sys.stderr)
+
+
+def _lasting(arguments):
+    """Return whether a bag or files are written, which --resume can go on with."""
+    return arguments.format != NO_BAG or bool(arguments.files)
 
 
 def _check_outputs(arguments, config):
     """Raise ValueError where nothing would be written, or what a file cannot hold."""
-    if arguments.format == NO_BAG:
-        if not arguments.files:
-            raise ValueError(f'--format {NO_BAG} leaves nothing to be written; give --files')
-        if arguments.keep is not None:
-            raise ValueError(f'--keep copies into a bag, and --format {NO_BAG} writes none')
+    if not _lasting(arguments):
+        if not names_of_views(arguments):
+            raise ValueError(f'--format {NO_BAG} leaves nothing to be written; give --files, '
+                             '--video or --view')
+        if arguments.resume:
+            raise ValueError('--resume goes on with a bag or with --files, and there is neither')
+    elif arguments.output is None:
+        raise ValueError('--output is missing; give a folder that is made for the results')
+    check_views(arguments)
+    if arguments.format == NO_BAG and arguments.keep is not None:
+        raise ValueError(f'--keep copies into a bag, and --format {NO_BAG} writes none')
     if 'png' in arguments.files and (
             config.min_disparity < 0 or config.min_disparity + config.disparities > 256):
         raise ValueError('--files png holds 0 to 255 px; min_disparity and disparities ask for '
@@ -177,22 +200,25 @@ def _end_without_pairs(bags, folder, source, tally, settings):
         bags.names, tally, source.synchroniser, settings['approximate_sync']))
 
 
-def _end(bags, folder, outputs, tally, stream):
+def _end(bags, arguments, outputs, tally, stream):
     """Say how far it came where it did not come to the end, by exception."""
     if tally.error is None and not tally.interrupted:
         return
     if outputs.sinks is None and tally.error is not None:
-        raise ValueError(f'{folder.path} cannot be made: {text_of(tally.error)}')
-    pairs, logged = outputs.written, outputs.logged
-    far = f'{pairs} pairs were written to {folder.path}'
+        raise ValueError(f'{arguments.output} cannot be made: {text_of(tally.error)}')
+    lasting, pairs, logged = _lasting(arguments), outputs.written, outputs.logged
+    where = arguments.output if lasting else ' and '.join(names_of_views(arguments))
+    far = f'{pairs} pairs were written to {where}'
     for sink in outputs.sinks or ():
         if isinstance(sink, BagSink):
             pairs, logged = sink.bag.counts[MARK], sink.bag.last
-            far = f'{folder.path} holds {pairs} pairs'
+            far = f'{where} holds {pairs} pairs'
     if pairs:
         far += f', up to {(logged - bags.begin) / SECOND:.3f} s into the bag'
     if tally.error is not None:
-        raise ValueError(f'{text_of(tally.error)}; {far}')
-    stream.write(f'interrupted: {far}; --resume goes on\n' if pairs else
+        # A video or recording that failed is not there.
+        raise ValueError(text_of(tally.error) + (
+            f'; {far}' if lasting or isinstance(tally.error, DamagedBag) else ''))
+    stream.write(f"interrupted: {far}{'; --resume goes on' if lasting else ''}\n" if pairs else
                  'interrupted before the first pair\n')
     raise KeyboardInterrupt

@@ -1,0 +1,261 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo replay --video` and `--view` show every pair; their files are whole or not."""
+import os
+import signal
+import sys
+
+import cv2
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.pairs.messages import read_image
+from fuzzy_stereo_ros.replay_report import Shown
+from fuzzy_stereo_ros.video import CODECS
+from fuzzy_stereo_ros.video_frames import HEAD, PANEL
+from made_bags import (
+    BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, STEP, write_bag)
+import numpy as np
+import pytest
+from recordings import needed_rerun, rows_of
+from replayed import INTERRUPTED, refusal, replay, RESTRICTED, run
+
+TIMES = 4       # that a narrow picture is repeated in a frame
+ENTITIES = 'rig/camera', 'rig/camera/image', 'rig/points', 'disparity', 'confidence'
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in a folder with a bag."""
+    monkeypatch.chdir(tmp_path)
+    write_bag(tmp_path / 'bag')
+    return tmp_path
+
+
+@pytest.fixture
+def rerun(monkeypatch):
+    """Need rerun-sdk."""
+    return needed_rerun(monkeypatch)
+
+
+@pytest.fixture
+def refused(folder, capsys):
+    """Return a function that gives the sentence of a replay, after which nothing is written."""
+    def sentence(*options, **others):
+        before = sorted(folder.rglob('*'))
+        text = refusal(capsys, 'bag', options=options, **others)
+        assert sorted(folder.rglob('*')) == before
+        return text
+
+    return sentence
+
+
+def names_in(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def film(path):
+    """Return the frames of a video, and its rate."""
+    video, frames = cv2.VideoCapture(str(path)), []
+    while (read := video.read())[0]:
+        frames.append(read[1])
+    return frames, video.get(cv2.CAP_PROP_FPS)
+
+
+def nearest(picture, pictures):
+    """Return the number of the picture that is most like another, and how far it is, grey."""
+    away = [abs(picture.astype(int) - other.astype(int)).mean() for other in pictures]
+    return int(np.argmin(away)), min(away)
+
+
+@pytest.mark.parametrize('suffix', CODECS)
+def test_a_video_has_image_and_preview_of_each_pair_in_order(folder, suffix):
+    pairs = scene(6, pan=4.0)
+    write_bag(folder / 'panned', pairs=pairs)
+    assert replay('panned', options=['--video', f'video{suffix}']) == 0
+    previews = [read_image(message) for _, _, message in content(folder / 'out', '/preview')]
+    frames, rate = film(folder / f'video{suffix}')
+    assert rate == pytest.approx(30, rel=1e-3)
+    assert len(frames) == 6
+    for number, frame in enumerate(frames):
+        assert frame.shape == (HEAD + TIMES * ROWS, 3 * TIMES * COLUMNS, 3)
+        left, middle, _ = np.split(frame[HEAD::TIMES, ::TIMES], 3, axis=1)
+        found, away = nearest(left[:, :, 0], [pair.left for pair in pairs])
+        assert found == number and away < 12
+        found, away = nearest(middle, previews)
+        assert found == number and away < 20
+
+
+def test_a_video_of_reduced_images_has_the_colours_of_their_previews(folder):
+    assert replay('bag', options=['--video', 'video.avi', '--scale', '0.5']) == 0
+    preview = read_image(content(folder / 'out', '/preview')[-1][2])
+    times = -(-PANEL[0] // preview.shape[1])
+    middle = np.split(film(folder / 'video.avi')[0][-1][HEAD::times, ::times], 3, axis=1)[1]
+    assert nearest(middle, [preview])[1] < 20
+
+
+def test_the_frames_pass_as_fast_as_the_chosen_pairs_were_taken(folder):
+    assert replay('bag', options=['--video', 'third.avi', '--every', 3]) == 0
+    assert film(folder / 'third.avi')[1] == pytest.approx(10, rel=1e-3)
+    assert replay('bag', output='given', options=[
+        '--video', 'given.avi', '--video-rate', 2.5]) == 0
+    assert film(folder / 'given.avi')[1] == pytest.approx(2.5, rel=1e-3)
+
+
+def test_a_gap_between_two_recordings_does_not_slow_a_video_down(folder):
+    write_bag(folder / 'later', first=1000)
+    assert replay('bag', 'later', options=['--video', 'video.avi']) == 0
+    frames, rate = film(folder / 'video.avi')
+    assert (len(frames), rate) == (12, pytest.approx(30, rel=1e-3))
+
+
+@pytest.mark.parametrize(('step', 'rate'), [(0, 10), (1, 240), (60 * 10**9, 0.1)])
+def test_stamps_that_give_no_rate_for_a_video_give_the_nearest_one(folder, step, rate):
+    def change(number, messages):
+        for message in messages.values():
+            stamp = BEGIN + number * step
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+
+    write_bag(folder / 'odd', pairs=scene(3), change=change)
+    assert replay('odd', options=['--video', 'video.avi']) == 0
+    assert film(folder / 'video.avi')[1] == pytest.approx(rate, rel=1e-3)
+
+
+def test_a_video_alone_is_enough_and_needs_no_folder(folder, capsys):
+    assert main(['replay', 'bag', '--format', 'none', '--video', 'video.avi',
+                 '--disparities', str(DISPARITIES)]) == 0
+    assert 'video.avi: 6 pairs matched' in capsys.readouterr().out
+    assert names_in(folder) == {'bag', 'video.avi'}
+    assert len(film(folder / 'video.avi')[0]) == 6
+
+
+def test_a_bag_needs_a_folder(folder, capsys):
+    assert main(['replay', 'bag', '--video', 'video.avi', '--disparities', '16']) == 2
+    assert capsys.readouterr().err == (
+        'fuzzy-stereo: --output is missing; give a folder that is made for the results\n')
+    assert names_in(folder) == {'bag'}
+
+
+def test_files_that_cannot_be_written_so_are_refused(refused, monkeypatch):
+    assert refused('--video', 'video.mov') == (
+        "video.mov has the suffix '.mov'; allowed are .mp4, .avi")
+    assert refused('--view', 'out.bag') == "out.bag has the suffix '.bag'; allowed is .rrd"
+    assert refused('--video', 'none/video.mp4') == (
+        'none/video.mp4 cannot be written: there is no folder none')
+    assert refused('--view', 'none/out.rrd') == (
+        'none/out.rrd cannot be written: there is no folder none')
+    assert refused('--video', 'video.mp4', '--video-rate', 0).startswith(
+        'the rate of video.mp4 is 0.0; allowed are numbers')
+    assert refused('--video-rate', 10) == '--video-rate needs --video'
+    monkeypatch.setitem(sys.modules, 'rerun', None)
+    for view in (['--view', 'out.rrd'], ['--view']):
+        assert refused(*view).endswith(
+            'needs rerun-sdk, which is not installed (about 170 MB): pip install rerun-sdk')
+
+
+@pytest.mark.parametrize(('option', 'name'), [('--video', 'video.avi'), ('--view', 'out.rrd')])
+def test_a_file_that_is_there_is_neither_lost_nor_continued(refused, folder, option, name):
+    (folder / name).write_text('the one before')
+    assert refused(option, name) == (
+        f'{option} is {name}, which is there already; give another file, or --overwrite')
+    assert refused(option, name, '--resume') == (
+        f'--resume cannot go on with {name}; leave out {option}, or begin anew with --overwrite')
+    assert refused('--format', 'none', option, name, '--resume') == (
+        '--resume goes on with a bag or with --files, and there is neither')
+    assert (folder / name).read_text() == 'the one before'
+
+
+def test_a_video_is_replaced_where_that_is_asked_for(folder):
+    (folder / 'video.avi').write_text('the one before')
+    assert replay('bag', options=['--video', 'video.avi', '--overwrite']) == 0
+    assert len(film(folder / 'video.avi')[0]) == 6
+
+
+def test_a_replay_without_pairs_leaves_no_video_and_the_one_before(refused, folder):
+    (folder / 'video.avi').write_text('the one before')
+    for options in ([], ['--keep'], ['--format', 'none']):
+        assert 'none of 6 pairs could be matched' in refused(
+            '--video', 'video.avi', '--overwrite', *options, disparities=200)
+    assert (folder / 'video.avi').read_text() == 'the one before'
+
+
+def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys, monkeypatch):
+    steps = []
+
+    def step(shown):
+        steps.append(None)
+        if len(steps) % 4 == 0:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Shown, 'step', step)
+    assert replay('bag', options=['--video', 'video.avi']) == INTERRUPTED
+    assert 'interrupted: out holds 4 pairs, up to 0.100 s into the bag; --resume goes on' in \
+        capsys.readouterr().err
+    assert len(film(folder / 'video.avi')[0]) == 4
+    assert replay('bag', options=['--video', 'alone.avi', '--format', 'none'],
+                  output='unused') == INTERRUPTED
+    assert capsys.readouterr().err.endswith(
+        'interrupted: 4 pairs were written to alone.avi, up to 0.100 s into the bag\n')
+    assert len(film(folder / 'alone.avi')[0]) == 4
+
+
+@pytest.mark.parametrize('alone', [True, False])
+def test_a_damaged_bag_has_the_video_of_what_was_matched(folder, capsys, alone):
+    pairs = scene(30, rows=120, columns=240)
+    file = write_bag(folder / 'torn', pairs=pairs) / 'torn.mcap'
+    whole = bytearray(file.read_bytes())
+    place = whole.index(pairs[20].left.tobytes()[:64])
+    whole[place:place + 2 * pairs[20].left.size] = b'\xff' * (2 * pairs[20].left.size)
+    file.write_bytes(whole)
+    sentence = refusal(capsys, 'torn', options=[
+        '--video', 'video.avi', *(['--format', 'none'] if alone else [])])
+    frames, rate = film(folder / 'video.avi')
+    assert 5 < len(frames) <= 20 and rate == pytest.approx(30, rel=1e-3)
+    seconds = (STEP * (len(frames) - 1) + 3) / 1e9
+    far = f'{len(frames)} pairs were written to video.avi' if alone else \
+        f'out holds {len(frames)} pairs'
+    assert sentence.endswith(f'; {far}, up to {seconds:.3f} s into the bag')
+
+
+def test_where_the_disk_is_full_for_a_video_there_is_none_and_the_bag_is_whole(folder):
+    pairs = scene(8, rows=120, columns=240, noise=30.0)
+    write_bag(folder / 'noisy', pairs=pairs)
+    ended = run(RESTRICTED, 600_000, 'noisy', '--format', 'none', '--files', 'png',
+                '--video', 'video.avi')
+    assert ended.returncode == 2
+    assert ended.stderr.startswith('fuzzy-stereo: video.avi could not be written whole, ')
+    assert ended.stderr.endswith('is the disk full?; 8 pairs were written to out, up to 0.233 s '
+                                 'into the bag\n')
+    assert names_in(folder) == {'bag', 'noisy', 'out'}
+    assert len(list((folder / 'out' / 'disparity').iterdir())) == 8
+
+
+def test_a_missing_encoder_is_told_and_the_bag_is_whole(folder, capsys, monkeypatch):
+    monkeypatch.setitem(CODECS, '.avi', 'none')
+    sentence = refusal(capsys, 'bag', options=['--video', 'video.avi'])
+    assert sentence.startswith('video.avi cannot be begun: this OpenCV has no encoder none')
+    found = disparities(folder / 'out')
+    assert sentence.endswith(f'; out holds {len(found)} pairs, up to '
+                             f'{(STEP * (len(found) - 1) + 3) / 1e9:.3f} s into the bag')
+    assert 0 < len(found) < 6
+    assert names_in(folder) == {'bag', 'out'}
+
+
+def test_a_recording_for_the_viewer_holds_every_pair(folder, rerun):
+    assert replay('bag', options=['--view', 'out.rrd', '--format', 'none'], output='unused') == 0
+    rows = rows_of(folder / 'out.rrd')
+    assert {entity: rows[entity] for entity in ENTITIES} == dict.fromkeys(ENTITIES, 6)
+    assert replay('bag', options=['--view', 'out.rrd']) == 2
+    assert replay('bag', options=['--view', 'out.rrd', '--overwrite', '--every', 2]) == 0
+    assert rows_of(folder / 'out.rrd')['disparity'] == 3
+    assert names_in(folder) == {'bag', 'out.rrd', 'out', 'unused'}
+
+
+def test_a_replay_without_pairs_leaves_no_recording(refused, rerun):
+    assert 'none of 6 pairs could be matched' in refused(
+        '--view', 'out.rrd', '--keep', disparities=200)
+
+
+def test_the_viewer_is_refused_where_there_is_no_display(refused, rerun, monkeypatch):
+    monkeypatch.setattr(sys, 'platform', 'linux')
+    for name in ('DISPLAY', 'WAYLAND_DISPLAY'):
+        monkeypatch.delenv(name, raising=False)
+    assert 'there is no display; write a file .rrd' in refused('--view')
