@@ -9,29 +9,36 @@ middle of a replay; 130 interrupted by the user.
 """
 import argparse
 from functools import partial
+from importlib import import_module
 import sys
 
-from fuzzy_stereo_ros.commands import (
-    benchmark, convert, evaluate, evolve, match, replay, synthesise)
-
-COMMANDS = {'match': match, 'evolve': evolve, 'replay': replay, 'evaluate': evaluate,
-            'benchmark': benchmark, 'synthesise': synthesise, 'convert': convert}
+COMMANDS = 'match', 'evolve', 'replay', 'evaluate', 'benchmark', 'synthesise', 'convert'
 BAD_INPUT = 2
 INTERRUPTED = 130
 
 
 def main(argv=None):
     """Run `fuzzy-stereo` with the arguments (None: those of the process); return its exit code."""
+    try:
+        parser = _parser()
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return run_cleanly(parser, argv)
+
+
+def _parser():
+    """Return the parser of all commands, whose modules take a second or two to be imported."""
     parser = Parser(prog='fuzzy-stereo',
                     description='Dense stereo by a genetic algorithm with a fuzzy fitness.')
     commands = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
-    for name, command in COMMANDS.items():
+    for name in COMMANDS:
+        command = import_module(f'fuzzy_stereo_ros.commands.{name}')
         added = commands.add_parser(
             name, help=command.HELP, description=command.DESCRIPTION, epilog=command.EXAMPLE,
             formatter_class=argparse.RawDescriptionHelpFormatter)
         command.add_arguments(added)
         added.set_defaults(run=partial(command.run, stream=sys.stdout))
-    return run_cleanly(parser, argv)
+    return parser
 
 
 class Parser(argparse.ArgumentParser):

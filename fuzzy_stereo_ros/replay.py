@@ -68,15 +68,14 @@ class Outputs:
             self.logged = step.logged
 
     def close(self):
-        """Close all sinks, also where one of them cannot be closed; then raise its OSError."""
+        """Close all sinks and return the OSErrors of those that cannot be closed."""
         errors = []
         for sink in self.sinks or ():
             try:
                 sink.close()
             except OSError as error:
                 errors.append(error)
-        if errors:
-            raise errors[0]
+        return errors
 
 
 def replay(source, rig, outputs, tally, stopped, told, shown):
@@ -107,7 +106,7 @@ def replay(source, rig, outputs, tally, stopped, told, shown):
         except (ValueError, OSError) as error:
             tally.error = error
         finally:
-            _finish(helper, going, outputs, tally)
+            _finish(helper, going, outputs, tally, told)
             tally.seconds = time.perf_counter() - started
 
 
@@ -139,11 +138,15 @@ def _match(step, rig, tally, told):
     return matched
 
 
-def _finish(helper, going, outputs, tally):
-    """Wait for what is being written and close the sinks; note what goes wrong then."""
-    for task in (going, helper.submit(outputs.close)):
-        try:
-            if task is not None:
-                task.result()
-        except (ValueError, OSError) as error:
-            tally.error = tally.error or error
+def _finish(helper, going, outputs, tally, told):
+    """Wait for what is being written and close the sinks; note and tell what goes wrong then."""
+    closing, errors = helper.submit(outputs.close), []
+    try:
+        if going is not None:
+            going.result()
+    except (ValueError, OSError) as error:
+        errors.append(error)
+    for error in errors + closing.result():
+        tally.error = tally.error or error
+        if error is not tally.error:
+            told(str(error))

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A bag that is written can be read, whatever ended its writing, and be continued."""
+from contextlib import suppress
 import os
 from pathlib import Path
 import signal
@@ -8,7 +9,7 @@ import subprocess
 import sys
 
 from fuzzy_stereo_ros.pairs import bag_writing
-from fuzzy_stereo_ros.pairs.bag_parts import MCAP_END, rescue
+from fuzzy_stereo_ros.pairs.bag_parts import MCAP_END, MCAP_START, rescue, SUFFIXES
 from fuzzy_stereo_ros.pairs.bag_writing import BagFolder, FORMATS, Messages, UNFINISHED
 from hypothesis import given, settings, strategies as st
 from made_bags import content, open_bag
@@ -95,7 +96,7 @@ KILLED = """\
 import os, signal, sys
 sys.path.insert(0, 'test')
 from test_bag_writing import write
-write(sys.argv[1], range(9), sys.argv[2], close=False)
+write(sys.argv[1], range(int(sys.argv[3])), sys.argv[2], close=False)
 os.kill(os.getpid(), signal.SIGKILL)
 """
 FULL = """\
@@ -118,7 +119,7 @@ def run(code, *arguments):
 
 @pytest.mark.parametrize('storage', FORMATS)
 def test_a_bag_whose_writer_was_killed_is_rescued_and_continued(tmp_path, storage):
-    assert run(KILLED, tmp_path / 'bag', storage).returncode == -signal.SIGKILL
+    assert run(KILLED, tmp_path / 'bag', storage, 9).returncode == -signal.SIGKILL
     bag = BagFolder(tmp_path / 'bag', storage)
     left = numbers_of(tmp_path / 'bag')
     # A chunk of an mcap that was not full is lost: four pictures and a bit fill one.
@@ -127,6 +128,24 @@ def test_a_bag_whose_writer_was_killed_is_rescued_and_continued(tmp_path, storag
     assert not (tmp_path / 'bag' / UNFINISHED).exists()
     write(tmp_path / 'bag', range(len(left), 12), storage)
     assert numbers_of(tmp_path / 'bag') == list(range(12))
+
+
+def test_a_bag_whose_writer_was_killed_before_its_first_chunk_is_begun_anew(tmp_path):
+    assert run(KILLED, tmp_path / 'bag', 'mcap', 1).returncode == -signal.SIGKILL
+    write(tmp_path / 'bag', range(3))
+    assert numbers_of(tmp_path / 'bag') == [0, 1, 2]
+    assert not (tmp_path / 'bag' / UNFINISHED).exists()
+
+
+@pytest.mark.parametrize('storage', FORMATS)
+@pytest.mark.parametrize('begun', [None, b'', MCAP_START, MCAP_START + b'\x01\x40'])
+def test_what_was_begun_and_holds_nothing_is_no_obstacle(tmp_path, storage, begun):
+    place = tmp_path / 'bag' / UNFINISHED / 'bag_0'
+    place.mkdir(parents=True)
+    if begun is not None:
+        (place / f'bag_0{SUFFIXES[storage]}').write_bytes(b'' if storage == 'sqlite3' else begun)
+    write(tmp_path / 'bag', range(3), storage)
+    assert numbers_of(tmp_path / 'bag') == [0, 1, 2]
 
 
 @pytest.mark.parametrize('storage', FORMATS)
@@ -142,10 +161,49 @@ def test_where_the_disk_is_full_what_was_written_is_a_bag(tmp_path, storage, roo
 
 
 def test_a_disk_that_is_full_to_the_last_byte_costs_a_chunk(tmp_path):
-    run(KILLED, tmp_path / 'bag', 'mcap')
+    run(KILLED, tmp_path / 'bag', 'mcap', 9)
     room = (tmp_path / 'bag' / UNFINISHED / 'bag_0' / 'bag_0.mcap').stat().st_size
     assert run(FULL, tmp_path / 'full', 'mcap', room).stdout
     assert numbers_of(tmp_path / 'full') == list(range(4))
+
+
+@pytest.mark.parametrize('storage', FORMATS)
+@pytest.mark.parametrize('room', [0, 1, 5000])
+def test_where_the_disk_was_full_before_the_first_message_there_is_no_bag(tmp_path, storage, room):
+    ended = run(FULL, tmp_path / 'bag', storage, room)
+    assert f'{tmp_path}/bag cannot be written any further: ' in ended.stdout, ended.stderr
+    assert list((tmp_path / 'bag').iterdir()) == []
+    write(tmp_path / 'bag', range(4), storage)
+    assert numbers_of(tmp_path / 'bag') == list(range(4))
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """Return the folder of a file system of 4 MiB, which must be allowed."""
+    place = tmp_path / 'disk'
+    place.mkdir()
+    mounted = subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=4m', 'none', place],
+                             capture_output=True, text=True)
+    if mounted.returncode:
+        pytest.skip(f'no file system may be mounted here: {mounted.stderr.strip()}')
+    yield place
+    subprocess.run(['umount', place], check=True)
+
+
+@pytest.mark.parametrize('storage', FORMATS)
+def test_a_bag_can_end_although_others_filled_the_disk_to_the_last_byte(disk, storage):
+    bag = write(disk / 'bag', range(9), storage, close=False)
+    with open(disk / 'others', 'wb', buffering=0) as others, suppress(OSError):
+        while others.write(bytes(4096)):
+            pass
+    with pytest.raises(OSError, match='bag cannot be written any further: '):
+        for number in range(9, 20):
+            bag.write(TOPIC, KIND, MESSAGES.typestore, picture(number), number)
+            bag.commit()
+    assert numbers_of(disk / 'bag') == list(range(9 if storage == 'sqlite3' else 8))
+    assert bag.counts[TOPIC] == len(numbers_of(disk / 'bag'))
+    assert {path.name for path in (disk / 'bag').iterdir()} == {
+        'metadata.yaml', f'bag_0{SUFFIXES[storage]}'}
 
 
 def test_after_a_failure_nothing_more_is_written_and_no_second_one_raised(tmp_path):

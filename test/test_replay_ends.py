@@ -9,6 +9,7 @@ from fuzzy_stereo_ros.interruption import Interruption
 from fuzzy_stereo_ros.pairs.bag_writing import UNFINISHED
 from fuzzy_stereo_ros.replay_report import Shown
 from fuzzy_stereo_ros.replay_request import WARM_PAIRS
+from fuzzy_stereo_ros.replay_sinks import BagSink
 from fuzzy_stereo_ros.rig import Rig
 from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
@@ -162,14 +163,36 @@ def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, capsys, mon
     assert list(disparities(folder / 'out')) == stamps(1)
 
 
-@pytest.mark.parametrize('form', ['ros1', 'mcap'])
-def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form):
+def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkeypatch):
+    write_bag(folder / 'bag')
+    take, taken = BagSink.take, []
+
+    def interrupting(sink, matched):
+        taken.append(None)
+        if len(taken) >= 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        take(sink, matched)
+
+    monkeypatch.setattr(BagSink, 'take', interrupting)
+    assert replay('bag') == INTERRUPTED
+    assert not (folder / 'out' / UNFINISHED).exists()
+    assert list(disparities(folder / 'out')) == stamps(len(taken))
+
+
+def test_an_interruption_while_the_command_is_loaded_is_no_traceback(folder):
+    ended = run(LOADING, 'fuzzy_stereo_ros.commands.replay', 'bag')
+    assert (ended.returncode, ended.stderr) == (INTERRUPTED, '')
+
+
+@pytest.mark.parametrize(('form', 'name', 'length'), [
+    ('ros1', 'bag.bag', 60_000), ('mcap', 'bag.mcap', 60_000), ('sqlite3', 'bag.db3', 9000)])
+def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form, name, length):
     pairs = scene(60, rows=120, columns=240)
     path = write_bag(folder / ('bag.bag' if form == 'ros1' else 'bag'), form, pairs)
-    file = path if path.is_file() else path / 'bag.mcap'
+    file = path if path.is_file() else path / name
     whole = bytearray(file.read_bytes())
-    place = whole.index(pairs[30].left.tobytes()[:64])
-    whole[place:place + 2 * pairs[30].left.size] = b'\xff' * (2 * pairs[30].left.size)
+    place = whole.index(pairs[30].left.tobytes()[:64]) + 9000
+    whole[place:place + length] = b'\xff' * length
     file.write_bytes(whole)
     sentence = refusal(capsys, path.name)
     found = disparities(folder / 'out')
@@ -180,6 +203,16 @@ def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form):
     assert sentence.endswith(f'; out holds {len(found)} pairs, up to {seconds:.3f} s into the bag')
 
 
+LOADING = """\
+import os, signal, sys
+class Finder:
+    def find_spec(name, path, target=None):
+        if name == sys.argv[1]:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder)
+from fuzzy_stereo_ros.command_line import main
+sys.exit(main(sys.argv[2:]))
+"""
 KILLED = """\
 import os, signal, sys
 from fuzzy_stereo_ros.command_line import main
@@ -208,6 +241,16 @@ def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(folder, 
     assert replay('bag', options=[*options, '--resume']) == 0
     assert list(disparities(folder / 'out')) == stamps(30)
     assert len(content(folder / 'out', '/preview')) == 30
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_replay_that_was_killed_soon_goes_on_too(folder, storage):
+    write_bag(folder / 'bag')
+    options = ['--format', storage]
+    assert run(KILLED, 3, 'bag', *options).returncode == -signal.SIGKILL
+    assert (folder / 'out' / UNFINISHED).exists()
+    assert replay('bag', options=[*options, '--resume']) == 0
+    assert list(disparities(folder / 'out')) == stamps(6)
 
 
 def test_a_killed_replay_goes_on_after_what_was_whole(folder, capsys):

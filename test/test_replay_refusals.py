@@ -43,6 +43,21 @@ def test_what_is_no_bag_is_named(refused, folder):
     assert refused('bag', 'text.mcap').startswith('text.mcap cannot be read as a bag: ')
 
 
+@pytest.mark.parametrize(('form', 'name'), [
+    ('ros1', 'torn.bag'), ('mcap', 'torn/torn.mcap'), ('sqlite3', 'torn/torn.db3')])
+@pytest.mark.parametrize('share', [0, 0.5, 0.9])
+def test_a_recording_that_was_cut_off_is_refused_with_what_repairs_it(
+        refused, folder, form, name, share):
+    path = write_bag(folder / name.split('/')[0], form)
+    whole = (folder / name).read_bytes()
+    (folder / name).write_bytes(whole[:int(share * len(whole))])
+    sentence = refused(path.name)
+    assert sentence.startswith(f'{path.name} cannot be read as a bag: ')
+    assert sentence.endswith(
+        '; a recording that was cut off is repaired by `ros2 bag reindex` (a folder), `mcap '
+        'recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or `rosbag reindex` (.bag)')
+
+
 def test_what_the_bag_has_instead_of_images_is_listed(refused, folder):
     with BagOf(folder / 'other') as bag:
         bag.write('/number', bag.make('std_msgs/msg/Int32'), BEGIN)

@@ -221,11 +221,20 @@ def test_where_the_disk_is_full_for_a_video_there_is_none_and_the_bag_is_whole(f
     ended = run(RESTRICTED, 600_000, 'noisy', '--format', 'none', '--files', 'png',
                 '--video', 'video.avi')
     assert ended.returncode == 2
-    assert ended.stderr.startswith('fuzzy-stereo: video.avi could not be written whole, ')
-    assert ended.stderr.endswith('is the disk full?; 8 pairs were written to out, up to 0.233 s '
-                                 'into the bag\n')
+    sentence = ended.stderr.splitlines()[-1]
+    assert sentence.startswith('fuzzy-stereo: video.avi could not be written whole, ')
+    assert sentence.endswith('is the disk full?; 8 pairs were written to out, up to 0.233 s into '
+                             'the bag')
     assert names_in(folder) == {'bag', 'noisy', 'out'}
     assert len(list((folder / 'out' / 'disparity').iterdir())) == 8
+
+
+def test_a_video_that_failed_beside_the_bag_is_told_too(folder):
+    write_bag(folder / 'noisy', pairs=scene(40, noise=30.0))
+    ended = run(RESTRICTED, 600_000, 'noisy', '--video', 'video.avi')
+    *_, told, sentence = ended.stderr.splitlines()      # OpenCV may have told of frames before
+    assert told.startswith('video.avi could not be written whole, ')
+    assert sentence.startswith('fuzzy-stereo: out cannot be written any further: ')
 
 
 def test_a_missing_encoder_is_told_and_the_bag_is_whole(folder, capsys, monkeypatch):

@@ -92,25 +92,27 @@ def rescue(path, given_up=0):
     """
     Make a file readable whose writer did not come to its end.
 
+    Returns whether it can be read: not where its writer did not come to the first message.
     given_up: whole chunks of an .mcap to be given up as well, where the disk has no room left.
     Raises OSError where that is not possible.
     """
     if path.suffix == SUFFIXES['sqlite3']:
         connection = sqlite3.connect(path)
         try:    # reading rolls back what was not committed
-            connection.execute('SELECT count(*) FROM sqlite_master').fetchone()
+            tables = connection.execute('SELECT name FROM sqlite_master').fetchall()
         except sqlite3.Error as error:
             raise OSError(f'{path}: {error}') from error
         finally:
             connection.close()
-        return
+        return ('messages',) in tables
     with open(path, 'r+b') as file:
         ends, closed = _whole_records(file)
-        if closed and not given_up:
-            return
+        if not ends or closed and not given_up:
+            return bool(ends)
         file.truncate(ends[max(len(ends) - 1 - given_up, 0)])
         file.seek(0, io.SEEK_END)
         file.write(MCAP_END)
+    return True
 
 
 def _extent(first, last, messages):

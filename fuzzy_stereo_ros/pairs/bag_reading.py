@@ -9,8 +9,9 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
 SUFFIXES = '.bag', '.mcap', '.db3'
-REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), `mcap '
-          'recover` (.mcap) or `rosbag reindex` (.bag)')
+REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), '
+          '`mcap recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or '
+          '`rosbag reindex` (.bag)')
 
 
 class DamagedBag(ValueError):

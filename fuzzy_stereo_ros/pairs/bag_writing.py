@@ -17,7 +17,9 @@ import numpy as np
 FORMATS = tuple(SUFFIXES)
 PART_BYTES = 2**30      # a file ends beyond; viewers read one without an index up to this size
 UNFINISHED = 'unfinished'       # folder in the bag's folder, where a file is while it is written
-MOST_GIVEN_UP = 3       # chunks, to make room for the end of a file on a full disk
+ROOM = 'room'           # file in UNFINISHED that is given up on a full disk, so that a bag can end
+ROOM_BYTES = 2**16
+MOST_GIVEN_UP = 3       # chunks, where that is not enough
 
 
 class BagFolder:
@@ -78,10 +80,12 @@ class BagFolder:
         from rosbags.rosbag2 import StoragePlugin, Writer
 
         number = 1 + max((number_of(Path(part.name)) for part in self._parts), default=-1)
+        shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)    # without a message in it
         path = self._folder / UNFINISHED / f'{self._folder.name}_{number}'
         writer = Writer(path, version=Writer.VERSION_LATEST,
                         storage_plugin=StoragePlugin[self._storage.upper()])
         writer.open()
+        (self._folder / UNFINISHED / ROOM).write_bytes(bytes(ROOM_BYTES))
         if self._storage == 'sqlite3':
             # Survives the end of the process, if not that of the machine; waits for no disk.
             writer.storage.conn.execute('PRAGMA synchronous = OFF')
@@ -120,6 +124,8 @@ class BagFolder:
         if self._writer is not None:
             with suppress(OSError, sqlite3.Error):  # its buffer has no room on the disk either
                 self._writer.abort()
+        with suppress(OSError):
+            (self._folder / UNFINISHED / ROOM).unlink(missing_ok=True)
         for given_up in range(MOST_GIVEN_UP + 1):
             with suppress(OSError):
                 for left in self._unfinished():
@@ -128,8 +134,7 @@ class BagFolder:
 
     def _keep(self, left, given_up=0):
         """Make the unfinished file a part of the bag."""
-        rescue(left, given_up)
-        part = read_part(left)
+        part = read_part(left) if rescue(left, given_up) else None
         if part is not None:
             self._parts.append(part)
         try:
