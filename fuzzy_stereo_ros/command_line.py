@@ -9,10 +9,8 @@ middle of a replay; 130 interrupted by the user.
 """
 import argparse
 from functools import partial
-from importlib import import_module
 import sys
 
-COMMANDS = 'match', 'evolve', 'replay', 'evaluate', 'benchmark', 'synthesise', 'convert'
 BAD_INPUT = 2
 INTERRUPTED = 130
 
@@ -26,14 +24,22 @@ def main(argv=None):
     return run_cleanly(parser, argv)
 
 
+def commands():
+    """Return {name: module} of the commands, which take a second or two to be imported."""
+    from fuzzy_stereo_ros.commands import (
+        benchmark, convert, evaluate, evolve, match, replay, synthesise)
+
+    return {'match': match, 'evolve': evolve, 'replay': replay, 'evaluate': evaluate,
+            'benchmark': benchmark, 'synthesise': synthesise, 'convert': convert}
+
+
 def _parser():
-    """Return the parser of all commands, whose modules take a second or two to be imported."""
+    """Return the parser of all commands."""
     parser = Parser(prog='fuzzy-stereo',
                     description='Dense stereo by a genetic algorithm with a fuzzy fitness.')
-    commands = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
-    for name in COMMANDS:
-        command = import_module(f'fuzzy_stereo_ros.commands.{name}')
-        added = commands.add_parser(
+    added_to = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
+    for name, command in commands().items():
+        added = added_to.add_parser(
             name, help=command.HELP, description=command.DESCRIPTION, epilog=command.EXAMPLE,
             formatter_class=argparse.RawDescriptionHelpFormatter)
         command.add_arguments(added)

@@ -10,7 +10,8 @@ import shutil
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.command_line import COMMANDS, main
+from fuzzy_stereo_ros import command_line
+from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
@@ -122,7 +123,7 @@ def test_the_commands_inside_sentences_are_commands():
     for page in pages_with_commands():
         for words in map(str.split, in_code_style(page)):
             if words[:1] == ['fuzzy-stereo'] and len(words) > 1:
-                assert words[1] in COMMANDS, f'{page}: {words}'
+                assert words[1] in command_line.commands(), f'{page}: {words}'
             elif words[:2] == ['python', '-m']:
                 assert find_spec(words[2]), f'{page}: {words}'
             elif words[:1] == ['make'] and len(words) == 2:
