@@ -5,7 +5,7 @@ import io
 import json
 
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
-from fuzzy_stereo_ros.versions import versions
+from fuzzy_stereo_ros.versions import package_version
 import numpy as np
 
 
@@ -24,14 +24,18 @@ def read_arrays(path):
         raise ValueError(f'{path} is damaged: {error}') from error
 
 
-def read_record(path, kinds):
-    """Return the dict of a JSON file, checked as by `check_record`."""
+def read_json(path):
+    """Return what a JSON file holds; ValueError where it is missing or damaged."""
     content = read_bytes(path)
     try:
-        record = json.loads(content)
+        return json.loads(content)
     except (ValueError, RecursionError) as error:
         raise ValueError(f'{path} is damaged: {error}') from error
-    return check_record(path, record, kinds)
+
+
+def read_record(path, kinds):
+    """Return the dict of a JSON file, checked as by `check_record`."""
+    return check_record(path, read_json(path), kinds)
 
 
 def check_record(path, record, kinds):
@@ -57,7 +61,7 @@ def check_names(path, found, wanted):
         if names:
             raise ValueError(
                 f"{path} {fault} {', '.join(sorted(names))}, as no file of version "
-                f"{versions()['fuzzy_stereo_ros']} does; take the version that wrote it")
+                f'{package_version()} does; take the version that wrote it')
 
 
 def check_array(name, array, kind, shape):

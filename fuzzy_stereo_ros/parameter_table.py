@@ -7,8 +7,10 @@ What concerns matching comes from `MatcherConfig`; here is only what the node ad
 defaults are those of stereo_image_proc where it has the parameter.
 """
 from dataclasses import dataclass, fields
+from difflib import get_close_matches
 import textwrap
 
+from fuzzy_stereo_ros.format_versions import PARAMETERS
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 
@@ -61,6 +63,10 @@ class Parameter:
         return value
 
 
+VERSION = Parameter(
+    'parameters_version', PARAMETERS,
+    'of the names and meanings of parameters; a file made for another one is refused',
+    read_only=True)
 OUTPUTS = 'disparity', 'confidence', 'depth', 'points2', 'preview'
 NODE_PARAMETERS = (
     Parameter('profile', 'realtime', 'preset of the matcher; single parameters override it',
@@ -115,6 +121,7 @@ NODE_PARAMETERS = (
     Parameter('no_pair_seconds', 5.0,
               'report what is missing when no pair has come for this long',
               0.1, 3600.0, 's', read_only=True),
+    VERSION,
 )
 # Of stereo_image_proc's matchers; a launch file or parameter file that sets them still works.
 IGNORED_PARAMETERS = (
@@ -152,6 +159,14 @@ def field_names():
     """Return a dict: the field of MatcherConfig by the name of its ROS parameter."""
     return {ros_name(field.name): field.name
             for field in fields(MatcherConfig) if field.name != 'reference'}
+
+
+def nearest(name):
+    """Return ' (is another_name meant?)' for a name that no parameter has, '' if none is near."""
+    if name in ROS_NAMES:
+        return f' (is {ROS_NAMES[name]} meant?)'
+    names = [row.name for row in NODE_PARAMETERS] + list(field_names())
+    return ''.join(f' (is {near} meant?)' for near in get_close_matches(name, names, 1))
 
 
 def in_ros_words(sentence):

@@ -4,14 +4,15 @@
 from pathlib import Path
 import re
 
+from fuzzy_stereo_ros.format_versions import check_format, RIGS
 from fuzzy_stereo_ros.launching import camera_remappings, existing, NODE_ROWS, RigNode
-from fuzzy_stereo_ros.parameter_table import IGNORED_PARAMETERS
+from fuzzy_stereo_ros.parameter_table import IGNORED_PARAMETERS, nearest
 import yaml
 
-TOP_KEYS = {'one_process': bool, 'rigs': dict}
+TOP_KEYS = {'one_process': bool, 'rigs': dict, 'version': int}
 RIG_KEYS = {'namespace': str, 'node_name': str, 'left_namespace': str, 'right_namespace': str,
             'params_file': str, 'parameters': dict, 'remappings': dict}
-CALLED = {bool: 'true or false', dict: 'maps', str: 'texts'}
+CALLED = {bool: 'true or false', dict: 'maps', int: 'whole numbers', str: 'texts'}
 WORD = r'[A-Za-z_][A-Za-z0-9_]*'
 NAMES = {'node_name': WORD, **dict.fromkeys(
     ('namespace', 'left_namespace', 'right_namespace'), f'/|/?{WORD}(/{WORD})*')}
@@ -35,7 +36,10 @@ def read_rigs(path):
 
 
 def _read(path):
-    content = _checked('the file', yaml.safe_load(path.read_text(encoding='utf-8')), TOP_KEYS)
+    content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    if isinstance(content, dict):
+        check_format('it', content.get('version', RIGS), RIGS)
+    content = _checked('the file', content, TOP_KEYS)
     if not content.get('rigs'):
         raise ValueError("there are no rigs; give 'rigs:' with a map from names to rigs")
     rigs, places = [], {}
@@ -101,8 +105,8 @@ def _parameters(values):
         if name in rows:
             parameters[name] = rows[name].checked(value)
         elif name not in IGNORED_PARAMETERS and not name.startswith(OF_EVERY_NODE):
-            raise ValueError(f"parameters has '{name}', and no parameter of the node is called "
-                             'so; config/fuzzy_stereo.yaml lists them')
+            raise ValueError(f"parameters has '{name}'{nearest(name)}, and no parameter of the "
+                             'node is called so; config/fuzzy_stereo.yaml lists them')
     return parameters
 
 

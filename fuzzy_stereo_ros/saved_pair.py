@@ -10,7 +10,7 @@ A pair in a folder, with all that its match depends on and what came of it: a bu
 | parameters.json | the MatcherConfig |
 | state.npz | the FrameState before the match; missing where there was none |
 | disparity.npy, confidence.npy, history.json | the Match |
-| about.json | versions of what it ran on, and what else there was to tell |
+| about.json | version of this format, what it ran on, and what else there was to tell |
 | README.txt | how to match it again |
 
 `fuzzy-stereo match --saved FOLDER` matches it again.
@@ -22,7 +22,8 @@ from pathlib import Path
 import tempfile
 
 from fuzzy_stereo_ros.checked_files import (
-    check_array, check_names, check_record, read_arrays, read_record)
+    check_array, check_names, check_record, read_arrays, read_json, read_record)
+from fuzzy_stereo_ros.format_versions import check_format, SAVED_PAIR
 from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
@@ -108,12 +109,9 @@ def read_saved_pair(folder):
     folder = Path(folder)
     if not folder.is_dir():
         raise ValueError(f'{folder} is no folder; give one that holds a saved pair')
-    parts = {'pair': _read_pair(folder), 'config': _read_config(folder / 'parameters.json'),
+    parts = {**_read_about(folder), 'pair': _read_pair(folder),
+             'config': _read_config(folder / 'parameters.json'),
              'state': _read_state(folder / 'state.npz'), 'match': _read_match(folder)}
-    about = read_record(folder / 'about.json', {'versions': dict, 'about': dict})
-    for name, record in about.items():
-        check_record(folder / 'about.json', record, dict.fromkeys(record, str))
-        parts[name] = record
     try:
         return SavedPair(**parts)
     except ValueError as error:
@@ -145,7 +143,8 @@ def _write_files(folder, saved):
         'warm': match.warm, 'times': _as_floats(match.times),
         'generations': [{**asdict(row), 'gains': _as_floats(row.gains)}
                         for row in match.history]})
-    _write_record(folder / 'about.json', {'versions': saved.versions, 'about': saved.about})
+    _write_record(folder / 'about.json', {
+        'format': SAVED_PAIR, 'versions': saved.versions, 'about': saved.about})
     (folder / 'README.txt').write_text(
         README.format(saved.versions['fuzzy_stereo_ros']), encoding='utf-8')
 
@@ -156,6 +155,19 @@ def _write_record(path, record):
 
 def _as_floats(numbers):
     return {name: float(value) for name, value in numbers.items()}
+
+
+def _read_about(folder):
+    """Return versions and about of a folder; ValueError first where its format is another one."""
+    path = folder / 'about.json'
+    content = read_json(path)
+    if isinstance(content, dict) and 'versions' in content:
+        check_format(f'{folder}', content.get('format'), SAVED_PAIR)
+    record = check_record(path, content, {'format': int, 'versions': dict, 'about': dict})
+    del record['format']
+    for part in record.values():
+        check_record(path, part, dict.fromkeys(part, str))
+    return record
 
 
 def _read_pair(folder):

@@ -53,6 +53,10 @@ class DisparityNode(Node):
             self.get_logger().warning(
                 "parameters of stereo_image_proc's matchers that mean nothing here are ignored: "
                 f"{', '.join(self._declared.ignored)}")
+        if self._declared.unknown:
+            self.get_logger().warning(
+                'no parameters of this node are called so, and they change nothing: '
+                f"{', '.join(self._declared.unknown)}")
         self.get_logger().info('loading the kernels; the first start on a machine compiles '
                                'them, which takes up to 60 s')
         self._worker = Worker.of_this_process()

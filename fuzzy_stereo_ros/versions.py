@@ -11,19 +11,23 @@ from numba.core.registry import cpu_target
 import numpy as np
 
 
+def package_version():
+    """Return the version of this package, 'unknown' in a source tree that was never installed."""
+    try:
+        return fuzzy_stereo_ros.__version__
+    except PackageNotFoundError:
+        return 'unknown'
+
+
 def versions():
     """
     Return {what: str}: versions, platform, and the processor that numba compiles for.
 
     processor_features: names of instruction sets, separated by blanks.
     """
-    try:
-        package = fuzzy_stereo_ros.__version__
-    except PackageNotFoundError:    # run from a source tree that was never installed
-        package = 'unknown'
     _, processor, features = cpu_target.target_context.codegen().magic_tuple()
     return {
-        'fuzzy_stereo_ros': package,
+        'fuzzy_stereo_ros': package_version(),
         'python': platform.python_version(),
         'numpy': np.__version__,
         'numba': numba.__version__,

@@ -409,7 +409,7 @@ def test_what_a_saved_pair_brings_is_not_given_again(report, capsys, case):
 
 @pytest.mark.parametrize('words, told', [
     (['--saved', 'none'], 'none is no folder; give one that holds a saved pair'),
-    (['--saved', '.'], 'calibration.json cannot be read: No such file'),
+    (['--saved', '.'], 'about.json cannot be read: No such file'),
     (['--saved', 'report', '--output', 'report/disparity.npy'], 'which is an input too'),
     (['--saved', 'report', '--picture', './report/left.png'], 'which is an input too'),
     (['--saved', 'report', '--elite', '2'], 'elite is 2.0; allowed are numbers from 0'),

@@ -15,7 +15,7 @@ import pytest
 
 NAN = np.nan
 SHAPES = arrays.array_shapes(min_dims=2, max_dims=2, max_side=7)
-same_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+same_folder = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def disparities(low, high):

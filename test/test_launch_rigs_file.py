@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The YAML file of several rigs: what is read, and the sentence for what is not allowed."""
+from fuzzy_stereo_ros.versions import package_version
 from launched import FOLDER, WHY
 import pytest
 
@@ -69,9 +70,9 @@ def test_the_example_is_read():
 
 
 @pytest.mark.parametrize('text, sentence', [
-    ('', 'the file is None; allowed are maps with one_process, rigs'),
-    ('- front', "the file is ['front']; allowed are maps with one_process, rigs"),
-    ('rig: {}', "the file has the key 'rig'; allowed are one_process, rigs"),
+    ('', 'the file is None; allowed are maps with one_process, rigs, version'),
+    ('- front', "the file is ['front']; allowed are maps with one_process, rigs, version"),
+    ('rig: {}', "the file has the key 'rig'; allowed are one_process, rigs, version"),
     ('one_process: false', "there are no rigs; give 'rigs:' with a map from names to rigs"),
     ('rigs: [front]', "the file: rigs is ['front']; allowed are maps"),
     ('one_process: 1\nrigs: {a: }', 'the file: one_process is 1; allowed are true or false'),
@@ -88,8 +89,13 @@ def test_the_example_is_read():
     ('rigs: {front: {remappings: {a: 3}}}',
      "rig 'front': remappings has 'a': 3; allowed are names of topics"),
     ('rigs: {front: {parameters: {disparity_rang: 3}}}',
-     "rig 'front': parameters has 'disparity_rang', and no parameter of the node is called so; "
-     'config/fuzzy_stereo.yaml lists them'),
+     "rig 'front': parameters has 'disparity_rang' (is disparity_range meant?), and no parameter "
+     'of the node is called so; config/fuzzy_stereo.yaml lists them'),
+    ('version: 2\nshapes: {}', f'it has version 2 of its format, fuzzy_stereo_ros '
+     f'{package_version()} reads version 1; take a newer fuzzy_stereo_ros'),
+    ('version: 0\nrigs: {a: }', f'it has version 0 of its format, fuzzy_stereo_ros '
+     f'{package_version()} reads version 1; take the fuzzy_stereo_ros that it was made with, or '
+     'make it anew: CHANGELOG.rst tells what has changed'),
     ('rigs: {front: {parameters: {queue_size: 0}}}',
      "rig 'front': queue_size is 0; allowed are numbers from 1 to 1000000"),
     ('rigs: {a: , b: {namespace: /a}}', "rig 'b' has the namespace and node_name of rig 'a'; "

@@ -18,6 +18,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGE = 'fuzzy_stereo_ros'
 MANIFEST = ElementTree.parse(ROOT / 'package.xml').getroot()
+SEMANTIC = re.compile(r'(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)')
 COMMANDS = {'disparity_node', 'fake_rig', 'fuzzy-stereo'}
 # Extras of setup.py that rosdep does not know; what needs them says so.
 OPTIONAL = {'distributed', 'rerun', 'rosbags'}
@@ -57,7 +58,7 @@ def test_the_manifest_is_format_3_and_built_by_ament_python():
     assert MANIFEST.tag == 'package'
     assert MANIFEST.get('format') == '3'
     assert MANIFEST.findtext('name') == PACKAGE
-    assert re.fullmatch(r'\d+\.\d+\.\d+', MANIFEST.findtext('version'))
+    assert SEMANTIC.fullmatch(MANIFEST.findtext('version'))
     assert MANIFEST.find('maintainer').text == 'fuzzy_stereo_ros developers'
     assert '@' in MANIFEST.find('maintainer').get('email')
     assert MANIFEST.findtext('export/build_type') == 'ament_python'
@@ -89,10 +90,37 @@ def test_the_version_is_declared_in_the_manifest_alone():
         assert version not in (ROOT / name).read_text(encoding='utf-8')
 
 
-def test_the_changelog_begins_with_this_version():
-    changelog = (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')
-    title = re.search(r'^(.+)\n-+$', changelog, flags=re.MULTILINE).group(1)
-    assert MANIFEST.findtext('version') in title
+def titles_of(changelog):
+    """Return the titles of the versions in a changelog, newest first, checked to be whole."""
+    titles = re.findall(r'^(.+)\n(-+)$', changelog, flags=re.MULTILINE)
+    assert all(len(title) == len(line) for title, line in titles)
+    return [title for title, _ in titles]
+
+
+def versions_of(titles):
+    """Return versions as tuples of numbers: of a release `X.Y.Z (date)`, or of what comes."""
+    found = []
+    coming = r'Forthcoming \(' + SEMANTIC.pattern + r'\)'
+    released = SEMANTIC.pattern + r' \(\d{4}-\d{2}-\d{2}\)'
+    for place, title in enumerate(titles):
+        match = re.fullmatch(released, title) or (not place and re.fullmatch(coming, title))
+        assert match, f'{title} is neither X.Y.Z (YYYY-MM-DD) nor, at the top, Forthcoming (X.Y.Z)'
+        found.append(tuple(map(int, match.groups())))
+    return found
+
+
+def test_the_changelog_begins_with_this_version_and_goes_back_by_semantic_versions():
+    versions = versions_of(titles_of((ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')))
+    assert versions[0] == tuple(map(int, MANIFEST.findtext('version').split('.')))
+    assert versions == sorted(versions, reverse=True)
+    assert len(versions) == len(set(versions))
+
+
+@pytest.mark.parametrize('title', ['0.1', 'Forthcoming', '1.02.0 (2026-01-01)', '1.0.0',
+                                   'Forthcoming 1.0.0', '1.0.0-beta (2026-01-01)'])
+def test_a_title_that_is_no_version_is_found_out(title):
+    with pytest.raises(AssertionError, match='is neither'):
+        versions_of([title])
 
 
 def test_an_unknown_name_in_the_package_is_an_attribute_error():

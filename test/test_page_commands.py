@@ -30,6 +30,7 @@ SHORT_FORMS = {
                       'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
     'fuzzy-stereo benchmark': 'test_benchmarks.py::'
                               'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
+    'colcon': 'test_colcon.py::test_colcon_builds_the_package_and_runs_its_tests',
     'ros2 launch': 'test_page_ros_commands.py::test_a_launch_command_starts_the_node',
     'ros2': 'test_page_ros_commands.py::test_a_ros_command_does_what_it_says_with_the_real_node',
     'export': 'test_page_commands.py::test_a_variable_that_is_set_has_an_effect',
@@ -38,6 +39,7 @@ SHORT_FORMS = {
 NOT_RUN = {
     'make test': 'it runs this test',
     'make docs': 'installs Sphinx; test_docs.py is its short form',
+    'rosdep': 'installs packages of the system',
     'pip-audit': 'asks a service on the internet',
     'sudo sysctl': 'changes the machine',
 }

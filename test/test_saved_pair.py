@@ -197,7 +197,7 @@ def test_a_folder_holds_what_people_and_programs_look_for(tmp_path):
     told = (tmp_path / 'warm' / 'README.txt').read_text(encoding='utf-8').splitlines()
     assert len(told) == 3 and told[2] == 'fuzzy-stereo match --saved .'
     assert json.loads((tmp_path / 'warm' / 'about.json').read_text(encoding='utf-8')) == {
-        'versions': versions(), 'about': warm.about}
+        'format': 1, 'versions': versions(), 'about': warm.about}
     parameters_told = (tmp_path / 'warm' / 'parameters.json').read_text(encoding='utf-8')
     assert len(parameters_told.splitlines()) == len(fields(MatcherConfig)) + 2
 
@@ -322,6 +322,19 @@ def maps(rows, columns, kind=np.float32):
 
 
 DAMAGES = {
+    'a newer format': (
+        lambda folder: (rewritten(folder / 'about.json', format=2, more={}),
+                        rewritten(folder / 'parameters.json', shiny=1)),
+        'report has version 2 of its format, fuzzy_stereo_ros .* reads version 1; take a newer '),
+    'an older format': (
+        lambda folder: rewritten(folder / 'about.json', format=0),
+        'has version 0 of its format, .*; take the fuzzy_stereo_ros that it was made with, or '),
+    'no format': (
+        lambda folder: rewritten(folder / 'about.json', format=None),
+        'has no version of its format, .*; take the fuzzy_stereo_ros that it was made with'),
+    'a format that is no number': (
+        lambda folder: rewritten(folder / 'about.json', format='1'),
+        "has version '1' of its format"),
     'a newer parameter': (
         lambda folder: rewritten(folder / 'parameters.json', shiny=1),
         'parameters.json has shiny, as no file of version .* take the version that wrote it'),

@@ -3,12 +3,15 @@
 """Declare the table of parameters to ROS, and let changes through whole or not at all."""
 from dataclasses import replace
 
+from fuzzy_stereo_ros.format_versions import check_format
 from fuzzy_stereo_ros.parameter_table import (
-    field_names, IGNORED_PARAMETERS, in_ros_words, matcher_parameters, NODE_PARAMETERS,
-    preset_changes, profile_config, ros_name, sync_tolerance)
+    field_names, IGNORED_PARAMETERS, in_ros_words, matcher_parameters, nearest, NODE_PARAMETERS,
+    preset_changes, profile_config, ros_name, sync_tolerance, VERSION)
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.parameter import Parameter
+
+DECLARED_LATER = 'qos_overrides.'       # with each publisher and subscription
 
 
 class RosParameters:
@@ -17,6 +20,7 @@ class RosParameters:
 
     config: the MatcherConfig in force. settings: what is fixed at start, by name.
     ignored: names of stereo_image_proc's parameters that were set and mean nothing here.
+    unknown: names that were set at start and that no parameter has, with what may be meant.
     """
 
     def __init__(self, node, changed):
@@ -28,11 +32,15 @@ class RosParameters:
         self._node, self._changed = node, changed
         self._fields = field_names()
         self.settings = {}
+        check_format('the file of parameters', self._override(VERSION), VERSION.default)
         for row in NODE_PARAMETERS:
             self.settings[row.name] = self._declare(row)
         self._profile = self.settings.pop('profile')
         self.config = self._declare_matcher(profile_config(self._profile))
         self.ignored = [name for name in IGNORED_PARAMETERS if self._declare_ignored(name)]
+        # rclpy has no public way to see what was set and never declared.
+        self.unknown = [name + nearest(name) for name in sorted(node._parameter_overrides)
+                        if not node.has_parameter(name) and not name.startswith(DECLARED_LATER)]
         node.add_pre_set_parameters_callback(self._spell_out_profile)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Source archive and wheel are built, installed into a clean folder, and work there."""
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+
+from pages import ROOT
+import pytest
+
+pytest.importorskip('setuptools', '70.1', reason='older ones cannot build wheels by themselves')
+NOT_COPIED = {'build', 'dist', 'docs', 'install', 'log', 'test'}
+
+
+def run(*words, **options):
+    """Run Python with words and return what it prints."""
+    return subprocess.run([sys.executable, *words], check=True, text=True, capture_output=True,
+                          **options).stdout
+
+
+def built(kind, source, target):
+    """Return the archive that the build backend makes of a source folder: 'sdist' or 'wheel'."""
+    code = f'from setuptools import build_meta; print(build_meta.build_{kind}({str(target)!r}))'
+    return target / run('-c', code, cwd=source).splitlines()[-1]
+
+
+@pytest.fixture(scope='module')
+def archives(tmp_path_factory):
+    """Return the source archive, and the wheel that is built of it in a clean folder."""
+    place = tmp_path_factory.mktemp('built')
+    source = place / 'source'
+    source.mkdir()
+    for path in ROOT.iterdir():
+        if not (path.name.startswith('.') or path.name in NOT_COPIED
+                or path.suffix == '.egg-info'):
+            (source / path.name).symlink_to(path)
+    archive = built('sdist', source, place)
+    with tarfile.open(archive) as files:
+        files.extractall(place / 'unpacked', filter='data')
+    (unpacked,) = (place / 'unpacked').iterdir()
+    return archive, built('wheel', unpacked, place)
+
+
+@pytest.fixture(scope='module')
+def prefix(archives, tmp_path_factory):
+    """Return a clean folder into which the wheel is installed, without what it depends on."""
+    folder = tmp_path_factory.mktemp('prefix')
+    run('-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-compile',
+        '--ignore-installed', '--prefix', str(folder), str(archives[1]))
+    return folder
+
+
+def test_the_source_archive_has_what_the_package_is_built_of(archives):
+    with tarfile.open(archives[0]) as files:
+        names = {name.partition('/')[2] for name in files.getnames()}
+    for folder in ('config', 'launch', 'resource'):
+        here = {f'{folder}/{path.name}' for path in (ROOT / folder).iterdir() if path.is_file()}
+        assert here <= names
+    assert {'CHANGELOG.rst', 'LICENSE', 'README.md', 'SECURITY.md', 'package.xml', 'setup.py',
+            'fuzzy_stereo_ros/matching/kernels/simd.py'} <= names
+
+
+def test_the_wheel_has_every_module_and_nothing_else_of_python(archives):
+    with zipfile.ZipFile(archives[1]) as files:
+        modules = {name for name in files.namelist()
+                   if name.endswith('.py') and '.data/' not in name}
+    assert modules == {path.relative_to(ROOT).as_posix()
+                       for path in (ROOT / 'fuzzy_stereo_ros').rglob('*.py')}
+
+
+def test_installed_into_a_clean_folder_its_files_are_where_ros_looks_for_them(prefix):
+    share = prefix / 'share' / 'fuzzy_stereo_ros'
+    for folder in ('config', 'launch'):
+        for path in (ROOT / folder).iterdir():
+            if path.is_file():
+                assert (share / folder / path.name).read_bytes() == path.read_bytes()
+    assert (share / 'package.xml').read_bytes() == (ROOT / 'package.xml').read_bytes()
+    assert (prefix / 'share/ament_index/resource_index/packages/fuzzy_stereo_ros').is_file()
+    for name in ('disparity_node', 'fake_rig'):
+        assert os.access(prefix / 'lib' / 'fuzzy_stereo_ros' / name, os.X_OK)
+        assert os.access(prefix / 'bin' / name, os.X_OK)
+
+
+def test_installed_into_a_clean_folder_the_command_runs_and_tells_its_version(prefix, tmp_path):
+    (packages,) = prefix.glob('**/site-packages')
+    environment = {**os.environ, 'PYTHONPATH': str(packages)}
+    told = run('-c', 'import fuzzy_stereo_ros as one; print(one.__file__, one.__version__)',
+               env=environment, cwd=tmp_path).split()
+    assert told[0].startswith(str(prefix))
+    assert f'<version>{told[1]}</version>' in (ROOT / 'package.xml').read_text(encoding='utf-8')
+    printed = subprocess.run([prefix / 'bin' / 'fuzzy-stereo', '--help'], check=True, text=True,
+                             capture_output=True, env=environment, cwd=tmp_path).stdout
+    assert 'match two images' in printed
