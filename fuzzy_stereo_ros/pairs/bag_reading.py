@@ -46,6 +46,8 @@ class BagReader:
 
     names: of the bags, for sentences. topics: {name: BagTopic} of those that have messages.
     begin, end: ns, when the first and the last message was recorded.
+    While they are open rosbags keeps 150 bytes of each message of a .bag, whatever its topic,
+    1.6 kB of each chunk of an .mcap (about 1 MiB), and nothing that grows of a .db3.
     """
 
     def __init__(self, paths):
