@@ -23,7 +23,8 @@ class Tally:
     started from the pair before. refused: by reason; first_refusal: why, in a sentence. remarks:
     on the calibration, by kind. milliseconds: of matching, of all. seconds: of the loop.
     logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
-    stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None.
+    stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None. segments: how
+    many there were; workers: how many matched them at the most, 0 where this process matched.
     """
 
     matched: int = 0
@@ -38,6 +39,8 @@ class Tally:
     stamp: int | None = None
     interrupted: bool = False
     error: Exception | None = None
+    segments: int = 0
+    workers: int = 0
 
 
 class Outputs:

@@ -110,24 +110,25 @@ def chosen_copies(bags, names, words):
     return Copies(bags, wanted)
 
 
-def done_before(path, storage, suffixes):
+def done_before(path, storage, suffixes, pairs=WARM_PAIRS):
     """
-    Return (logged, stamp) of the last WARM_PAIRS pairs of an interrupted replay.
+    Return (logged, stamp) of the last few pairs of an interrupted replay.
 
     path: of the folder, whose unfinished bag is made readable. storage: of the bag, None where
-    there is none. suffixes: of the files of disparities. logged is None where only files are.
+    there is none. suffixes: of the files of disparities. pairs: how many, if there are so many.
+    logged is None where only files are.
     """
     if storage is None:
         names = sorted((path / DISPARITY).glob(f'*.{suffixes[0]}'))
-        return tuple((None, int(name.stem)) for name in names[-WARM_PAIRS:])
+        return tuple((None, int(name.stem)) for name in names[-pairs:])
     if not BagFolder(path, storage).counts[MARK]:
         return ()
     with BagReader([path]) as bag:
         seconds, found = 1, ()
-        while len(found) < WARM_PAIRS:
+        while len(found) < pairs:
             start = bag.end - seconds * SECOND
             found = tuple(deque(((one.logged, stamp_of(decoded(one).header))
-                                 for one in bag.messages([MARK], start)), WARM_PAIRS))
+                                 for one in bag.messages([MARK], start)), pairs))
             if start <= bag.begin:
                 break
             seconds *= 4

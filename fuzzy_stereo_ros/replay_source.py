@@ -16,13 +16,15 @@ class Step(NamedTuple):
     What comes next.
 
     logged: ns, when the last message that led to it was recorded. stamp: ns, of the pair, None
-    where there is none. pair: the StereoPair, or refusal: the BadPair that says why it is none.
-    went_back: the stamp is smaller than that of a pair before. again: the pair was matched and
-    written by a replay that is resumed. copies: the BagMessages to be copied before it.
+    where there is none; number: which of the selected pairs it is, from 0, likewise.
+    pair: the StereoPair, or refusal: the BadPair that says why it is none. went_back: the stamp
+    is smaller than that of a pair before. again: the pair was matched and written by a replay
+    that is resumed. copies: the BagMessages to be copied before it.
     """
 
     logged: int
     stamp: int | None = None
+    number: int | None = None
     pair: StereoPair | None = None
     refusal: BadPair | None = None
     went_back: bool = False
@@ -126,9 +128,10 @@ class ReplaySource:
 
     def _step(self, logged, found):
         """Return the Step of a set; None where it is not selected."""
+        number, rest = divmod(self._passed, self._selection.every)
         self._passed += 1
         self._went_back |= found.went_back
-        if (self._passed - 1) % self._selection.every:
+        if rest:
             return None
         again = not self.resumed
         if again:
@@ -137,7 +140,7 @@ class ReplaySource:
             self.resumed = not self._waiting and _is(last, logged, found.stamp)
             if self._waiting:
                 return None
-        step = Step(logged, found.stamp, went_back=self._went_back, again=again)
+        step = Step(logged, found.stamp, number, went_back=self._went_back, again=again)
         self._went_back = False
         try:
             return step._replace(pair=self._read(self._four(found.messages)))
