@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Ctrl-C as something to be looked at between two pieces of work."""
+from contextlib import contextmanager
 import signal
 import threading
 
@@ -32,3 +33,16 @@ class Interruption:
         if self._came:
             raise KeyboardInterrupt
         self._came = True
+
+
+@contextmanager
+def undisturbed():
+    """Let SIGINT do nothing, as while what must not be left half done is ended."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

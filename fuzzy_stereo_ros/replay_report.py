@@ -4,6 +4,8 @@
 import sys
 
 from fuzzy_stereo_ros.pairs.bag_reading import DamagedBag
+from fuzzy_stereo_ros.replay_cluster import ClusterFault
+from fuzzy_stereo_ros.replay_segments import SEGMENT_PAIRS
 from fuzzy_stereo_ros.reports import kind_of
 
 SECOND = 1_000_000_000
@@ -59,7 +61,7 @@ def figures_of(tally, synchroniser, begin):
     """
     seconds = max(tally.seconds, 1e-9)
     pairs = tally.matched + tally.again
-    return {
+    figures = {
         'ended': _ended(tally),
         'pairs': {'matched': tally.matched, 'matched_again': tally.again, 'warm': tally.warm,
                   'refused': dict(tally.refused)},
@@ -68,17 +70,25 @@ def figures_of(tally, synchroniser, begin):
         'last_pair': None if tally.logged is None else {
             'stamp': tally.stamp, 'seconds_into_the_bag': (tally.logged - begin) / SECOND},
         'seconds': tally.seconds,
-        'pairs_per_second': pairs / seconds,
+        'pairs_per_second': (tally.matched if tally.workers else pairs) / seconds,
         'match_ms': tally.milliseconds / max(pairs, 1),
-        'share_not_matching': 1 - tally.milliseconds / 1000 / seconds,
+        'share_not_matching': 1 - tally.milliseconds / 1000 / seconds / max(tally.workers, 1),
     }
+    if tally.workers:
+        figures['segments'] = {'matched': tally.segments, 'pairs': SEGMENT_PAIRS,
+                               'workers': tally.workers}
+    return figures
 
 
 def sentences(figures):
     """Return the figures as a person reads them."""
     pairs, messages = figures['pairs'], figures['messages']
     lines = [f"{pairs['matched']} pairs matched"]
-    if pairs['matched_again']:
+    if 'segments' in figures:
+        lines[0] += ', in {matched} segments on {workers} workers'.format(**figures['segments'])
+        if pairs['matched_again']:
+            lines[0] += f", {pairs['matched_again']} were matched again to warm up"
+    elif pairs['matched_again']:
         lines[0] += f", after {pairs['matched_again']} that were matched again to warm up"
     if pairs['refused']:
         lines.append(f"{sum(pairs['refused'].values())} refused: " + ', '.join(
@@ -120,5 +130,6 @@ def no_pair_sentence(name, tally, synchroniser, approximate):
 
 def _ended(tally):
     if tally.error is not None:
-        return 'damaged bag' if isinstance(tally.error, DamagedBag) else 'cannot be written'
+        return ('damaged bag' if isinstance(tally.error, DamagedBag) else
+                'workers lost' if isinstance(tally.error, ClusterFault) else 'cannot be written')
     return 'interrupted' if tally.interrupted else 'finished'

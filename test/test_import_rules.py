@@ -33,7 +33,7 @@ class Room:
 
 FLAT = Room(libraries=frozenset({'cv2', 'numba', 'numpy', 'tqdm'}),
             libraries_inside_functions=frozenset(
-                {'distributed', 'matplotlib', 'rerun', 'skimage'}),
+                {'dask', 'distributed', 'matplotlib', 'rerun', 'skimage'}),
             project=(PACKAGE,))
 MATCHING = Room(libraries=frozenset({'cv2', 'numba', 'numpy'}),
                 libraries_inside_functions=frozenset(),

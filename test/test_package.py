@@ -21,7 +21,7 @@ MANIFEST = ElementTree.parse(ROOT / 'package.xml').getroot()
 SEMANTIC = re.compile(r'(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)')
 COMMANDS = {'disparity_node', 'fake_rig', 'fuzzy-stereo'}
 # Extras of setup.py that rosdep does not know; what needs them says so.
-OPTIONAL = {'distributed', 'rerun', 'rosbags'}
+OPTIONAL = {'dask', 'distributed', 'rerun', 'rosbags'}
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'llvmlite': 'python3-numba',
                'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba',
                'numpy': 'python3-numpy', 'skimage': 'python3-skimage', 'tqdm': 'python3-tqdm',

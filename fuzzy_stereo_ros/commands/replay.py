@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo replay`: bags in, a bag of disparities or files out."""
+from contextlib import ExitStack
 from dataclasses import asdict, replace
 import json
 from pathlib import Path
 import sys
 
 from fuzzy_stereo_ros.camera_options import add_camera_options
+from fuzzy_stereo_ros.cluster_options import (
+    add_cluster_options, asks_for_cluster, opened_cluster)
 from fuzzy_stereo_ros.interruption import Interruption
 from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.node_options import add_node_options, node_settings
@@ -19,7 +22,8 @@ from fuzzy_stereo_ros.replay_folder import ReplayFolder
 from fuzzy_stereo_ros.replay_report import figures_of, no_pair_sentence, sentences, Shown
 from fuzzy_stereo_ros.replay_request import (
     chosen_calibration, chosen_copies, chosen_part, chosen_topics, done_before, expected_pairs,
-    SECOND)
+    SECOND, WARM_PAIRS)
+from fuzzy_stereo_ros.replay_segments import SEGMENT_PAIRS, SegmentedReplay
 from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK
 from fuzzy_stereo_ros.replay_source import ReplaySource
 from fuzzy_stereo_ros.replay_views import (
@@ -46,7 +50,8 @@ EXAMPLE = ('examples:\n'
            '  fuzzy-stereo replay recorded.mcap --output matched --disparities 128\n'
            '  fuzzy-stereo replay recorded.bag --output matched --disparities 64 --rectify \\\n'
            '      --with depth points2 --keep /tf /tf_static\n'
-           '  fuzzy-stereo replay recorded --format none --video matched.mp4 --disparities 64')
+           '  fuzzy-stereo replay recorded --format none --video matched.mp4 --disparities 64\n'
+           '  fuzzy-stereo replay recorded --output matched --disparities 64 --workers 4')
 
 
 def add_arguments(parser):
@@ -75,7 +80,7 @@ def add_arguments(parser):
                         help='go on after the last pair that an interrupted replay wrote to DIR, '
                              'with the same options; a few pairs before it are matched again to '
                              'warm up, so that later ones may differ a little from those of a '
-                             'replay in one go')
+                             'replay in one go; with workers nothing differs')
     parser.add_argument('--progress', action='store_true',
                         help='show a bar even where standard error is no terminal')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
@@ -92,6 +97,7 @@ def add_arguments(parser):
     add_camera_options(parser)
     add_node_options(parser, 'how messages become pairs', (*SYNCHRONISING, *READING))
     add_node_options(parser, 'what depth and points2 are like', RESULTS)
+    add_cluster_options(parser)
     add_matcher_options(parser, required=('disparities',), left_out=('reference',))
 
 
@@ -107,7 +113,8 @@ def run(arguments, stream, progress_stream=None):
     settings = node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS))
     reader = PairReader(*(settings[name] for name in READING))
     _check_outputs(arguments, config.at_scale(reader.scale))
-    with BagReader(arguments.bags) as bags:
+    segmented = asks_for_cluster(arguments)
+    with BagReader(arguments.bags) as bags, ExitStack() as opened:
         words = (*ALWAYS, *arguments.words)
         topics = chosen_topics(bags, arguments.left, arguments.right, settings['rectify'])
         infos, calibration = chosen_calibration(
@@ -121,18 +128,23 @@ def run(arguments, stream, progress_stream=None):
             'duration': arguments.duration, 'every': arguments.every,
             'format': arguments.format, 'results': words, 'kept': sorted(copies.topics),
             'files': arguments.files, 'settings': settings,
+            'segments': SEGMENT_PAIRS if segmented else None,
             'matcher': asdict(replace(config, threads=0))},     # they change no result
             arguments.bags, arguments.overwrite, arguments.resume)
         if folder.continued:
             selection = selection._replace(
-                done=done_before(folder.path, storage, arguments.files))
+                done=done_before(folder.path, storage, arguments.files,
+                                 WARM_PAIRS + (SEGMENT_PAIRS if segmented else 0)))
         if not arguments.json:
             stream.write(f'{topics.left} and {topics.right}, calibrated by {calibration}\n')
             stream.flush()
 
         rig = Rig(config, reader, told=None)
         reading = settings, sync_tolerance(settings), selection
-        source = ReplaySource(bags, topics, rig.read, *reading, copies.topics, infos)
+        # With workers the pairs are read ahead of what is copied between them.
+        source = ReplaySource(
+            opened.enter_context(BagReader(arguments.bags)) if segmented else bags, topics,
+            rig.read, *reading, () if segmented else copies.topics, infos)
         views = views_of(
             arguments, config.at_scale(reader.scale),
             ReplaySource(bags, topics, lambda messages: None, *reading, infos=infos))
@@ -147,10 +159,16 @@ def run(arguments, stream, progress_stream=None):
 
         outputs, tally = Outputs(open_sinks), Tally()
         with Shown(expected_pairs(bags, topics, selection), progress_stream,
-                   arguments.progress) as shown:
-            rig.warm_up()
+                   arguments.progress) as shown, \
+                opened_cluster(arguments, config.at_scale(reader.scale), shown.tell) as cluster:
+            (cluster or rig).warm_up()
             with Interruption() as interruption:
-                replay(source, rig, outputs, tally, interruption.came, shown.tell, shown.step)
+                stopped = interruption.came
+                if cluster is not None:
+                    source = rig = SegmentedReplay(
+                        source, cluster, tally, stopped,
+                        bags.messages(copies.topics, selection.start, selection.stop))
+                replay(source, rig, outputs, tally, stopped, shown.tell, shown.step)
         if not tally.matched:
             _end_without_pairs(bags, folder, source, tally, settings)
         figures = {'output': arguments.output, 'video': arguments.video, 'view': arguments.view,
