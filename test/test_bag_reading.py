@@ -98,7 +98,7 @@ def test_what_is_no_bag_is_refused_with_a_sentence(folder, tmp_path):
 def test_without_rosbags_the_remedy_is_said(folder, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rosbags.highlevel', None)
     assert refusal_of(folder / 'mcap') == (
-        "there is no rosbags, which reads bags: pip install 'fuzzy_stereo_ros[bags]'")
+        "there is no rosbags, which reads and writes bags: pip install 'fuzzy_stereo_ros[bags]'")
 
 
 @pytest.mark.parametrize('name', ['bag.bag', 'mcap/mcap.mcap'])

@@ -6,6 +6,7 @@ import json
 import os
 from pathlib import Path
 import shlex
+import subprocess
 import sys
 from unittest import mock
 
@@ -132,7 +133,7 @@ def test_nothing_is_overwritten_unless_it_is_asked_for_and_then_nothing_old_stay
     assert os.listdir('scene/left') == ['0000.png']
     assert Path('scene/left/0000.png').read_bytes() != before
     assert synthesised(*SMALL, '--frames', '1', '--overwrite', '--format', 'bag') == 0
-    assert files() == ['scene/metadata.yaml', 'scene/scene.mcap']
+    assert files() == ['scene/metadata.yaml', 'scene/scene_0.mcap']
     assert synthesised(*SMALL, '--frames', '1', '--overwrite') == 0
     assert 'scene/metadata.yaml' not in files()
 
@@ -158,6 +159,26 @@ def test_what_ends_half_way_leaves_nothing_behind(error, code, words, capsys):
     with mock.patch.object(synthesise, 'write_disparity', side_effect=error):
         assert synthesised(*SMALL) == code
     assert words in capsys.readouterr().err
+    assert os.listdir() == []
+
+
+RESTRICTED = """
+import resource, sys
+from fuzzy_stereo_ros.command_line import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, resource.RLIM_INFINITY))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_bag_for_which_the_disk_has_no_room_leaves_nothing_behind():
+    pytest.importorskip('rosbags')
+    ended = subprocess.run(
+        [sys.executable, '-c', RESTRICTED, 'synthesise', '--output', 'scene', '--format', 'bag'],
+        capture_output=True, text=True,
+        env={**os.environ, 'PYTHONPATH': str(Path(__file__).parents[1])})
+    assert (ended.returncode, ended.stderr) == (2, (
+        'fuzzy-stereo: scene cannot be written: File too large; give a folder in one that is '
+        'there, has room, and may be written to\n'))
     assert os.listdir() == []
 
 

@@ -9,6 +9,7 @@ import sys
 import tempfile
 
 from fuzzy_stereo_ros.comparing.progress import follow
+from fuzzy_stereo_ros.pairs.bag_reading import text_of
 from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -68,8 +69,9 @@ def run(arguments, stream, progress_stream=None):
                 shutil.rmtree(target)
             whole.replace(target)
     except OSError as error:
-        raise OSError(f'{arguments.output} cannot be written: {error.strerror}; give a folder in '
-                      'one that is there, has room, and may be written to') from error
+        reason = text_of(error.__cause__ or error)      # a bag's error names the unfinished folder
+        raise OSError(f'{arguments.output} cannot be written: {reason}; give a folder in one that '
+                      'is there, has room, and may be written to') from error
     if arguments.json:
         stream.write(json.dumps({'output': arguments.output, 'format': arguments.format, **values},
                                 indent=2) + '\n')

@@ -9,6 +9,8 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
 SUFFIXES = '.bag', '.mcap', '.db3'
+NO_ROSBAGS = ('there is no rosbags, which reads and writes bags: '
+              "pip install 'fuzzy_stereo_ros[bags]'")
 REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), '
           '`mcap recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or '
           '`rosbag reindex` (.bag)')
@@ -137,8 +139,7 @@ def opened(path):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import get_typestore, Stores
     except ImportError:
-        raise ValueError('there is no rosbags, which reads bags: '
-                         "pip install 'fuzzy_stereo_ros[bags]'") from None
+        raise ValueError(NO_ROSBAGS) from None
     if not path.exists():
         raise ValueError(f'{path} does not exist; give a bag: a .bag, .mcap or .db3 file, or a '
                          'folder with metadata.yaml')

@@ -11,7 +11,7 @@ import sqlite3
 
 from fuzzy_stereo_ros.pairs.bag_parts import (
     number_of, read_part, read_parts, rescue, SUFFIXES, write_metadata)
-from fuzzy_stereo_ros.pairs.bag_reading import text_of
+from fuzzy_stereo_ros.pairs.bag_reading import NO_ROSBAGS, text_of
 import numpy as np
 
 FORMATS = tuple(SUFFIXES)
@@ -160,8 +160,11 @@ class Messages:
     """Messages of ROS 2 Jazzy as rosbags has them: made empty, filled by others, made bytes."""
 
     def __init__(self):
-        """Load the types."""
-        from rosbags.typesys import get_typestore, Stores
+        """Load the types; ValueError where there is no rosbags."""
+        try:
+            from rosbags.typesys import get_typestore, Stores
+        except ImportError:
+            raise ValueError(NO_ROSBAGS) from None
 
         self.typestore = get_typestore(Stores.ROS2_JAZZY)
 
