@@ -5,6 +5,7 @@ PYTHON ?= python3
 DEMO_ARGS ?=
 BENCHMARK_ARGS ?=
 PYTEST_ARGS ?=
+MATRIX_ARGS ?=
 
 venv := .venv
 python := $(venv)/bin/python
@@ -30,8 +31,15 @@ endif
 dependencies_installed := $(venv)/.dependencies-$(ros)
 package_installed := $(venv)/.package-$(ros)
 sphinx_installed := $(venv)/.sphinx-$(ros)
+tox_installed := $(venv)/.tox-$(ros)
+# Interpreters that pyenv has, each in a folder of its own.
+pyenv_pythons := $(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/*/bin)
 
-.PHONY: help demo test benchmark docs lint clean
+# empty and space: what make needs to join words by colons.
+empty :=
+space := $(empty) $(empty)
+
+.PHONY: help demo test benchmark matrix docs lint clean
 
 help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
@@ -40,6 +48,8 @@ help:
 	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
 	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md'
 	@echo "            make benchmark BENCHMARK_ARGS='--quick --output /tmp/page.md'"
+	@echo 'make matrix the suite on each Python that is there, with the newest of all and with'
+	@echo '            what Ubuntu 24.04 has: make matrix MATRIX_ARGS="-e 3.12 -- -x"'
 	@echo 'make docs   the pages and what stands in docstrings, into docs/_build'
 	@echo 'make lint   ruff, flake8 and pep257 alone'
 	@echo 'make clean  remove what was made: $(venv), builds and caches'
@@ -56,6 +66,9 @@ benchmark: $(package_installed)
 	$(python) -m fuzzy_stereo_ros.command_line benchmark all --output docs/benchmarks.md \
 		$(BENCHMARK_ARGS)
 
+matrix: $(dependencies_installed) $(tox_installed)
+	PATH=$(subst $(space),:,$(pyenv_pythons)):$$PATH $(python) -m tox $(MATRIX_ARGS)
+
 docs: $(package_installed) $(sphinx_installed)
 	$(python) -m sphinx --fail-on-warning --keep-going --quiet -c docs . docs/_build
 	@echo 'made docs/_build/docs/index.html'
@@ -66,7 +79,7 @@ lint: $(package_installed)
 	$(python) -m pydocstyle .
 
 clean:
-	rm -rf $(venv) build dist docs/_build install log *.egg-info .hypothesis .pytest_cache .ruff_cache
+	rm -rf $(venv) .tox build dist docs/_build install log *.egg-info .hypothesis .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(dependencies_installed): $(requirements)
@@ -83,4 +96,8 @@ $(package_installed): $(dependencies_installed) package.xml setup.py pyproject.t
 
 $(sphinx_installed): requirements/docs.txt $(dependencies_installed)
 	$(python) -m pip install --quiet --requirement requirements/docs.txt
+	touch $@
+
+$(tox_installed): requirements/matrix.txt $(dependencies_installed)
+	$(python) -m pip install --quiet --requirement requirements/matrix.txt
 	touch $@

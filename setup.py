@@ -26,7 +26,7 @@ setup(
     maintainer=maintainer.text,
     maintainer_email=maintainer.get('email'),
     packages=find_packages(include=[package_name, f'{package_name}.*']),
-    python_requires='>=3.11',
+    python_requires='>=3.10',
     # Why these bounds: SECURITY.md.
     install_requires=['numba>=0.58,<1', 'numpy>=1.26,<3', 'opencv-python-headless>=4.6,<6',
                       'PyYAML>=5.4,<7'],
