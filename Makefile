@@ -6,6 +6,7 @@ DEMO_ARGS ?=
 BENCHMARK_ARGS ?=
 PYTEST_ARGS ?=
 MATRIX_ARGS ?=
+FUZZ_ARGS ?=
 
 venv := .venv
 python := $(venv)/bin/python
@@ -39,13 +40,16 @@ pyenv_pythons := $(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/*/bin)
 empty :=
 space := $(empty) $(empty)
 
-.PHONY: help demo test benchmark matrix docs lint clean
+.PHONY: help demo test fuzz benchmark matrix docs lint clean
 
 help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
 	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
 	@echo 'make test   ruff, flake8, pep257, then pytest'
 	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
+	@echo 'make fuzz   the fuzz tests of make test with a hundred times the examples, and with the'
+	@echo '            bounds of every index checked: hours'
+	@echo "            make fuzz FUZZ_ARGS='test/test_fuzz_messages.py -x'"
 	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md'
 	@echo "            make benchmark BENCHMARK_ARGS='--quick --output /tmp/page.md'"
 	@echo 'make matrix the suite on each Python that is there, with the newest of all and with'
@@ -61,6 +65,11 @@ demo: $(package_installed)
 
 test: lint
 	$(python) -m pytest $(PYTEST_ARGS)
+
+fuzz: $(package_installed)
+	$(python) -m pytest --hypothesis-profile=fuzz --timeout=14400 \
+		$(or $(FUZZ_ARGS),$(wildcard test/test_fuzz_*.py) test/test_numerics_sizes.py \
+		test/test_guard_bytes.py test/test_bounds_check.py)
 
 benchmark: $(package_installed)
 	$(python) -m fuzzy_stereo_ros.command_line benchmark all --output docs/benchmarks.md \

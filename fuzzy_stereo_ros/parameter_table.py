@@ -6,6 +6,7 @@ The node's parameters as one table, from which ROS declarations and config/*.yam
 What concerns matching comes from `MatcherConfig`; here is only what the node adds. Names and
 defaults are those of stereo_image_proc where it has the parameter.
 """
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
 import textwrap
@@ -51,7 +52,8 @@ class Parameter:
     def checked(self, value):
         """Return a value in the parameter's own type; raise ValueError where it is not allowed."""
         if isinstance(self.default, float) and type(value) is int:
-            value = float(value)
+            with suppress(OverflowError):
+                value = float(value)
         if type(value) is not type(self.default):
             raise ValueError(f'{self.name} is {value!r}; allowed are values like {self.default!r}')
         words = value.split() if self.several else [value]

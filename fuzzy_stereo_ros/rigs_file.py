@@ -3,11 +3,12 @@
 """Read the YAML file of several rigs; config/rigs.yaml is an example of it."""
 from pathlib import Path
 import re
+from reprlib import repr as shown     # which ends: values may be long, and deep
 
 from fuzzy_stereo_ros.format_versions import check_format, RIGS
 from fuzzy_stereo_ros.launching import camera_remappings, existing, NODE_ROWS, RigNode
+from fuzzy_stereo_ros.pairs.yaml_texts import BadYaml, read_yaml
 from fuzzy_stereo_ros.parameter_table import IGNORED_PARAMETERS, nearest
-import yaml
 
 TOP_KEYS = {'one_process': bool, 'rigs': dict, 'version': int}
 RIG_KEYS = {'namespace': str, 'node_name': str, 'left_namespace': str, 'right_namespace': str,
@@ -28,7 +29,7 @@ def read_rigs(path):
     """
     try:
         return _read(Path(path).resolve())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except (OSError, UnicodeDecodeError, BadYaml) as error:
         reason = ' '.join(str(error).split())
         raise ValueError(f'the file of rigs {path} cannot be read: {reason}') from None
     except ValueError as error:
@@ -36,7 +37,7 @@ def read_rigs(path):
 
 
 def _read(path):
-    content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    content = read_yaml(path.read_text(encoding='utf-8'))
     if isinstance(content, dict):
         check_format('it', content.get('version', RIGS), RIGS)
     content = _checked('the file', content, TOP_KEYS)
@@ -61,7 +62,7 @@ def _rig(who, name, values, folder):
     for key, allowed in NAMES.items():
         if not re.fullmatch(allowed, values[key]):
             slashes = '' if key == 'node_name' else ', parted by /'
-            raise ValueError(f'{who}: {key} is {values[key]!r}; allowed are letters, digits '
+            raise ValueError(f'{who}: {key} is {shown(values[key])}; allowed are letters, digits '
                              f'and _, beginning with no digit{slashes}')
     params_file = values.get('params_file', '')
     if params_file:
@@ -81,20 +82,20 @@ def _rig(who, name, values, folder):
 def _checked(who, values, keys):
     """Return a map whose keys are known and whose values are of their types; ValueError else."""
     if not isinstance(values, dict):
-        raise ValueError(f'{who} is {values!r}; allowed are maps with {", ".join(keys)}')
+        raise ValueError(f'{who} is {shown(values)}; allowed are maps with {", ".join(keys)}')
     for key, value in values.items():
         if key not in keys:
-            raise ValueError(f'{who} has the key {key!r}; allowed are {", ".join(keys)}')
+            raise ValueError(f'{who} has the key {shown(key)}; allowed are {", ".join(keys)}')
         if not isinstance(value, keys[key]):
-            raise ValueError(f'{who}: {key} is {value!r}; allowed are {CALLED[keys[key]]}')
+            raise ValueError(f'{who}: {key} is {shown(value)}; allowed are {CALLED[keys[key]]}')
     return values
 
 
 def _remappings(who, values):
     for name, other in values.items():
         if not (isinstance(name, str) and isinstance(other, str) and name and other):
-            raise ValueError(f'{who}: remappings has {name!r}: {other!r}; allowed are names of '
-                             'topics')
+            raise ValueError(f'{who}: remappings has {shown(name)}: {shown(other)}; '
+                             'allowed are names of topics')
     return values.items()
 
 

@@ -3,8 +3,12 @@
 """Fixtures for tests with real nodes; the others need none of them."""
 from contextlib import contextmanager, ExitStack
 
+from hypothesis import settings
 from node_process import NodeProcess, own_domain, ros_environment
 import pytest
+
+# `make fuzz` takes it: a hundred times the examples of each fuzz test, and what takes minutes.
+settings.register_profile('fuzz', max_examples=10_000, print_blob=True)
 
 
 @pytest.fixture(scope='module')

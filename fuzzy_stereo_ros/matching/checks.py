@@ -1,9 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What a pair of images must be before kernels see it."""
+import numbers
+
 import numpy as np
 
 FEWEST_ROWS, FEWEST_COLUMNS = 2, 2
+MOST_PIXELS = 2**30     # kernels number pixels with 32 bits
 
 
 def checked_pair(left, right, config):
@@ -35,6 +38,8 @@ def checked_pair(left, right, config):
     if rows < FEWEST_ROWS or columns < FEWEST_COLUMNS:
         raise ValueError(f'the images are {_size(left)}; '
                          f'at least {FEWEST_COLUMNS} x {FEWEST_ROWS} pixels are needed')
+    if rows * columns > MOST_PIXELS:
+        raise ValueError(f'the images are {_size(left)}; at most {MOST_PIXELS} pixels are allowed')
     if config.disparities > columns:
         raise ValueError(
             f'{config.disparities} disparities are more than the {columns} columns of the images; '
@@ -42,6 +47,15 @@ def checked_pair(left, right, config):
     if left.ndim != right.ndim:
         left, right = _grey(left), _grey(right)
     return np.ascontiguousarray(left), np.ascontiguousarray(right)
+
+
+def checked_stamp(stamp):
+    """Return a stamp as an int, ns, or None as it is; ValueError for what is neither."""
+    if stamp is None:
+        return None
+    if not isinstance(stamp, numbers.Integral):
+        raise ValueError(f'the stamp is {stamp!r}; allowed are whole numbers of ns, and None')
+    return int(stamp)
 
 
 def _size(image):

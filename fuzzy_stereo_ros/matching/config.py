@@ -96,7 +96,7 @@ class MatcherConfig:
 
         name: one of `PROFILES`. Unknown profiles and parameters raise ValueError.
         """
-        if name not in PROFILES:
+        if not isinstance(name, str) or name not in PROFILES:
             raise ValueError(f"profile is '{name}'; allowed are {', '.join(PROFILES)}")
         unknown = set(changes) - {parameter.name for parameter in fields(cls)}
         if unknown:
@@ -147,12 +147,12 @@ def _check(parameter, value):
         return
     if kind is str:
         choices = parameter.metadata['choices']
-        if value not in choices:
+        if not isinstance(value, str) or value not in choices:
             raise ValueError(f"{name} is {value!r}; allowed are {', '.join(choices)}")
         return
     low, high = parameter.metadata['low'], parameter.metadata['high']
     wanted = numbers.Integral if kind is int else numbers.Real
     if (not isinstance(value, wanted) or isinstance(value, bool)
-            or not math.isfinite(value) or not low <= value <= high):
+            or not low <= value <= high):     # which NaN is not, either
         what = 'whole numbers' if kind is int else 'numbers'
         raise ValueError(f'{name} is {value!r}; allowed are {what} from {low} to {high}')

@@ -4,7 +4,7 @@
 from dataclasses import dataclass, replace
 import time
 
-from fuzzy_stereo_ros.matching.checks import checked_pair
+from fuzzy_stereo_ros.matching.checks import checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve
 from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
@@ -71,6 +71,7 @@ class StereoMatcher:
         """
         started = time.perf_counter_ns()
         left, right = checked_pair(left, right, self.config)
+        stamp = checked_stamp(stamp)
         if self.config.reference == 'right':
             left, right = _mirrored(right), _mirrored(left)
         state = self._previous(left.shape[:2], stamp)

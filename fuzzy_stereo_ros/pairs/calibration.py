@@ -10,6 +10,9 @@ import numpy as np
 VERTICAL_SHARE = 1e-3   # Ty beyond this share of Tx is a vertical rig
 FOCAL_SHARE = 1e-3      # focal lengths of a rectified pair differ by less
 ROW_DIFFERENCE = 0.5    # px; cy of a rectified pair differ by less
+# What outputs of 32 bits can be made of: sixteenths of pixels, and a number below each disparity.
+FARTHEST_CENTRE = 1e6   # px, cx and cy from 0, and from each other
+LENGTHS = 1e-9, 1e9     # px of focal lengths, metres of the baseline
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,27 @@ def read_calibration(left_info, right_info):
     if baseline == 0 or not math.isfinite(baseline):
         raise BadPair('calibration', f'the baseline is {baseline:g} m: P[3] of the right '
                       'camera_info must be -fx * baseline; calibrate the two cameras as a pair')
-    return Calibration(focal=right.fx, baseline=baseline, offset=left.cx - right.cx,
-                       left=Projection(left.fx, left.fy, left.cx, left.cy),
-                       remarks=tuple(_remarks(left, right)))
+    calibration = Calibration(
+        focal=right.fx, baseline=baseline, offset=left.cx - right.cx,
+        left=Projection(left.fx, left.fy, left.cx, left.cy),
+        remarks=tuple(_remarks(left, right)))
+    _check_range(calibration)
+    return calibration
+
+
+def _check_range(calibration):
+    """Raise BadPair for numbers that no camera has, and no message of ours can hold."""
+    focal, baseline, offset, (fx, fy, cx, cy) = (
+        calibration.focal, calibration.baseline, calibration.offset, calibration.left)
+    for name, value, low, high in (
+            ('fx of the right camera', focal, *LENGTHS), ('fx', fx, *LENGTHS),
+            ('fy', fy, *LENGTHS), ('baseline', baseline, *LENGTHS),
+            ('cx', cx, -FARTHEST_CENTRE, FARTHEST_CENTRE),
+            ('cy', cy, -FARTHEST_CENTRE, FARTHEST_CENTRE),
+            ('cx_left - cx_right', offset, -FARTHEST_CENTRE, FARTHEST_CENTRE)):
+        if not low <= value <= high:
+            raise BadPair('calibration', f'{name} is {value:g} by the two camera_info; allowed '
+                          f'are {low:g} to {high:g}: calibrate the two cameras as a pair')
 
 
 def expected_size(info):

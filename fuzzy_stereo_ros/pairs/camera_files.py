@@ -14,6 +14,7 @@ from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.pairs.yaml_texts import read_yaml
 
 MATRICES = {'k': ('camera_matrix', 3, 3), 'd': ('distortion_coefficients', 1, None),
             'r': ('rectification_matrix', 3, 3), 'p': ('projection_matrix', 3, 4)}
@@ -79,17 +80,23 @@ def write_camera(path, camera, name):
 
 def read_camera(path):
     """Return the Camera of a YAML file; ValueError where the file says less, or another thing."""
-    import yaml
-
+    text = read_bytes(path)
     try:
-        content = yaml.safe_load(read_bytes(path))
-        matrices = {letter: tuple(map(float, content[title]['data']))
-                    for letter, (title, *_) in MATRICES.items()}
+        content = read_yaml(text)
+        matrices = {letter: _matrix(content, *MATRICES[letter]) for letter in MATRICES}
         return Camera(int(content['image_height']), int(content['image_width']), **matrices,
                       distortion_model=str(content.get('distortion_model', 'plumb_bob')))
-    except (yaml.YAMLError, TypeError, KeyError, UnicodeDecodeError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError) as error:
         raise ValueError(f'{path} is no calibration of a camera, as camera_calibration writes '
                          f'it: {_in_one_line(error)}') from None
+
+
+def _matrix(content, title, rows, columns):
+    """Return the numbers of a matrix of a file; ValueError where there are more or fewer."""
+    numbers = tuple(map(float, content[title]['data']))
+    if columns is not None and len(numbers) != rows * columns:
+        raise ValueError(f'{title} has {len(numbers)} numbers; needed are {rows * columns}')
+    return numbers
 
 
 def write_middlebury_calibration(path, calibration, shape, min_disparity, disparities):

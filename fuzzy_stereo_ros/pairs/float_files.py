@@ -21,7 +21,7 @@ def decode_pfm(path, content):
     OpenCV's reader multiplies by the header's scale: not used here.
     path: named in errors. Raises ValueError for three channels and for another or damaged file.
     """
-    header = re.match(rb'(P[fF])\s+(\d+)\s+(\d+)\s+(-?[0-9.eE+-]+)\s', content)
+    header = re.match(rb'(P[fF])\s+(\d{1,18})\s+(\d{1,18})\s+(-?[0-9.eE+-]+)\s', content)
     if header is None:
         raise ValueError(f'{path} is not a PFM file: it does not begin with "Pf", width, height '
                          'and scale')

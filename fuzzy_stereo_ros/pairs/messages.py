@@ -8,6 +8,7 @@ A message is anything with the fields of its ROS type: rclpy's and those read fr
 from contextlib import suppress
 
 import cv2
+from fuzzy_stereo_ros.pairs.image_headers import size_in_header
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, width_by_height
 import numpy as np
 
@@ -48,8 +49,8 @@ ENCODINGS = {
 }
 SEMI_PLANAR = ('nv12', 'nv21', 'nv24')      # all luma first; height counts its rows alone
 SMALLEST_MOSAIC = 4     # px; below this OpenCV cannot fill in a Bayer pattern
-# How files of JPEG and PNG begin: OpenCV reads more kinds, by code that strangers need not reach.
-FILE_STARTS = b'\xff\xd8\xff', b'\x89PNG\r\n\x1a\n'
+MOST_PIXELS = 2**26     # of a compressed image: 67 million, 8192 x 8192
+PIXELS_OF_BYTE = 10000  # no PNG packs more into a byte than 8256, no JPEG half a thousand
 SHOWN = 60      # characters of a message's texts in a sentence: they may be long, or of any kind
 
 
@@ -124,12 +125,10 @@ def _decompressed(message):
     Its format is that of the file, after compressed_image_transport preceded by what was
     compressed: `bayer_rggb8; jpeg compressed` is a grey file that holds a Bayer pattern.
     """
-    image, content = None, memoryview(message.data)
-    if content[:8].tobytes().startswith(FILE_STARTS):
-        with suppress(cv2.error):
-            image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    content = memoryview(message.data).tobytes()
+    image = _decoded(content)
     if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise BadPair('encoding', f'{content.nbytes} bytes of format {message.format!r:.{SHOWN}} '
+        raise BadPair('encoding', f'{len(content)} bytes of format {message.format!r:.{SHOWN}} '
                       'hold no image of 8 or 16 bits; allowed are JPEG and PNG')
     encoding, _, file_format = message.format.partition(';')
     if image.ndim == 2:
@@ -141,3 +140,23 @@ def _decompressed(message):
     if 'compressed rgb' in file_format:
         return cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     return image
+
+
+def _decoded(content):
+    """
+    Return the image of a JPEG or PNG as it is stored, None where there is none in the bytes.
+
+    OpenCV reads more kinds, by code that strangers need not reach, and takes memory for what a
+    header says before it sees that the rest is missing: the header is read here first.
+    """
+    size = size_in_header(content)
+    if size is None:
+        return None
+    rows, columns = size
+    most = min(MOST_PIXELS, PIXELS_OF_BYTE * len(content))
+    if rows * columns > most:
+        raise BadPair('size', f'the compressed image is {columns}x{rows} by its header; '
+                      f'{len(content)} bytes may hold {most} pixels: send smaller or whole ones')
+    with suppress(cv2.error):
+        return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    return None

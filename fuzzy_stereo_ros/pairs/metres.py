@@ -60,5 +60,6 @@ def write_points(depth, left, points):
     np.copyto(z, np.nan, where=np.isinf(depth))
     across = (np.arange(columns) - left.cx) / left.fx
     down = (np.arange(rows) - left.cy) / left.fy
-    np.multiply(z, across.astype(np.float32), out=x)
-    np.multiply(z, down.astype(np.float32)[:, np.newaxis], out=y)
+    with np.errstate(over='ignore'):    # too far beside the axis is infinite too
+        np.multiply(z, across.astype(np.float32), out=x)
+        np.multiply(z, down.astype(np.float32)[:, np.newaxis], out=y)

@@ -9,6 +9,7 @@ import numpy as np
 COEFFICIENTS = {'plumb_bob': (4, 5, 8, 12, 14), 'rational_polynomial': (4, 5, 8, 12, 14),
                 'equidistant': (4,)}        # how many D may have, of the models that cv2 knows
 ROTATION_TOLERANCE = 0.01   # of an element of R times its transpose
+LARGEST = 1e9               # number of K, D and P: of larger ones products are infinite
 STEPS = 1000                # at which it is looked where a lens turns back
 NOWHERE = -2.0              # px; remap finds only its border there
 FRACTIONS = 32              # of a pixel: what remap rounds places to
@@ -45,8 +46,11 @@ def has_source(x, y, rows, columns):
 def _matrices(side, info):
     """Return K, R and the left of P, (3, 3), of the image as it is."""
     k, r, p = (numbers_of(info, name) for name in 'krp')
-    if len(k) != 9 or not np.all(np.isfinite(k)) or min(k[0], k[4]) <= 0:
+    if len(k) != 9 or not _are_usable(k) or min(k[0], k[4]) < 1 / LARGEST:
         raise BadPair('calibration', f'{side} camera_info: K is not of a calibrated camera; '
+                      'calibrate it, or set rectify and crop to false')
+    if not _are_usable(p):
+        raise BadPair('calibration', f'{side} camera_info: P holds numbers above {LARGEST:g}; '
                       'calibrate it, or set rectify and crop to false')
     if not _is_rotation(r):
         raise BadPair('calibration', f'{side} camera_info: R is not a rotation; calibrate the two '
@@ -61,8 +65,13 @@ def _matrices(side, info):
     return of_image @ intrinsic, rotation, of_image @ projection
 
 
+def _are_usable(values):
+    """Return whether all of some numbers are finite, and not so large that squares are not."""
+    return bool(np.all(np.abs(values) <= LARGEST))
+
+
 def _is_rotation(values):
-    if len(values) != 9 or not np.all(np.isfinite(values)):
+    if len(values) != 9 or not _are_usable(values):
         return False
     matrix = np.reshape(values, (3, 3))
     return np.linalg.det(matrix) > 0 and np.allclose(
@@ -79,9 +88,10 @@ def _distortion(side, info):
                       f"allowed are {', '.join(COEFFICIENTS)}; for others rectify elsewhere, "
                       'and set rectify and crop to false')
     allowed = COEFFICIENTS[model]
-    if distortion.size not in allowed or not np.all(np.isfinite(distortion)):
+    if distortion.size not in allowed or not _are_usable(distortion):
         raise BadPair('calibration', f'{side} camera_info: D has {distortion.size} numbers; '
-                      f"allowed for {model} are {', '.join(map(str, allowed))} finite ones")
+                      f"allowed for {model} are {', '.join(map(str, allowed))} finite ones, "
+                      f'none above {LARGEST:g}')
     return distortion
 
 

@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How many examples a fuzz test tries, and bytes that were damaged."""
+from datetime import timedelta
+
+from hypothesis import HealthCheck, settings, strategies as st
+
+USUAL = 100     # examples of the usual profile of hypothesis
+# Longer is a hang: nothing that these tests call works for a second on a quiet machine.
+LONGEST = timedelta(seconds=20)
+
+
+def examples(number):
+    """Return settings with a number of examples, multiplied by the profile of `make fuzz`."""
+    return settings(max_examples=number * settings.default.max_examples // USUAL,
+                    deadline=LONGEST, suppress_health_check=[
+                        HealthCheck.too_slow, HealthCheck.function_scoped_fixture,
+                        HealthCheck.data_too_large, HealthCheck.large_base_example])
+
+
+def is_long():
+    """Return whether this is `make fuzz`."""
+    return settings.default.max_examples > USUAL
+
+
+def damaged(content):
+    """Return a strategy of bytes with some of them changed, and often cut, at any place."""
+    return st.builds(
+        _with_damage, st.just(content),
+        st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(1, 255)), max_size=8),
+        st.one_of(st.just(1.0), st.just(1.0), st.floats(0, 1)))
+
+
+def _with_damage(content, flips, kept):
+    damaged_bytes = bytearray(content)
+    for place, bits in flips:
+        damaged_bytes[int(place * len(content))] ^= bits
+    return bytes(damaged_bytes[:round(kept * len(content))])

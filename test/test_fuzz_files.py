@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever bytes stand in a file: it is read, or refused as a ValueError that names it."""
+import io
+import json
+
+import cv2
+from fuzzed import damaged, examples
+from fuzzy_stereo_ros.pairs import yaml_texts
+from fuzzy_stereo_ros.pairs.camera_files import (
+    centred_calibration, read_calibration_files, rectified_cameras, write_camera,
+    write_middlebury_calibration)
+from fuzzy_stereo_ros.pairs.depth_files import read_depth
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.float_files import encode_numpy, encode_pfm
+from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.yaml_texts import BadYaml, read_yaml
+from fuzzy_stereo_ros.saved_pair import read_saved_pair, write_saved_pair
+from hypothesis import given, strategies as st
+from made_messages import noise
+import numpy as np
+import pytest
+from saved_scene import running
+
+PLAIN = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=9),
+              st.just(10**400)),
+    lambda inner: st.one_of(st.lists(inner, max_size=4),
+                            st.dictionaries(st.text(max_size=9), inner, max_size=4)),
+    max_leaves=12)
+MAP = np.linspace(1, 60, 12, dtype=np.float32).reshape(3, 4)
+SUFFIXES = '.png', '.jpg', '.bmp', '.pgm', '.tiff', '.webp'
+
+
+def archive(**arrays):
+    stored = io.BytesIO()
+    np.savez_compressed(stored, **arrays)
+    return stored.getvalue()
+
+
+def header_of(kind, shape):
+    """Return a .npy that has the header of a large array, and eight bytes of it."""
+    stored = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        stored, {'descr': kind, 'fortran_order': False, 'shape': shape})
+    return stored.getvalue() + bytes(8)
+
+
+def refused(read, path):
+    """Return what a file gives; None where it is refused by name, in one line of its own."""
+    try:
+        return read(path)
+    except ValueError as error:
+        assert str(path) in str(error)
+        return None
+
+
+def written(folder, name, content):
+    path = folder / name
+    path.write_bytes(content)
+    return path
+
+
+IMAGES = {suffix: cv2.imencode(suffix, noise(6, 9))[1].tobytes() for suffix in SUFFIXES}
+
+
+@examples(150)
+@given(data=st.data(), suffix=st.sampled_from(SUFFIXES))
+def test_an_image_file_of_any_bytes_is_read_or_refused(tmp_path, data, suffix):
+    content = data.draw(st.one_of(damaged(IMAGES[suffix]), st.binary(max_size=60)))
+    image = refused(read_image, written(tmp_path, f'image{suffix}', content))
+    assert image is None or image.dtype in (np.uint8, np.uint16)
+
+
+MAPS = {'.pfm': encode_pfm(MAP), '.npy': encode_numpy(MAP), '.npz': archive(one=MAP),
+        '.png': cv2.imencode('.png', MAP.astype(np.uint16))[1].tobytes()}
+
+
+@examples(200)
+@given(data=st.data(), suffix=st.sampled_from(sorted(MAPS)),
+       read=st.sampled_from([read_disparity, read_depth]))
+def test_a_map_of_any_bytes_is_read_or_refused(tmp_path, data, suffix, read):
+    content = data.draw(st.one_of(damaged(MAPS[suffix]), st.binary(max_size=60)))
+    values = refused(read, written(tmp_path, f'map{suffix}', content))
+    assert values is None or values.dtype == np.float32 and values.ndim == 2
+
+
+@pytest.mark.parametrize('name, content', [
+    ('map.npy', header_of('<f4', (2**31, 2**31))), ('map.npy', header_of('<f4', (2**17, 2**17))),
+    ('map.pfm', b'Pf\n2147483648 2147483648\n-1.0\n'),
+    ('map.pfm', b'Pf\n3 ' + b'9' * 5000 + b'\n-1\n')],
+    ids=['npy larger than any memory', 'npy', 'pfm', 'pfm of 5000 digits'])
+@pytest.mark.parametrize('read', [read_disparity, read_depth])
+def test_a_size_that_is_only_said_is_refused(tmp_path, name, content, read):
+    assert refused(read, written(tmp_path, name, content)) is None
+
+
+@pytest.fixture(scope='module')
+def calibrations(tmp_path_factory):
+    """Return {suffix: bytes} of calibrations as we write them."""
+    folder = tmp_path_factory.mktemp('calibrations')
+    known = centred_calibration(400.0, 0.12, 0.5, 48, 64)
+    write_camera(folder / 'right.yaml', rectified_cameras(known, 48, 64)['right'], 'right')
+    write_middlebury_calibration(folder / 'calib.txt', known, (48, 64), 0, 64)
+    return {path.suffix: path.read_bytes() for path in folder.iterdir()}
+
+
+@examples(150)
+@given(data=st.data(), suffix=st.sampled_from(['.yaml', '.txt']))
+def test_a_calibration_of_any_bytes_is_read_or_refused(tmp_path, calibrations, data, suffix):
+    content = data.draw(st.one_of(
+        damaged(calibrations[suffix]), st.binary(max_size=60),
+        PLAIN.map(lambda plain: json.dumps(plain).encode())))
+    path = written(tmp_path, f'calibration{suffix}', content)
+    refused(lambda one: read_calibration_files([one]), path)
+
+
+@examples(150)
+@given(data=st.data())
+def test_a_calibration_with_any_value_under_any_name_is_read_or_refused(
+        tmp_path, calibrations, data):
+    content = read_yaml(calibrations['.yaml'])
+    name = data.draw(st.sampled_from(sorted(content)))
+    if isinstance(content[name], dict) and data.draw(st.booleans()):
+        content[name] = {'data': data.draw(PLAIN)}
+    else:
+        content[name] = data.draw(PLAIN)
+    text = json.dumps(content).replace('Infinity', '.inf').replace('NaN', '.nan')
+    path = written(tmp_path, 'right.yaml', text.encode())
+    refused(lambda one: read_calibration_files([one]), path)
+
+
+# ---- YAML ----
+
+LAUGHS = 'a0: &a0 [x, x]\n' + ''.join(
+    f'a{each + 1}: &a{each + 1} [*a{each}, *a{each}]\n' for each in range(40))
+MERGED = 'a0: &a0 {x: 1}\n' + ''.join(
+    f'a{each + 1}: &a{each + 1} {{<<: [*a{each}, *a{each}]}}\n' for each in range(40))
+
+
+@pytest.mark.parametrize('text, words', [
+    (LAUGHS, 'more than'), (MERGED, 'more than'), ('a: &a [*a]', 'contains itself'),
+    ('[' * 5000, 'recursion'), ('!!timestamp x', 'NoneType'), ('2001-99-99', 'month'),
+    ('!!python/object/apply:os.getcwd []', 'could not determine a constructor'), ('a: b: c', ''),
+    (b'\xff\xfe\x00', ''), ('!!int ""', '')],
+    ids=['laughs', 'merged', 'cycle', 'deep', 'timestamp', 'month', 'object', 'syntax', 'utf-16',
+         'integer'])
+def test_yaml_that_is_none_or_too_much_is_refused_in_one_line(text, words):
+    with pytest.raises(BadYaml) as refusal:
+        read_yaml(text)
+    assert words in str(refusal.value)
+    assert str(refusal.value) and '\n' not in str(refusal.value)
+
+
+def test_as_many_entries_as_are_allowed_are_taken():
+    most = yaml_texts.MOST_ENTRIES - 2
+    assert read_yaml(f"[{', '.join('x' * most)}]") == ['x'] * most
+    with pytest.raises(BadYaml):
+        read_yaml(f"[{', '.join('x' * (most + 1))}]")
+
+
+@examples(200)
+@given(st.one_of(st.text(max_size=60), st.binary(max_size=60), st.text(
+    '{}[]&*a!:,-?|>\n "\'<%#', max_size=25)))
+def test_any_text_is_yaml_or_is_refused(text):
+    try:
+        read_yaml(text)
+    except BadYaml as error:
+        assert str(error) and '\n' not in str(error)
+
+
+# ---- saved pairs ----
+
+
+@pytest.fixture(scope='module')
+def saved(tmp_path_factory):
+    """Return the files of a saved pair: {name: bytes}."""
+    folder = tmp_path_factory.mktemp('saved') / 'report'
+    write_saved_pair(folder, running()[2])
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.fixture(scope='module')
+def place(saved, tmp_path_factory):
+    """Return a function that puts a file into a folder of the others, and returns the folder."""
+    folder = tmp_path_factory.mktemp('place')
+    for name, content in saved.items():
+        (folder / name).write_bytes(content)
+
+    def put(changed, content):
+        for name in saved:
+            (folder / name).write_bytes(content if name == changed else saved[name])
+        return folder
+
+    return put
+
+
+@examples(120)
+@given(data=st.data())
+def test_a_saved_pair_with_a_file_of_any_bytes_is_read_or_refused(saved, place, data):
+    name = data.draw(st.sampled_from(sorted(saved)))
+    content = data.draw(damaged(saved[name]))
+    refused(read_saved_pair, place(name, content))
+
+
+@examples(150)
+@given(data=st.data())
+def test_a_saved_pair_with_any_value_in_a_record_is_read_or_refused(saved, place, data):
+    name = data.draw(st.sampled_from(sorted(each for each in saved if each.endswith('.json'))))
+    record = json.loads(saved[name])
+    record[data.draw(st.sampled_from(sorted(record)))] = data.draw(PLAIN)
+    refused(read_saved_pair, place(name, json.dumps(record).encode()))

@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever stands in any field of a message: it is read, or refused as BadPair."""
+from array import array
+import math
+import struct
+from types import SimpleNamespace
+import zlib
+
+import cv2
+from fuzzed import damaged, examples
+from fuzzy_stereo_ros.pairs.calibration import content_of, read_calibration
+from fuzzy_stereo_ros.pairs.messages import (
+    ENCODINGS, MOST_PIXELS, PIXELS_OF_BYTE, read_image, stamp_of)
+from fuzzy_stereo_ros.pairs.metres import depth_of
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader, SCALES
+from fuzzy_stereo_ros.pairs.result_messages import (
+    fill_camera_info, fill_depth, fill_disparity, fill_points)
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+from hypothesis import given, strategies as st
+from made_messages import compressed, header, image, info, noise, refusal_of, region
+from message_stand_ins import (
+    camera_info_stand_in, cloud_stand_in, disparity_stand_in, image_stand_in, made_match,
+    read_values)
+import numpy as np
+import pytest
+
+ROWS, COLUMNS = 8, 12
+NUMBER_32 = st.one_of(st.integers(0, 40), st.sampled_from([2**31 - 1, 2**31, 2**32 - 1]),
+                      st.integers(0, 2**32 - 1))
+REAL = st.one_of(st.floats(-500, 500), st.floats(allow_nan=True, allow_infinity=True),
+                 st.sampled_from([0.0, -0.0, 1e-320, 1e-300, 1e300, -1e300, 1e38, 1e39]))
+TEXT = st.one_of(st.text(max_size=40), st.sampled_from(
+    ['plumb_bob', 'rational_polynomial', 'equidistant', 'fisheye', '']))
+ROTATION = cv2.Rodrigues(np.array([0.1, -0.2, 0.05]))[0].ravel().tolist()
+
+
+def reals(*lengths):
+    """Return a strategy of lists of any numbers, mostly of some lengths."""
+    return st.one_of(*(st.lists(REAL, min_size=each, max_size=each) for each in lengths),
+                     st.lists(REAL, max_size=15))
+
+
+def headers():
+    """Return a strategy of headers with any stamp and frame."""
+    return st.builds(lambda second, nanosecond, frame: header((second, nanosecond), frame),
+                     st.integers(-2**31, 2**31 - 1), st.integers(0, 2**32 - 1),
+                     st.text(max_size=20))
+
+
+def changed(message, changes):
+    message.__dict__.update(changes)
+    return message
+
+
+def changes_of(**fields):
+    """Return a strategy of {name: value} of some of the fields, the others left as they are."""
+    return st.fixed_dictionaries({}, optional=fields)
+
+
+IMAGES = st.builds(
+    changed, st.builds(
+        lambda encoding, padding, seed: image(
+            noise(ROWS, COLUMNS, ENCODINGS[encoding][1], ENCODINGS[encoding][0], seed), encoding,
+            padding, as_data=lambda content: array('B', content)),
+        st.sampled_from(sorted(ENCODINGS)), st.integers(0, 3), st.integers(0, 9)),
+    changes_of(header=headers(), height=NUMBER_32, width=NUMBER_32, step=NUMBER_32,
+               encoding=st.one_of(st.sampled_from(sorted(ENCODINGS)), TEXT),
+               is_bigendian=st.integers(0, 255), data=st.binary(max_size=400)))
+INFOS = st.builds(
+    changed, st.builds(lambda tx, cx: info(tx, cx), st.sampled_from([-24.0, -24.0, 0.0]),
+                       st.sampled_from([50.0, 53.5])),
+    changes_of(header=headers(), height=NUMBER_32, width=NUMBER_32, binning_x=NUMBER_32,
+               binning_y=NUMBER_32, distortion_model=TEXT, d=reals(4, 5, 8, 12, 14), k=reals(9),
+               r=st.one_of(st.just(ROTATION), reals(9)), p=reals(12),
+               roi=st.builds(region, NUMBER_32, NUMBER_32, NUMBER_32, NUMBER_32)))
+# One number of a matrix at a time: a matrix of nothing but strange ones is refused early.
+BENT_INFOS = st.builds(
+    lambda message, name, place, value: changed(
+        message, {name: [value if at == place % len(getattr(message, name)) else number
+                         for at, number in enumerate(getattr(message, name))]}),
+    st.builds(lambda tx: info(tx, height=ROWS, width=COLUMNS), st.sampled_from([0.0, -24.0])),
+    st.sampled_from('dkrp'), st.integers(0, 11), REAL)
+
+
+def read_or_refused(read, *arguments):
+    """Return what a call gives; None where it raises a BadPair of one printable line."""
+    try:
+        return read(*arguments)
+    except BadPair as refusal:
+        assert refusal.reason in ('encoding', 'size', 'calibration')
+        assert str(refusal).isprintable()
+        assert len(str(refusal)) < 700
+        return None
+
+
+@examples(300)
+@given(IMAGES)
+def test_an_image_of_any_fields_is_read_within_its_data_or_refused(message):
+    read = read_or_refused(read_image, message)
+    if read is not None:
+        assert read.dtype in (np.uint8, np.uint16)
+        assert read.flags.c_contiguous
+        assert read.shape[:2] == (message.height, message.width)
+        assert read.size <= 3 * memoryview(message.data).nbytes
+    assert isinstance(stamp_of(message.header), int)
+
+
+@examples(200)
+@given(INFOS, INFOS)
+def test_calibrations_of_any_fields_are_finite_or_refused(left, right):
+    assert content_of(left) == content_of(left)
+    calibration = read_or_refused(read_calibration, left, right)
+    if calibration is not None:
+        assert_usable(calibration)
+
+
+def assert_usable(calibration):
+    numbers = (calibration.focal, calibration.baseline, calibration.offset, *calibration.left)
+    assert all(math.isfinite(np.float32(number)) for number in numbers)
+    assert np.float32(calibration.baseline) > 0
+    assert np.float32(calibration.focal) > 0
+
+
+READERS = st.tuples(st.booleans(), st.booleans(), st.sampled_from(SCALES))
+
+
+def filled(pair):
+    """Fill every message that comes of a pair, and return the DisparityImage."""
+    shape = pair.left.shape[:2]
+    disparity = np.linspace(0, 15, shape[0] * shape[1], dtype=np.float32).reshape(shape)
+    disparity[0, 0] = np.nan
+    match = made_match(disparity)
+    config = SimpleNamespace(min_disparity=0, disparities=16, fill=False, search='guided')
+    depth = depth_of(match.disparity, pair.calibration)
+    for encoding in ('32FC1', '16UC1'):
+        fill_depth(image_stand_in(), depth, pair, encoding)
+    fill_camera_info(camera_info_stand_in(), pair)
+    fill_points(cloud_stand_in(), match, pair, SimpleNamespace, use_color=True,
+                avoid_point_cloud_padding=True)
+    return fill_disparity(disparity_stand_in(), match, pair, config)
+
+
+def assert_read_and_filled(messages, reader):
+    rectify, crop, scale = reader
+    pair = read_or_refused(PairReader(rectify, crop, scale).read, *messages)
+    if pair is None:
+        return
+    assert pair.left.shape[:2] == pair.right.shape[:2]
+    assert pair.left.dtype == pair.right.dtype
+    assert_usable(pair.calibration)
+    message = filled(pair)
+    assert np.isfinite(read_values(message.image)).all()
+    assert all(math.isfinite(np.float32(number)) for number in (
+        message.f, message.t, message.min_disparity, message.max_disparity))
+
+
+@examples(250)
+@given(IMAGES, INFOS, IMAGES, INFOS, READERS)
+def test_a_pair_of_any_four_messages_is_read_and_answered_or_refused(
+        left, left_info, right, right_info, reader):
+    assert_read_and_filled((left, left_info, right, right_info), reader)
+
+
+@examples(300)
+@given(BENT_INFOS, BENT_INFOS, READERS)
+def test_a_calibration_with_any_number_in_any_place_is_used_or_refused(left, right, reader):
+    picture = image(noise(ROWS, COLUMNS), 'mono8')
+    assert_read_and_filled((picture, left, picture, right), reader)
+
+
+# ---- compressed images ----
+
+
+def png(rows, columns, depth=8, colour=0, rest=b''):
+    """Return a PNG of a header, and whatever follows instead of its pixels."""
+    def chunk(name, content):
+        return (struct.pack('>I', len(content)) + name + content
+                + struct.pack('>I', zlib.crc32(name + content)))
+    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack(
+        '>IIBBBBB', columns, rows, depth, colour, 0, 0, 0)) + chunk(b'IDAT', rest)
+        + chunk(b'IEND', b''))
+
+
+def jpeg(rows, columns, *options):
+    """Return the JPEG of a small image with another size in its header."""
+    content = bytearray(cv2.imencode('.jpg', noise(16, 16), options)[1].tobytes())
+    frame = content.index(b'\xff\xc2' if options else b'\xff\xc0')
+    struct.pack_into('>HH', content, frame + 5, rows, columns)
+    return bytes(content)
+
+
+WHOLE = [cv2.imencode(suffix, pixels, options)[1].tobytes() for suffix, pixels, options in [
+    ('.png', noise(ROWS, COLUMNS, 3), []), ('.png', noise(ROWS, COLUMNS, dtype=np.uint16), []),
+    ('.png', noise(ROWS, COLUMNS, 4), []), ('.jpg', noise(ROWS, COLUMNS, 3), []),
+    ('.jpg', noise(ROWS, COLUMNS), [cv2.IMWRITE_JPEG_PROGRESSIVE, 1])]]
+FORMATS = st.one_of(st.text(max_size=30), st.builds(
+    '{}; {} compressed {}'.format, st.sampled_from([*ENCODINGS, 'bayer_', '']),
+    st.sampled_from(['jpeg', 'png', 'tiff']), st.sampled_from(['bgr8', 'rgb8', ''])))
+SIZES = st.one_of(st.integers(1, 40), st.integers(1, 2**16 - 1))
+
+
+@examples(300)
+@given(st.one_of(st.sampled_from(WHOLE).flatmap(damaged), st.builds(png, SIZES, SIZES),
+                 st.builds(jpeg, SIZES, SIZES), st.binary(max_size=200)), FORMATS)
+def test_a_compressed_image_of_any_bytes_is_read_or_refused(content, form):
+    read = read_or_refused(read_image, compressed(content, form))
+    if read is not None:
+        assert read.dtype in (np.uint8, np.uint16)
+        assert read.size <= 3 * PIXELS_OF_BYTE * len(content)
+
+
+@pytest.mark.parametrize('content', [
+    png(2**31 - 1, 2**31 - 1), png(30000, 30000), jpeg(65535, 65535), jpeg(30000, 30000),
+    jpeg(30000, 30000, cv2.IMWRITE_JPEG_PROGRESSIVE, 1),
+    png(2**14, 2**14, rest=zlib.compress(bytes(2**14 * (2**14 + 1)), 1))],
+    ids=['png huge', 'png', 'jpeg huge', 'jpeg', 'progressive jpeg', 'bomb'])
+def test_a_size_that_is_only_said_takes_no_memory(content, monkeypatch):
+    monkeypatch.setattr(cv2, 'imdecode', lambda *_: pytest.fail('it was decoded'))
+    refusal = refusal_of(read_image, compressed(content))
+    assert refusal.reason == 'size'
+    most = min(MOST_PIXELS, PIXELS_OF_BYTE * len(content))
+    assert f'by its header; {len(content)} bytes may hold {most} pixels' in str(refusal)
+
+
+@pytest.mark.parametrize('options', [
+    ('.png', cv2.IMWRITE_PNG_COMPRESSION, 9), ('.png', cv2.IMWRITE_PNG_BILEVEL, 1),
+    ('.jpg', cv2.IMWRITE_JPEG_QUALITY, 1),
+    ('.jpg', cv2.IMWRITE_JPEG_PROGRESSIVE, 1, cv2.IMWRITE_JPEG_OPTIMIZE, 1)])
+def test_a_large_image_of_one_grey_is_no_lie(options):
+    suffix, *options = options
+    content = cv2.imencode(suffix, np.zeros((4000, 6000), np.uint8), options)[1].tobytes()
+    assert read_image(compressed(content)).shape == (4000, 6000)
+
+
+@pytest.mark.parametrize('before', [
+    b'\xff\xff\xff\xe1\0\4ab', b'\xff\x01', b'\xff\xd3', b'\0\0garbage',
+    b'\xff\xe1\0\x0b\xff\xc0\0\x08\x08\xff\xff\xff\xff'])
+def test_the_size_of_a_jpeg_is_found_behind_other_segments(before):
+    whole = cv2.imencode('.jpg', noise(ROWS, COLUMNS))[1].tobytes()
+    content = b'\xff\xd8' + b'\xff\xe0\0\2' + before + whole[2:]
+    assert read_image(compressed(content)).shape == (ROWS, COLUMNS)
