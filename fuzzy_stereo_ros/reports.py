@@ -46,13 +46,17 @@ class Throttle:
             self._kinds[kind] = (last, count + 1, sentence)
         return None
 
-    def due(self, now):
-        """Return the lines for what was held back for a period; call it regularly."""
+    def due(self, now, last=False):
+        """
+        Return the lines for what was held back for a period; call it regularly.
+
+        last: for all that was held back, however short.
+        """
         lines = []
         with self._lock:
-            for kind, (last, count, sentence) in self._kinds.items():
-                if count and now - last >= self._period:
-                    lines.append(f'{sentence} ({count} times in the last {now - last:.0f} s)')
+            for kind, (before, count, sentence) in self._kinds.items():
+                if count and (last or now - before >= self._period):
+                    lines.append(f'{sentence} ({count} times in the last {now - before:.0f} s)')
                     self._kinds[kind] = (now, 0, '')
         return lines
 

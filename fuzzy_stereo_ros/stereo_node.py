@@ -4,6 +4,7 @@
 import sys
 import time
 
+from fuzzy_stereo_ros.losses import Losses
 from fuzzy_stereo_ros.node.diagnosis import Diagnosis
 from fuzzy_stereo_ros.node.inputs import Inputs
 from fuzzy_stereo_ros.node.life import BROKEN, live, NOT_ALLOWED, PATIENCE, REFUSED
@@ -37,7 +38,8 @@ class DisparityNode(Node):
         settings = self._declared.settings
         reader = PairReader(settings['rectify'], settings['crop'], settings['scale'])
         self._rig = Rig(self._declared.config, reader, self._prepared)
-        self._throttle, self._figures, self._remarks = Throttle(), Figures(), set()
+        self._throttle, self._losses = Throttle(), Losses()
+        self._figures, self._remarks = Figures(), set()
         self._inputs = Inputs(self, settings, self._declared.tolerance(), self._take)
         self._outputs = Outputs(self, settings, self._serve)
         self._diagnosis = Diagnosis(self, self._started)
@@ -66,7 +68,9 @@ class DisparityNode(Node):
     def destroy_node(self):
         """End matching for this node, then destroy it; return whether nothing runs any more."""
         last = time.monotonic() + PATIENCE
+        counts = self._counts()     # what still waits is not lost but ended
         ended = self._worker.close_lane(self._lane, PATIENCE)
+        self._tell_losses(time.monotonic(), counts, last=True)
         ended = self._rig.close(max(last - time.monotonic(), 0)) and ended
         self._jumps.unregister()
         super().destroy_node()
@@ -150,18 +154,26 @@ class DisparityNode(Node):
         self.get_logger().info('the clock went back: starting anew')
 
     def _every_second(self):
-        now = time.monotonic()
-        for line in self._throttle.due(now):
-            self.get_logger().error(line)
+        now, counts = time.monotonic(), self._counts()
+        self._tell_losses(now, counts)
         self._serve()
         report = self._inputs.report(now)
         if report:
             self.get_logger().warning(report)
         self._diagnosis.publish(
-            now, counts_of(self._inputs.synchroniser, self._lane.counts()),
+            now, counts,
             {**change_values(self._rig.config, self._declared.config, self._rig.state_of_change),
              **self._figures.values()},
             self._ready, bool(self._inputs), self._inputs.quiet(now))
+
+    def _counts(self):
+        return counts_of(self._inputs.synchroniser, self._lane.counts())
+
+    def _tell_losses(self, now, counts, last=False):
+        for line in self._throttle.due(now, last):
+            self.get_logger().error(line)
+        for line in self._losses.lines(now, counts, last):
+            self.get_logger().info(line)
 
     def _about(self):
         """Return {key: text} of all parameters and the newest diagnostics, for the saved pair."""

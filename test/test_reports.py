@@ -25,6 +25,14 @@ def test_a_sentence_of_another_kind_is_not_held_back():
     assert throttle.note('no size', 10.0)
 
 
+def test_at_the_end_all_that_was_held_back_is_told():
+    throttle = Throttle()
+    throttle.note('step is 3', 10.0)
+    throttle.note('step is 4', 11.0)
+    assert throttle.due(11.0, last=True) == ['step is 4 (1 times in the last 1 s)']
+    assert throttle.due(99.0, last=True) == []
+
+
 def test_kinds_without_end_are_thrown_together():
     throttle = Throttle()
     lines = [throttle.note(f"encoding is '{'x' * length}'", 1.0) for length in range(500)]
