@@ -32,7 +32,7 @@ class FakeRig(Node):
     """
 
     def __init__(self, node_name, namespace, frames, focal, baseline, rate, reliable=False,
-                 offset=0.0, repeat=False, compressed=False,
+                 offset=0.0, repeat=False, compressed=False, depth=10,
                  frame_id='left_camera_optical_frame', **options):
         """
         Advertise the topics; nothing is sent before `start` or `publish`.
@@ -42,6 +42,7 @@ class FakeRig(Node):
         right one. reliable: QoS of the topics, else best effort as cameras do it.
         repeat: begin again after the last frame, with stamps that go on.
         compressed: send PNG on <side>/image_rect/compressed, not raw images.
+        depth: messages of a topic kept for a reliable subscriber that is behind.
         """
         super().__init__(node_name, namespace=namespace, **options)
         self.sent, self.finished = [], False
@@ -50,7 +51,7 @@ class FakeRig(Node):
         self._frame_id, self._next, self._timer = frame_id, 0, None
         self._message_of = compressed_message if compressed else image_message
         profile = QoSProfile(
-            history=HistoryPolicy.KEEP_LAST, depth=10,
+            history=HistoryPolicy.KEEP_LAST, depth=depth,
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
         kind, suffix = (CompressedImage, '/compressed') if compressed else (Image, '')
         self._outputs = {}
@@ -63,6 +64,11 @@ class FakeRig(Node):
     def subscribed(self):
         """Return whether each of the four topics has a subscriber."""
         return all(publisher.get_subscription_count()
+                   for publisher in self._outputs.values())
+
+    def subscribed_to(self):
+        """Return whether any of the four topics has a subscriber."""
+        return any(publisher.get_subscription_count()
                    for publisher in self._outputs.values())
 
     def start(self):

@@ -6,6 +6,7 @@
 KINDS = {
     'pairs dropped': 'newer ones came before they were matched, see scale and disparity_range',
     'unmatched ': 'their stamps came not on all four topics, see queue_size and approximate_sync',
+    'lost ': 'they were sent and never arrived, see input_qos and config/fastdds.xml',
 }
 
 

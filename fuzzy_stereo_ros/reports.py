@@ -124,10 +124,11 @@ class Rates:
         return rates
 
 
-def counts_of(synchroniser, pairs):
+def counts_of(synchroniser, pairs, lost):
     """
     Return {key: number} of a Synchroniser and of what its pairs came to, as in `Lane.counts`.
 
+    lost: {topic: messages that the middleware lost}.
     pairs synchronised = matched + dropped + refused + waiting.
     """
     counts = {'pairs synchronised': synchroniser.matched, 'pairs matched': pairs['done'],
@@ -136,6 +137,7 @@ def counts_of(synchroniser, pairs):
     for topic in synchroniser.topics:
         counts[f'received {topic}'] = synchroniser.received[topic]
         counts[f'unmatched {topic}'] = synchroniser.unmatched[topic]
+        counts[f'lost {topic}'] = lost[topic]
     return counts
 
 

@@ -167,7 +167,8 @@ class DisparityNode(Node):
             self._ready, bool(self._inputs), self._inputs.quiet(now))
 
     def _counts(self):
-        return counts_of(self._inputs.synchroniser, self._lane.counts())
+        return counts_of(
+            self._inputs.synchroniser, self._lane.counts(), self._inputs.lost)
 
     def _tell_losses(self, now, counts, last=False):
         for line in self._throttle.due(now, last):

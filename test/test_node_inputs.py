@@ -46,6 +46,30 @@ def test_compressed_images_are_matched(make_bench):
         check_disparity(bench.match(*colour))
 
 
+def test_what_the_middleware_loses_in_a_flood_is_counted_and_logged(make_bench):
+    depth = 'qos_overrides./left/image_rect.subscription.depth:=1'
+    topic = 'left/image_rect'
+    with make_bench(*SMALL, '-p', depth, depth=1000) as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        before, counts, sent = bench.counts(), {}, 0
+
+        def lost():
+            nonlocal sent
+            for _ in range(50):
+                bench.rig.publish(*PAIR)
+            bench.match(*PAIR)
+            sent += 51
+            counts.update({key: int(value) - int(before.get(key, 0))
+                           for key, value in bench.counts().items() if value.isdecimal()})
+            assert counts[f'received {topic}'] + counts[f'lost {topic}'] == sent
+            return counts[f'lost {topic}']
+
+        bench.until(lost, 'a queue of one message overflows')
+        bench.node.logged(f'since such a line: lost {topic} ')
+
+
 def test_an_incompatible_qos_is_named(make_bench):
     reliable = 'qos_overrides./right/image_rect.subscription.reliability:=reliable'
     with make_bench(*SMALL, '-p', reliable, best_effort=True) as bench:

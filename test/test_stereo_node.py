@@ -176,6 +176,7 @@ def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
     assert refused == 0
     assert came == matched + dropped
     assert dropped > 0
+    bench.node.logged('since such a line: pairs dropped ')
     assert list(bench.disparities)[-1] == last
 
 

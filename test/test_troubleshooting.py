@@ -36,7 +36,7 @@ def keys_of_diagnostics():
     image = np.zeros((20, 40), np.uint8)
     figures.matched(StereoMatcher(config).match(image, image),
                     **dict.fromkeys(('latency', 'age', 'stamps apart'), 1.0))
-    keys = {*counts_of(Synchroniser(sides), Counter()), *figures.values(),
+    keys = {*counts_of(Synchroniser(sides), Counter(), Counter()), *figures.values(),
             *change_values(config, config, '')}
     return {key.split(', ')[0] for key in keys}
 

@@ -4,6 +4,7 @@
 from functools import partial
 import time
 
+from fuzzy_stereo_ros.gaps import Gaps
 from fuzzy_stereo_ros.node.quality_of_service import input_quality, LATCHED, OVERRIDABLE
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
@@ -20,7 +21,8 @@ class Inputs:
     """
     Subscriptions and their synchroniser; all calls in the executor's thread.
 
-    synchroniser: the Synchroniser, whose counts are for everybody to read.
+    synchroniser: the Synchroniser, whose counts are for everybody to read. lost: {topic: messages
+    that the middleware lost}.
     """
 
     def __init__(self, node, settings, tolerance, take):
@@ -33,6 +35,8 @@ class Inputs:
         self._node, self._settings, self._take = node, settings, take
         held = INFOS if settings['cache_camera_info'] else ()
         self.synchroniser = Synchroniser(TOPICS, settings['queue_size'], tolerance, held)
+        self._gaps = Gaps(TOPICS)
+        self.lost = self._gaps.lost
         self._topics, self._latched, self._incompatible = {}, [], {}
         self._quiet_since, self._received_before, self._told = 0.0, {}, False
 
@@ -45,6 +49,8 @@ class Inputs:
         if wanted and not self._topics:
             self._begin_quiet()
             self._incompatible.clear()
+            for topic in TOPICS:
+                self._gaps.begin(topic)
             self._topics = {topic: self._subscription(topic) for topic in TOPICS}
             if self._settings['cache_camera_info']:
                 self._latched = [self._latched_info(topic) for topic in INFOS]
@@ -85,9 +91,10 @@ class Inputs:
             if self._settings['image_transport'] == 'compressed':
                 kind, name = CompressedImage, f'{self._node.resolve_topic_name(topic)}/compressed'
         return self._node.create_subscription(
-            kind, name, partial(self._receive, topic), input_quality(self._settings),
+            kind, name, partial(self._receive_numbered, topic), input_quality(self._settings),
             event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=partial(self._note_incompatible, topic)),
+                incompatible_qos=partial(self._note_incompatible, topic),
+                matched=lambda event: self._gaps.begin(topic)),
             qos_overriding_options=OVERRIDABLE)
 
     def _latched_info(self, topic):
@@ -102,6 +109,11 @@ class Inputs:
         self._node.get_logger().warning(
             f'a publisher of {self._node.resolve_topic_name(topic)} offers an incompatible QoS '
             f'({self._incompatible[topic]}); nothing arrives from it')
+
+    def _receive_numbered(self, topic, message, about):
+        self._gaps.note(topic, about['publication_sequence_number'],
+                        lambda: self._node.count_publishers(self._topics[topic].topic_name))
+        self._receive(topic, message)
 
     def _receive(self, topic, message):
         for found in self.synchroniser.add(topic, stamp_of(message.header), message):
