@@ -4,6 +4,7 @@
 PYTHON ?= python3
 DEMO_ARGS ?=
 BENCHMARK_ARGS ?=
+SOAK_ARGS ?=
 PYTEST_ARGS ?=
 MATRIX_ARGS ?=
 FUZZ_ARGS ?=
@@ -40,7 +41,7 @@ pyenv_pythons := $(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/*/bin)
 empty :=
 space := $(empty) $(empty)
 
-.PHONY: help demo test fuzz benchmark matrix docs lint clean
+.PHONY: help demo test soak fuzz benchmark matrix docs lint clean
 
 help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
@@ -50,6 +51,8 @@ help:
 	@echo 'make fuzz   the fuzz tests of make test with a hundred times the examples, and with the'
 	@echo '            bounds of every index checked: hours'
 	@echo "            make fuzz FUZZ_ARGS='test/test_fuzz_messages.py -x'"
+	@echo 'make soak   the node for an hour with faults from a seed: what it promises, kept or broken'
+	@echo "            make soak SOAK_ARGS='--minutes 5 --seed 2 --verbose'"
 	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md'
 	@echo "            make benchmark BENCHMARK_ARGS='--quick --output /tmp/page.md'"
 	@echo 'make matrix the suite on each Python that is there, with the newest of all and with'
@@ -70,6 +73,9 @@ fuzz: $(package_installed)
 	$(python) -m pytest --hypothesis-profile=fuzz --timeout=14400 \
 		$(or $(FUZZ_ARGS),$(wildcard test/test_fuzz_*.py) test/test_numerics_sizes.py \
 		test/test_guard_bytes.py test/test_bounds_check.py)
+
+soak: $(package_installed)
+	PYTHONPATH=test:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)
 
 benchmark: $(package_installed)
 	$(python) -m fuzzy_stereo_ros.command_line benchmark all --output docs/benchmarks.md \

@@ -28,6 +28,7 @@ SHORT_FORMS = {
                  'test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture',
     'make benchmark': 'test_benchmarks.py::'
                       'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
+    'make soak': 'test_soak.py::test_in_a_short_soak_every_promise_is_kept',
     'fuzzy-stereo benchmark': 'test_benchmarks.py::'
                               'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
     'colcon': 'test_colcon.py::test_colcon_builds_the_package_and_runs_its_tests',

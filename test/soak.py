@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The node for a long run, with faults from a seed: what it promises, and whether it holds.
+
+`make soak SOAK_ARGS='--minutes 60 --seed 1'`
+"""
+import argparse
+from contextlib import closing
+import os
+import sys
+from tempfile import TemporaryDirectory
+import time
+
+from node_process import own_domain, ros_environment
+from soak_figures import broken_sums, promises_of
+from soak_script import DECK, events_of, TOPICS
+from soak_stage import SoakStage
+
+SHOWN = 'pairs ', 'refused: ', 'unmatched ', 'lost ', 'stamps went'
+FIRST = TOPICS[0]
+SMALL = 3       # samples, below which thirds of a run mean nothing
+
+
+def soak(arguments, folder):
+    """Let events happen for a time; return (Promises, counts, events, samples)."""
+    say = print if arguments.verbose else lambda *words: None
+    samples, broken, happened, number = [], [], 0, 0
+    with own_domain() as domain, closing(SoakStage(
+            domain, folder, arguments.rows, arguments.columns, arguments.disparities,
+            arguments.rate, arguments.best_effort)) as stage:
+        stage.begin()
+        end = None
+        while end is None or time.monotonic() < end or len(samples) < SMALL:
+            for event in events_of(arguments.seed, number):
+                say(f'round {number}: {event.kind} {event.values}')
+                stage.happen(event)
+                happened += 1
+            sample = stage.sample()
+            found = broken_sums(stage.settle(), stage.sent)
+            broken += [f'round {number}: {sentence}' for sentence in found]
+            say(f'round {number}: {sample} {found or ""}')
+            number += 1
+            if number >= DECK:      # before that all was new: warming up
+                samples.append(sample)
+                end = end or time.monotonic() + 60 * arguments.minutes
+        counts = stage.leave_all()
+        broken += broken_sums(counts, stage.sent)
+        code = stage.node.finish()
+        log = stage.node.log()
+    limits = {'memory': arguments.memory, 'latency': arguments.latency}
+    return (promises_of(samples, limits, counts, log, broken, code), counts, happened,
+            samples, log)
+
+
+def table(promises, counts, happened, samples):
+    """Return the lines of what a soak found."""
+    figures = {'events': happened, 'rounds measured': len(samples),
+               'frames sent': counts[f'received {FIRST}'] + counts[f'lost {FIRST}']}
+    figures.update({key: number for key, number in counts.items() if key.startswith(SHOWN)})
+    width = max(map(len, [*figures, *(promise.name for promise in promises)]))
+    return [*(f'{name:{width}}  {number}' for name, number in figures.items()), '',
+            *(f"{one.name:{width}}  {'kept' if one.kept else 'BROKEN'}: {one.found}"
+              for one in promises)]
+
+
+def parser():
+    """Return the parser of the arguments."""
+    made = argparse.ArgumentParser(prog='make soak', description=__doc__.strip().splitlines()[0])
+    made.add_argument('--minutes', type=float, default=60.0,
+                      help='after the warm-up, in which everything happens once; default: 60')
+    made.add_argument('--seed', type=int, default=1, help='of what happens; default: 1')
+    made.add_argument('--columns', type=int, default=640, help='of the images; default: 640')
+    made.add_argument('--rows', type=int, default=480, help='of the images; default: 480')
+    made.add_argument('--disparities', type=int, default=64, help='default: 64')
+    made.add_argument('--rate', type=int, default=30, help='pairs/s; default: 30')
+    made.add_argument('--best-effort', action='store_true',
+                      help='inputs as the node has them by default: the middleware may lose some')
+    made.add_argument('--memory', type=float, default=1.0, metavar='PERCENT',
+                      help='by less than which memory may grow; default: 1')
+    made.add_argument('--latency', type=float, default=50.0, metavar='PERCENT',
+                      help='by less than which latency may grow; default: 50')
+    made.add_argument('--log', metavar='FILE', help='write what the node logged')
+    made.add_argument('--verbose', action='store_true', help='say what happens')
+    return made
+
+
+def main(words=None):
+    """Run a soak, print its table, and return 0, or 1 where a promise is broken."""
+    arguments = parser().parse_args(words)
+    with TemporaryDirectory(prefix='fuzzy_stereo_ros_soak_') as folder:
+        os.environ.update(ros_environment(folder))
+        *found, log = soak(arguments, folder)
+    if arguments.log is not None:
+        with open(arguments.log, 'w', encoding='utf-8') as file:
+            file.write(log)
+    print('\n'.join(table(*found)))
+    return int(not all(promise.kept for promise in found[0]))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

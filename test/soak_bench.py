@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The node and a camera in a soak: what is sent is counted, and what comes of it awaited."""
+from statistics import median
+import time
+
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.parameter_table import profile_config
+from node_process import shifted_pair, SOON
+from ros_bench import Bench
+from soak_figures import megabytes_of, Sample, threads_of
+from soak_script import CHANGES, TOPICS
+from stereo_msgs.msg import DisparityImage
+
+DEPTH = 1000        # messages; more than a flood, so that the middleware loses none
+PROBES = 12         # pairs of a sample
+SHIFTS = range(2, 8)        # px, what the pairs of one size are shifted by
+QUEUE_SIZE = 5
+PATIENCE = 5.0      # s for an answer that may have been lost
+
+
+def node_arguments(disparities, folder, best_effort):
+    """Return the arguments of a node that is soaked; with queues for floods if reliable."""
+    depths = {f'qos_overrides./{topic}.subscription.depth': DEPTH for topic in TOPICS}
+    values = {
+        'disparity_range': disparities, 'save_directory': folder, 'no_pair_seconds': 0.5,
+        'queue_size': QUEUE_SIZE, **({} if best_effort else depths)}
+    return ['--ros-args', *(word for name, value in values.items()
+                            for word in ('-p', f'{name}:={value}'))]
+
+
+class SoakBench(Bench):
+    """
+    The node, a camera that counts what it sends, and a listener.
+
+    sent: {topic: messages sent while the node was subscribed}. answers: {stamp: when heard}.
+    """
+
+    def __init__(self, domain, folder, rows, columns, disparities, rate, best_effort):
+        """Start the node; rate: pairs/s of a stream; best_effort: what is sent may be lost."""
+        super().__init__(domain, *node_arguments(disparities, folder, best_effort),
+                         best_effort=best_effort, depth=DEPTH)
+        self._best_effort = best_effort
+        self._size, self._shape, self._rate = (rows, columns), (rows, columns), rate
+        self._domain, self._made, self._number = domain, {}, 0
+        self._usual = {name: None for change in CHANGES for name in change}
+        self._jump, self._listening = 0, None
+        self.sent, self.answers = dict.fromkeys(TOPICS, 0), {}
+        self._yardstick = StereoMatcher(profile_config('realtime', disparities=disparities))
+
+    def begin(self):
+        """Wait until the node is ready and has found the camera."""
+        self.listen_anew()
+        self._yardstick.warm_up(*self._size)
+        self.connect()
+        self._usual = dict(zip(self._usual, self.parameters(*self._usual)))
+        self._usual.pop('profile')
+        self.meet()
+
+    def sample(self):
+        """Return a Sample of the node as it was started, without what events have changed."""
+        self._shape, self._jump = self._size, 0
+        self.restore()
+        self.stream(PROBES)
+        self.settle()
+        latencies, alone = zip(*(self._probe() for _ in range(PROBES)))
+        self.answers.clear()
+        process = self.node.identity
+        return Sample(megabytes_of(process), threads_of(process), median(latencies),
+                      median(here / there for here, there in zip(latencies, alone)))
+
+    def settle(self):
+        """Return the counts of diagnostics when all that was sent has come to something."""
+        deadline = time.monotonic() + SOON
+        while True:
+            counts = {key: int(value) for key, value in self.counts().items()
+                      if value.isdecimal()}
+            under_way = any(counts[f'received {topic}'] + counts[f'lost {topic}'] < number
+                            for topic, number in self.sent.items())
+            if time.monotonic() > deadline or not (under_way or counts['pairs waiting']):
+                return {**counts, 'queue_size': QUEUE_SIZE}
+            if under_way and self._best_effort:
+                self.send()    # that the last one is lost shows with the next one
+
+    def leave_all(self):
+        """Take back the subscription and return the counts when the node has done so, too."""
+        self.settle()
+        self.listener.destroy_subscription(self._listening)
+        self.until(lambda: not self.rig.subscribed_to(), 'the node subscribes to nothing')
+        return self.settle()
+
+    def stream(self, pairs, change=None):
+        """Send pairs at the rate."""
+        for _ in range(pairs):
+            due = time.monotonic() + 1 / self._rate
+            self.send(change=change)
+            self.until(lambda: time.monotonic() >= due, 'time passes')      # noqa: B023
+
+    def stream_until(self, condition, what):
+        """Stream until a condition is true."""
+        deadline = time.monotonic() + SOON
+        while not condition():
+            assert time.monotonic() < deadline, f'never: {what}\n{self.heard()}'
+            self.stream(1)
+
+    def restore(self):
+        """Set parameters as they were at the start, and wait until that is prepared."""
+        done, reason = self.set_parameters(profile='realtime', **self._usual)
+        assert done, reason
+        self.until(lambda: not self.counts()['change of parameters'].startswith('being'),
+                   'parameters are prepared')
+
+    def listen_anew(self):
+        """Subscribe to disparities; `leave_all` takes it back."""
+        def note(message):
+            stamp = message.header.stamp
+            self.answers[stamp.sec * 1_000_000_000 + stamp.nanosec] = time.monotonic()
+
+        self._listening = self.listener.create_subscription(
+            DisparityImage, 'disparity', note, 10)
+
+    def meet(self):
+        """Where messages may be lost, leave those out that were while the two sides met."""
+        if self._best_effort:
+            heard = len(self.answers)
+            self.stream_until(lambda: len(self.answers) > heard, 'a disparity')
+            self.count_anew()
+
+    def count_anew(self):
+        """Take as sent what has arrived or is known to be lost, when no more of it comes."""
+        counts, previous = self.settle(), None
+        while counts != previous:
+            counts, previous = self.settle(), counts
+        self.sent = {topic: counts[f'received {topic}'] + counts[f'lost {topic}']
+                     for topic in TOPICS}
+
+    def send(self, pair=None, stamp=None, change=None):
+        """Send a pair, count its messages, and return its stamp in ns."""
+        def count(messages):
+            if change is not None:
+                change(messages)
+            for topic in messages:
+                self.sent[topic] += 1
+
+        if stamp is None:
+            stamp = self.rig.get_clock().now().nanoseconds + self._jump
+        return self.rig.publish(*(pair or self.next_pair()), stamp, count)
+
+    def next_pair(self):
+        """Return two uint8 images (R, C) of the size there is now, another one each time."""
+        self._number += 1
+        pairs = self.pairs_of(self._shape)
+        return pairs[self._number % len(pairs)]
+
+    def pairs_of(self, shape):
+        """Return all pairs of a shape (R, C)."""
+        if shape not in self._made:
+            self._made[shape] = [shifted_pair(shift, *shape) for shift in SHIFTS]
+        return self._made[shape]
+
+    def shape_of(self, share):
+        """Return (R, C) of shares of the rows and columns at the start."""
+        return tuple(round(side * part) for side, part in zip(self._size, share))
+
+    def _probe(self):
+        """Return ms of a pair through the node, and of the same match in this process."""
+        def answer():
+            if not self._best_effort:
+                return stamp in self.answers
+            return stamp in self.answers or time.monotonic() > begun + PATIENCE
+
+        stamp = None
+        while stamp not in self.answers:
+            begun = time.monotonic()
+            stamp = self.send()
+            self.until(answer, f'disparity of {stamp}')
+        again = time.monotonic()
+        self._yardstick.match(*self.next_pair())
+        return 1000 * (self.answers[stamp] - begun), 1000 * (time.monotonic() - again)

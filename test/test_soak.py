@@ -1,0 +1,26 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node through faults from a seed, in the short form of `make soak`."""
+import os
+import subprocess
+import sys
+
+from node_process import ROOT, START
+import pytest
+
+SHORT = ('--minutes', '0.2', '--rows', '120', '--columns', '160', '--disparities', '16')
+# On a busy machine ms and pages differ by chance; a queue or a leak would give many times this.
+PATIENT = '--latency', '300', '--memory', '3'
+
+
+@pytest.mark.timeout(2 * START)
+def test_in_a_short_soak_every_promise_is_kept(ros, tmp_path):
+    log = tmp_path / 'node.log'
+    done = subprocess.run(
+        [sys.executable, '-m', 'soak', *SHORT, *PATIENT, '--verbose', '--log', str(log)],
+        cwd=ROOT, env={**os.environ, 'PYTHONPATH': str(ROOT / 'test')}, capture_output=True,
+        text=True, check=False)
+    assert done.returncode == 0, f'{done.stdout}{done.stderr}'
+    assert done.stdout.count('kept: ') == 7
+    assert 'BROKEN' not in done.stdout
+    assert 'ready: the kernels are warm' in log.read_text(encoding='utf-8')

@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A soak sees every promise that is broken: made figures, each wrong in one place."""
+import os
+import threading
+
+import numpy as np
+import pytest
+from soak_figures import (
+    broken_sums, growth, losses_told, megabytes_of, promises_of, Sample, threads_of)
+from soak_script import TOPICS
+
+LIMITS = {'memory': 1.0, 'latency': 50.0}
+SENT = dict.fromkeys(TOPICS, 30)
+COUNTS = {'pairs synchronised': 28, 'pairs matched': 20, 'pairs dropped': 5, 'pairs refused': 3,
+          'pairs waiting': 0, 'refused: size': 2, 'refused: encoding': 1, 'queue_size': 5,
+          **{f'received {topic}': 30 for topic in TOPICS},
+          **{f'unmatched {topic}': 2 for topic in TOPICS},
+          **{f'lost {topic}': 0 for topic in TOPICS}}
+UNMATCHED = ', '.join(f'unmatched {topic} 2' for topic in TOPICS)
+LOG = f"""\
+[INFO] [1.5] [disparity_node]: ready: the kernels are warm after 2.0 s
+[INFO] [2.5] [disparity_node]: since such a line: pairs dropped 1; newer ones came
+[ERROR] [3.5] [disparity_node]: pair dropped: the left image is 2x3, the right one 4x3
+[ERROR] [9.5] [disparity_node]: pair dropped: no encoding (2 times in the last 5 s)
+[INFO] [9.6] [disparity_node]: since such a line: pairs dropped 4; newer ones came
+[INFO] [9.6] [disparity_node]: since such a line: {UNMATCHED}; their stamps"""
+SAMPLES = [Sample(100.0, 18, 25.0, 2.0)] * 6
+
+
+def verdicts(samples=SAMPLES, counts=COUNTS, log=LOG, broken=(), code=0):
+    """Return the names of the promises that are broken, by their first two words."""
+    promises = promises_of(samples, LIMITS, counts, log, list(broken), code)
+    return [' '.join(one.name.split()[:2]) for one in promises if not one.kept]
+
+
+def test_a_sound_node_keeps_every_promise():
+    assert broken_sums(COUNTS, SENT) == []
+    assert verdicts() == []
+
+
+@pytest.mark.parametrize('changes, sentence', [
+    ({'pairs dropped': 4}, 'do not add up'),
+    ({'pairs waiting': 1}, 'do not add up'),
+    ({'refused: size': 1}, 'refused by reason are 2, in all 3'),
+    ({'received left/image_rect': 29, 'unmatched left/image_rect': 1},
+     'left/image_rect: 30 sent, 29 received, 0 lost'),
+    ({'lost left/image_rect': 1}, 'left/image_rect: 30 sent, 30 received, 1 lost'),
+    ({'unmatched right/camera_info': 3}, 'right/camera_info: 30 received, but 3 unmatched'),
+    ({'received left/camera_info': 38, 'unmatched left/camera_info': 4}, '30 sent, 38 received'),
+])
+def test_a_count_that_is_wrong_is_told(changes, sentence):
+    assert sentence in '; '.join(broken_sums({**COUNTS, **changes}, SENT))
+
+
+def test_what_waits_for_others_is_not_lost_but_never_more_than_the_queue():
+    sent = dict.fromkeys(TOPICS, 35)
+    received = {f'received {topic}': 35 for topic in TOPICS}
+    assert broken_sums({**COUNTS, **received}, sent) == []
+    assert len(broken_sums({**COUNTS, **received, 'queue_size': 4}, sent)) == len(TOPICS)
+
+
+def test_a_message_that_the_middleware_lost_counts_and_needs_its_line():
+    counts = {**COUNTS, 'lost left/image_rect': 3, 'received left/image_rect': 30}
+    assert broken_sums(counts, {**SENT, 'left/image_rect': 33}) == []
+    line = '[INFO] [1.0] [disparity_node]: since such a line: lost left/image_rect 3; they'
+    assert verdicts(counts=counts) == ['every loss']
+    assert verdicts(counts=counts, log=f'{LOG}\n{line}') == []
+
+
+def test_the_losses_that_lines_tell_are_added_up():
+    assert losses_told(LOG) == {
+        'pairs dropped': 5, 'pairs refused': 3, **{f'unmatched {topic}': 2 for topic in TOPICS}}
+
+
+@pytest.mark.parametrize('place', [1, 2, 3, 4, 5])
+def test_a_loss_without_its_line_breaks_a_promise(place):
+    lines = LOG.splitlines()
+    del lines[place]
+    assert verdicts(log='\n'.join(lines)) == ['every loss']
+
+
+@pytest.mark.parametrize('line', [
+    'Traceback (most recent call last):', '[FATAL] [1.0] [disparity_node]: the kernels',
+    '[ERROR] [1.0] [disparity_node]: cannot be prepared: disparity_range'])
+def test_a_fault_in_the_log_breaks_a_promise(line):
+    assert verdicts(log=f'{LOG}\n{line}') == ['nothing is']
+
+
+def test_a_pair_lost_by_a_fault_of_the_package_breaks_a_promise():
+    line = '[ERROR] [1.0] [disparity_node]: pair dropped by a fault of this package: KeyError'
+    assert verdicts(log=f'{LOG}\n{line}') == ['nothing is']
+
+
+@pytest.mark.parametrize('last, broken', [
+    (Sample(100.9, 18, 90.0, 2.9), []),
+    (Sample(101.1, 18, 25.0, 2.0), ['memory grows']),
+    (Sample(100.0, 18, 25.0, 3.1), ['latency grows']),
+    (Sample(100.0, 19, 25.0, 2.0), ['no thread'])])
+def test_what_grows_more_than_it_may_breaks_a_promise(last, broken):
+    assert verdicts(samples=[*SAMPLES, last, last, last]) == broken
+
+
+def test_sums_that_were_broken_and_another_exit_code_break_promises():
+    assert verdicts(broken=['round 3: 30 sent'], code=1) == ['sent =', 'SIGINT ends']
+
+
+@pytest.mark.parametrize('values', [[4.0, 4.0, 4.0], [2.0, 9.0, 8.0, 1.0, 4.0, 4.0], [3.0, 6.0]])
+def test_growth_compares_the_medians_of_the_first_and_the_last_third(values):
+    third = {2: 1, 3: 1, 6: 2}[len(values)]
+    first, last = sorted(values[:third]), sorted(values[-third:])
+    assert growth(values) == pytest.approx(100 * (sum(last) / sum(first) - 1))
+
+
+def test_memory_and_threads_are_those_of_the_process():
+    before, threads = megabytes_of(os.getpid()), threads_of(os.getpid())
+    more = np.ones(25_000_000, np.uint8)
+    assert 24 < megabytes_of(os.getpid()) - before < 60, more.size
+    end = threading.Event()
+    thread = threading.Thread(target=end.wait)
+    thread.start()
+    assert threads_of(os.getpid()) == threads + 1
+    end.set()
+    thread.join()
