@@ -12,7 +12,7 @@ import sqlite3
 import struct
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.pairs.bag_reading import opened
+from fuzzy_stereo_ros.pairs.bag_reading import opened, text_of
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 
 SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
@@ -48,8 +48,16 @@ def read_part(path):
                 'name': connection.topic, 'type': connection.msgtype,
                 'serialization_format': connection.ext.serialization_format,
                 'offered_qos_profiles': dump_qos_v9(connection.ext.offered_qos_profiles),
-                'type_description_hash': reader.typestore.hash_rihs01(connection.msgtype)}
+                'type_description_hash': _hash_of(path, reader, connection)}
         return Part(path.name, reader.start_time, reader.end_time - 1, counts, topics)
+
+
+def _hash_of(path, reader, connection):
+    try:
+        return reader.typestore.hash_rihs01(connection.msgtype)
+    except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
+        raise ValueError(f'{path} is damaged: {connection.msgtype} is not described: '
+                         f'{text_of(error)}') from error
 
 
 def read_parts(folder, storage):

@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Arrays of every kind, size and stride, and values of every type, into the public face."""
+from dataclasses import fields, replace
+from fractions import Fraction
+import math
+
+from fuzzed import examples
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.matching.checks import MOST_PIXELS
+from fuzzy_stereo_ros.parameter_table import (
+    matcher_parameters, NODE_PARAMETERS, profile_config)
+from hypothesis import given, strategies as st
+from hypothesis.extra import numpy as arrays
+import numpy as np
+import pytest
+
+KINDS = st.one_of(
+    st.sampled_from([np.uint8, np.uint16]), st.sampled_from([np.uint8, np.uint16]),
+    arrays.scalar_dtypes(), st.sampled_from([np.dtype('>u2'), np.dtype('u1,u1')]))
+SHAPES = st.one_of(
+    st.tuples(st.integers(0, 40), st.integers(0, 60)),
+    st.tuples(st.integers(0, 40), st.integers(0, 60), st.integers(0, 5)),
+    arrays.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=9))
+STEPS = st.tuples(*2 * [st.sampled_from([1, 1, 2, 3, -1, -2])])
+EDGES = [0, 1, 127, 128, 254, 255, 256, 2**15, 2**16 - 1]
+
+
+def noise(kind, shape, seed):
+    """Return an array of random bytes, so of any values of its kind, NaN and infinite as well."""
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    chance = np.random.default_rng(seed)
+    return np.frombuffer(chance.bytes(size), kind).reshape(shape)
+
+
+def edges(kind, shape, seed):
+    """Return an array of the extremes of whole numbers, where it has a kind of them."""
+    if np.dtype(kind).kind not in 'iu':
+        return noise(kind, shape, seed)
+    chance = np.random.default_rng(seed)
+    return chance.choice(EDGES, shape).astype(kind)
+
+
+def spread(array, steps):
+    """Return an array of the same values that are not next to each other in memory."""
+    if array.ndim < 2:
+        return array
+    rows, columns, *rest = array.shape
+    wide = np.empty((rows * abs(steps[0]), columns * abs(steps[1]), *rest), array.dtype)
+    view = wide[::steps[0], ::steps[1]]
+    view[:] = array
+    return view
+
+
+def unaligned(array):
+    """Return an array of the same values that begins at an odd address."""
+    memory = bytearray(array.nbytes + 1)
+    moved = np.ndarray(array.shape, array.dtype, memory, 1)
+    moved[...] = array
+    return moved
+
+
+def configs():
+    """Return a strategy of configurations for small images, of each profile."""
+    return st.builds(
+        lambda profile, disparities, generations, **changes: MatcherConfig.from_profile(
+            profile, disparities=disparities, generations=generations, population=3, threads=1,
+            **changes),
+        st.sampled_from(sorted(PROFILES)), st.one_of(st.integers(1, 60), st.integers(1, 4096)),
+        st.integers(0, 2),
+        min_disparity=st.one_of(st.integers(-70, 70), st.integers(-2048, 2048)),
+        fill=st.booleans(), confidence_threshold=st.floats(0, 1),
+        speckle_size=st.integers(0, 50), speckle_range=st.integers(0, 255),
+        warm_start=st.booleans(), reference=st.sampled_from(['left', 'right']),
+        seed=st.integers(0, 2**31 - 1), neighbourhood=st.sampled_from([1, 3, 31]),
+        sweeps=st.integers(0, 1), mutation_rate=st.floats(0, 1), elite=st.floats(0, 1),
+        survival=st.sampled_from(['rank', 'sigmoid']), class_sigma=st.floats(1, 1000))
+
+
+def assert_sound(match, shape, config):
+    """Assert what holds of every match."""
+    assert match.disparity.shape == match.confidence.shape == shape
+    assert match.disparity.dtype == match.confidence.dtype == np.float32
+    valid = match.disparity[~np.isnan(match.disparity)]
+    assert np.all(valid >= config.min_disparity - 0.5)
+    assert np.all(valid <= config.min_disparity + config.disparities - 0.5)
+    assert np.all((match.confidence >= 0) & (match.confidence <= 1))
+    invalid = match.confidence[np.isnan(match.disparity)]
+    assert np.all((invalid == 0) | (invalid < config.confidence_threshold))
+    assert len(match.history) == match.generations <= config.generations
+
+
+@examples(120)
+@given(configs(), KINDS, SHAPES, STEPS, st.sampled_from([noise, edges]), st.booleans(),
+       st.data())
+def test_arrays_of_any_kind_are_matched_or_refused(
+        config, kind, shape, steps, make, odd, data):
+    left = make(kind, shape, 0)
+    other_kind, other_shape = data.draw(st.one_of(
+        st.just((kind, shape)), st.just((kind, shape)), st.just((kind, shape)),
+        st.tuples(KINDS, SHAPES)))
+    right = make(other_kind, other_shape, 1)
+    given_pair = [unaligned(each) if odd and not each.dtype.hasobject else spread(each, steps)
+                  for each in (left, right)]
+    before = [each.tobytes() for each in given_pair]
+    matcher = StereoMatcher(config)
+    try:
+        matches = [matcher.match(*given_pair) for _ in range(2)]
+    except ValueError as refusal:
+        assert str(refusal).isprintable() and ' ' in str(refusal)
+        assert left.dtype not in (np.uint8, np.uint16) or left.shape != right.shape \
+            or left.dtype != right.dtype or left.ndim not in (2, 3) \
+            or left.shape[-1] not in (1, 3) and left.ndim == 3 or min(left.shape[:2]) < 2 \
+            or config.disparities > left.shape[1]
+        return
+    for match in matches:
+        assert_sound(match, left.shape[:2], config)
+    assert [each.tobytes() for each in given_pair] == before
+    plain = StereoMatcher(config).match(left, right)
+    np.testing.assert_array_equal(plain.disparity, matches[0].disparity)
+    np.testing.assert_array_equal(plain.confidence, matches[0].confidence)
+
+
+@pytest.mark.parametrize('shape', [(2**31, 2**31), (2, MOST_PIXELS // 2 + 1)])
+def test_images_of_more_pixels_than_can_be_numbered_take_no_memory(shape):
+    image = np.broadcast_to(np.uint8(7), shape)
+    with pytest.raises(ValueError, match=f'at most {MOST_PIXELS} pixels are allowed'):
+        StereoMatcher(MatcherConfig(threads=1)).match(image, image)
+
+
+@pytest.mark.parametrize('stamp', [1.5, math.nan, 'now', b'1', [1], np.datetime64(5, 'ns')])
+@pytest.mark.parametrize('profile', PROFILES)
+def test_a_stamp_that_is_no_whole_number_is_refused_and_the_next_frame_is_warm(stamp, profile):
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        profile, disparities=8, generations=1, threads=1))
+    image = noise(np.uint8, (20, 30), 0)
+    matcher.match(image, image, stamp=1)
+    with pytest.raises(ValueError, match='the stamp is .*; allowed are whole numbers of ns'):
+        matcher.match(image, image, stamp=stamp)
+    assert matcher.match(image, image, stamp=2).warm == matcher.config.warm_start
+
+
+@examples(30)
+@given(st.lists(st.one_of(st.none(), st.integers(), st.integers(-2**63, 2**63 - 1).map(np.int64)),
+                min_size=1, max_size=3))
+def test_any_whole_stamps_are_taken(stamps):
+    image = noise(np.uint8, (9, 12), 0)
+    matcher = StereoMatcher(MatcherConfig(disparities=4, threads=1))
+    for stamp in stamps:
+        assert_sound(matcher.match(image, image, stamp), image.shape, matcher.config)
+
+
+# ---- values of parameters ----
+
+NAMES = [field.name for field in fields(MatcherConfig)]
+VALUES = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=9), st.binary(),
+    st.integers(-9, 300), st.floats(-1, 70), st.fractions(), st.lists(st.integers(), max_size=3),
+    st.sampled_from([10**400, -10**400, Fraction(10**400), np.int64(5), np.float32('nan'),
+                     np.array([1, 2]), np.array(['left', 'right']), np.bool_(True), 1j, {}]),
+    st.sampled_from(['rank', 'sigmoid', 'paper', 'left']))
+
+
+@examples(400)
+@given(st.dictionaries(st.sampled_from(NAMES), VALUES, max_size=3))
+def test_a_configuration_takes_a_value_or_refuses_it_by_name(changes):
+    try:
+        config = MatcherConfig(**changes)
+    except ValueError as refusal:
+        name, rest = str(refusal).split(' is ', 1)
+        assert name in changes
+        assert '; allowed are ' in rest
+        return
+    assert replace(config) == config
+    for field in fields(config):
+        value = getattr(config, field.name)
+        assert 'low' not in field.metadata or (
+            field.metadata['low'] <= value <= field.metadata['high'])
+
+
+@examples(60)
+@given(st.one_of(VALUES, st.sampled_from(sorted(PROFILES))), st.dictionaries(
+    st.one_of(st.sampled_from(NAMES), st.text(max_size=5)), VALUES, max_size=2))
+def test_a_profile_is_known_or_refused(name, changes):
+    try:
+        config = MatcherConfig.from_profile(name, **changes)
+    except ValueError as refusal:
+        assert 'allowed are' in str(refusal) or 'no parameter is called' in str(refusal)
+        return
+    assert isinstance(name, str) and name in PROFILES
+    assert isinstance(config, MatcherConfig)
+
+
+ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+
+
+@examples(400)
+@given(st.sampled_from(ROWS), VALUES)
+def test_a_row_of_the_table_takes_a_value_of_its_type_or_refuses_it(row, value):
+    try:
+        taken = row.checked(value)
+    except ValueError as refusal:
+        assert str(refusal).startswith(f'{row.name} is ')
+        assert '; allowed are ' in str(refusal)
+        return
+    assert type(taken) is type(row.default)
+    assert taken == value
