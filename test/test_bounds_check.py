@@ -19,7 +19,7 @@ KERNEL_TESTS = [f'test/test_{name}.py' for name in (
 
 @pytest.fixture(scope='module')
 def checked(tmp_path_factory):
-    """Return the environment in which kernels are compiled with checks, into a new cache."""
+    """Return an environment where kernels are compiled with checks, into a cache of its own."""
     # numba's cache does not know whether its kernels check: they must not meet the usual ones.
     return {**os.environ, 'NUMBA_BOUNDSCHECK': '1',
             'NUMBA_CACHE_DIR': str(tmp_path_factory.mktemp('checked_kernels'))}

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real node lives on whatever is set over its services, all or nothing, and still matches."""
+import math
+
+from fuzzed import examples
+from fuzzy_stereo_ros.parameter_table import (
+    matcher_parameters, NODE_PARAMETERS, profile_config)
+from hypothesis import given, strategies as st
+from node_process import shifted_pair
+import pytest
+
+PAIR = shifted_pair(7)
+NAMES = [row.name for row in (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))]
+LARGEST = 2**63 - 1
+# What is allowed among it asks for little work and leaves room for the pair.
+VALUES = st.one_of(
+    st.booleans(), st.integers(-3, 24), st.sampled_from([-LARGEST - 1, LARGEST, 2**31, 10**7]),
+    st.floats(-1, 24), st.sampled_from([math.nan, math.inf, -math.inf, 1e300, 5e-324]),
+    st.text(st.characters(exclude_categories=['Cs'], exclude_characters='\0'), max_size=20),
+    st.sampled_from(['paper', 'quality', 'left', 'rank', 'sigmoid']),
+    st.lists(st.integers(0, 9), min_size=1, max_size=3),
+    st.lists(st.sampled_from([b'\0', b'\xff']), min_size=1, max_size=2))
+
+
+@pytest.fixture(scope='module')
+def bench(make_bench):
+    """Return a node that has matched a pair."""
+    with make_bench('--ros-args', '-p', 'disparity_range:=16') as it:
+        it.listen()
+        it.connect()
+        it.first_match(*PAIR)
+        yield it
+
+
+def same(one, other):
+    return repr(one) == repr(other)     # NaN is like itself
+
+
+def test_any_values_are_set_all_at_once_or_refused_with_a_reason(bench):
+    first = dict(zip(NAMES, bench.parameters(*NAMES)))
+    changeable = {name: first[name] for name in NAMES if not bench.descriptor(name).read_only}
+
+    @examples(50)
+    @given(st.dictionaries(st.sampled_from(NAMES), VALUES, min_size=1, max_size=3))
+    def any_change(changes):
+        before = bench.parameters(*NAMES)
+        done, reason = bench.set_parameters(**changes)
+        after = dict(zip(NAMES, bench.parameters(*NAMES)))
+        if not done:
+            assert reason
+            assert same([*after.values()], before)
+        else:
+            assert all(after[name] == value for name, value in changes.items())
+
+    any_change()
+    assert bench.set_parameters(**changeable) == (True, '')
+    bench.until(lambda: bench.counts()['change of parameters'] == 'none', 'all is prepared',
+                timeout=120)
+    assert bench.match(*PAIR).max_disparity == 15.0
