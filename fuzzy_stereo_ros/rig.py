@@ -6,6 +6,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.matcher import Match
 from fuzzy_stereo_ros.matching.warm_start import FrameState
+from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.preparation import Preparation
 
@@ -99,4 +100,5 @@ class Rig:
     def _prepare(self, config):
         matcher = StereoMatcher(config.at_scale(self._reader.scale))
         matcher.warm_up(*self._shape)
+        give_back_memory()      # of this warm-up, and of the matcher before the one in use
         return config, matcher

@@ -56,6 +56,9 @@ class SoakBench(Bench):
         self._usual = dict(zip(self._usual, self.parameters(*self._usual)))
         self._usual.pop('profile')
         self.meet()
+        self._change(profile='quality')     # OpenCV starts its thread for that
+        self.stream(PROBES)
+        self.settle()
 
     def sample(self):
         """Return a Sample of the node as it was started, without what events have changed."""
@@ -105,10 +108,7 @@ class SoakBench(Bench):
 
     def restore(self):
         """Set parameters as they were at the start, and wait until that is prepared."""
-        done, reason = self.set_parameters(profile='realtime', **self._usual)
-        assert done, reason
-        self.until(lambda: not self.counts()['change of parameters'].startswith('being'),
-                   'parameters are prepared')
+        self._change(profile='realtime', **self._usual)
 
     def listen_anew(self):
         """Subscribe to disparities; `leave_all` takes it back."""
@@ -161,6 +161,12 @@ class SoakBench(Bench):
     def shape_of(self, share):
         """Return (R, C) of shares of the rows and columns at the start."""
         return tuple(round(side * part) for side, part in zip(self._size, share))
+
+    def _change(self, **values):
+        done, reason = self.set_parameters(**values)
+        assert done, reason
+        self.until(lambda: not self.counts()['change of parameters'].startswith('being'),
+                   'parameters are prepared')
 
     def _probe(self):
         """Return ms of a pair through the node, and of the same match in this process."""
