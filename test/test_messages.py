@@ -250,6 +250,7 @@ def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline(
     ({'p': [0.0] * 12}, {'tx': -24.0}, 'left camera_info: the camera is not calibrated (K[0] is '),
     ({}, {'k': [0.0] * 9, 'tx': -24.0}, 'right camera_info: the camera is not calibrated (K[0] '),
     ({}, {'p': projection(p0=0.0)}, 'right camera_info: the camera is not calibrated (K[0] is '),
+    ({}, {'p': projection(p0=5e-324), 'binning_x': 9}, 'right camera_info: the camera is not ca'),
     ({}, {'p': projection(p5=0.0)}, 'right camera_info: the camera is not calibrated (K[0] is '),
     ({}, {'k': [float('nan')] * 9, 'tx': -24.0}, 'right camera_info: the camera is not calib'),
     ({}, {'p': [float('nan')] * 12}, 'right camera_info: P is not twelve finite numbers'),

@@ -112,7 +112,8 @@ def _camera(side, info):
     if len(projection) != 12 or not all(math.isfinite(value) for value in projection):
         raise BadPair('calibration', f'{side} camera_info: P is not twelve finite numbers; '
                       'calibrate the camera')
-    if projection[0] <= 0 or projection[5] <= 0 or not intrinsic or not intrinsic[0] > 0:
+    if (min(projection[0], projection[5]) < LENGTHS[0]      # smaller ones are 0 when binned
+            or not intrinsic or not intrinsic[0] > 0):
         raise BadPair('calibration', f'{side} camera_info: the camera is not calibrated '
                       f'(K[0] is {intrinsic[0] if intrinsic else 0:g}, P[0] is '
                       f'{projection[0]:g}); calibrate it, or load its calibration into the '
