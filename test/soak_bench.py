@@ -44,6 +44,7 @@ class SoakBench(Bench):
         self._size, self._shape, self._rate = (rows, columns), (rows, columns), rate
         self._domain, self._made, self._number = domain, {}, 0
         self._usual = {name: None for change in CHANGES for name in change}
+        self._usual['confidence_threshold'] = None
         self._jump, self._listening = 0, None
         self.sent, self.answers = dict.fromkeys(TOPICS, 0), {}
         self._yardstick = StereoMatcher(profile_config('realtime', disparities=disparities))
@@ -107,7 +108,10 @@ class SoakBench(Bench):
             self.stream(1)
 
     def restore(self):
-        """Set parameters as they were at the start, and wait until that is prepared."""
+        """Set parameters as they were at the start, in a matcher that is made anew."""
+        self._change(confidence_threshold=0.5)
+        self.stream(PROBES)     # takes it, so that what the events have left is freed
+        self.settle()
         self._change(profile='realtime', **self._usual)
 
     def listen_anew(self):

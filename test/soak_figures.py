@@ -18,8 +18,9 @@ class Sample(NamedTuple):
     """
     The node between two rounds.
 
-    megabytes, threads: of its process. latency: ms of a pair, the median. share: the median of
-    latency by the time of the same match in another process, which a busy machine slows alike.
+    megabytes, threads: of its process, without what the middleware shares. latency: ms of a pair,
+    the median. share: the median of latency by the time of the same match in another process,
+    which a busy machine slows alike.
     """
 
     megabytes: float
@@ -37,9 +38,9 @@ class Promise(NamedTuple):
 
 
 def megabytes_of(process):
-    """Return the MB of memory that a process has in use, by its id."""
-    pages = int(Path(f'/proc/{process}/statm').read_text().split()[1])
-    return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
+    """Return the MB of memory in use that a process shares with no other, by its id."""
+    resident, shared = map(int, Path(f'/proc/{process}/statm').read_text().split()[1:3])
+    return (resident - shared) * os.sysconf('SC_PAGE_SIZE') / 1e6
 
 
 def threads_of(process):
@@ -108,7 +109,8 @@ def promises_of(samples, limits, counts, log, broken, code):
         Promise('every loss is in the log', f'{sum(told.values())} of {sum(lost.values())}',
                 dict(told) == lost),
         Promise(f"memory grows by less than {limits['memory']:g} %",
-                f'{growth(memory):+.2f} %: {memory[0]:.1f} to {memory[-1]:.1f} MB',
+                f'{growth(memory):+.2f} % of samples between {min(memory):.1f} and '
+                f'{max(memory):.1f} MB',
                 growth(memory) < limits['memory']),
         Promise(f"latency grows by less than {limits['latency']:g} %, the machine aside",
                 f'{growth(share):+.0f} %: {latency[0]:.1f} to {latency[-1]:.1f} ms',
