@@ -13,9 +13,7 @@ from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
-from fuzzy_stereo_ros.pairs.float_files import (
-    decode_numpy, decode_pfm, encode_numpy, encode_pfm, read_levels)
-from fuzzy_stereo_ros.pairs.image_files import read_bytes
+from fuzzy_stereo_ros.pairs.float_files import encode_numpy, encode_pfm, read_values
 from fuzzy_stereo_ros.pairs.metres import millimetres_of, write_points
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
@@ -33,15 +31,7 @@ def read_depth(path, scale=None):
     scale: grey levels per metre; None is 1000 for 16 bits; 8 bits must be told.
     Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
     """
-    decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
-        Path(path).suffix.lower())
-    if decode is None:
-        return read_levels(path, scale, MILLIMETRES, 'metre')
-    if scale is not None:
-        raise ValueError(f'{path} holds metres already; a scale is for pictures')
-    depth = decode(path, read_bytes(path)).astype(np.float32)
-    depth[~(depth > 0)] = np.nan
-    return depth
+    return read_values(path, scale, MILLIMETRES, 'metre', 'metres', lambda depth: depth > 0)
 
 
 def write_depth(path, depth):

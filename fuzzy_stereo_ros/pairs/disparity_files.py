@@ -16,9 +16,7 @@ above 65535/256 px is refused, not bent. When reading, NaN and both infinities a
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.pairs.float_files import (
-    decode_numpy, decode_pfm, encode_numpy, encode_pfm, read_levels)
-from fuzzy_stereo_ros.pairs.image_files import read_bytes
+from fuzzy_stereo_ros.pairs.float_files import encode_numpy, encode_pfm, read_values
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
 
@@ -57,15 +55,7 @@ def read_disparity(path, scale=None):
     scale: grey levels per pixel of disparity; None is 256 for 16 bits; 8 bits must be told.
     Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
     """
-    decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
-        Path(path).suffix.lower())
-    if decode is None:
-        return read_levels(path, scale, KITTI_SCALE, 'pixel of disparity')
-    if scale is not None:
-        raise ValueError(f'{path} holds pixels already; a scale is for pictures')
-    disparity = decode(path, read_bytes(path)).astype(np.float32)
-    disparity[~np.isfinite(disparity)] = np.nan
-    return disparity
+    return read_values(path, scale, KITTI_SCALE, 'pixel of disparity', 'pixels', np.isfinite)
 
 
 def _encode_pfm(disparity):

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """One map of numbers as the bytes of a PFM or NumPy file and back, or from a picture."""
 import io
+from pathlib import Path
 import re
 
-from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image
 import numpy as np
 
 
@@ -79,4 +80,23 @@ def read_levels(path, scale, usual, unit):
         raise ValueError(f'scale is {scale}; allowed are numbers above 0')
     values = (levels / (scale or usual)).astype(np.float32)
     values[levels == 0] = np.nan
+    return values
+
+
+def read_values(path, scale, usual, unit, units, valid):
+    """
+    Return the values of a .pfm, .npy, .npz or picture: float32 (R, C), NaN where there is none.
+
+    scale, usual, unit: as of `read_levels`; other files hold units, in words, and take no scale.
+    valid(values): which values of such a file are some.
+    Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
+    """
+    decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
+        Path(path).suffix.lower())
+    if decode is None:
+        return read_levels(path, scale, usual, unit)
+    if scale is not None:
+        raise ValueError(f'{path} holds {units} already; a scale is for pictures')
+    values = decode(path, read_bytes(path)).astype(np.float32)
+    values[~valid(values)] = np.nan
     return values
