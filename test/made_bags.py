@@ -137,6 +137,15 @@ def open_bag(path):
         yield reader
 
 
+def write_torn_bag(path, pairs, number):
+    """Write a bag (mcap) of pairs and overwrite two images from that of a pair on."""
+    file = write_bag(path, pairs=pairs) / f'{path.name}.mcap'
+    whole, left = bytearray(file.read_bytes()), pairs[number].left
+    place = whole.index(left.tobytes()[:64])
+    whole[place:place + 2 * left.size] = b'\xff' * (2 * left.size)
+    file.write_bytes(whole)
+
+
 def content(path, topic=None):
     """Return [(topic, logged, message)] of a bag, or of one topic of it."""
     with open_bag(path) as reader:

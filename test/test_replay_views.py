@@ -12,7 +12,8 @@ from fuzzy_stereo_ros.replay_report import Shown
 from fuzzy_stereo_ros.video import CODECS
 from fuzzy_stereo_ros.video_frames import HEAD, PANEL
 from made_bags import (
-    BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, STEP, write_bag)
+    BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, STEP, write_bag,
+    write_torn_bag)
 import numpy as np
 import pytest
 from recordings import needed_rerun, rows_of
@@ -200,11 +201,7 @@ def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys,
 @pytest.mark.parametrize('alone', [True, False])
 def test_a_damaged_bag_has_the_video_of_what_was_matched(folder, capsys, alone):
     pairs = scene(30, rows=120, columns=240)
-    file = write_bag(folder / 'torn', pairs=pairs) / 'torn.mcap'
-    whole = bytearray(file.read_bytes())
-    place = whole.index(pairs[20].left.tobytes()[:64])
-    whole[place:place + 2 * pairs[20].left.size] = b'\xff' * (2 * pairs[20].left.size)
-    file.write_bytes(whole)
+    write_torn_bag(folder / 'torn', pairs, 20)
     sentence = refusal(capsys, 'torn', options=[
         '--video', 'video.avi', *(['--format', 'none'] if alone else [])])
     frames, rate = film(folder / 'video.avi')

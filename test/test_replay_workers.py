@@ -13,7 +13,8 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.replay_request import WARM_PAIRS
 from fuzzy_stereo_ros.replay_segments import SEGMENT_PAIRS
 from made_bags import (
-    BEGIN, content, DISPARITIES, disparities, pixels_of, scene, stamps, STEP, TOPICS, write_bag)
+    BEGIN, content, DISPARITIES, disparities, pixels_of, scene, stamps, STEP, TOPICS, write_bag,
+    write_torn_bag)
 import numpy as np
 import pytest
 from replayed import figures, refusal, replay
@@ -200,11 +201,7 @@ def test_two_workers_that_are_interrupted_and_one_that_goes_on_find_the_same(fol
 
 def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, cluster):
     pairs = scene(60, rows=120, columns=240)
-    file = write_bag(folder / 'bag', pairs=pairs) / 'bag.mcap'
-    whole = bytearray(file.read_bytes())
-    place = whole.index(pairs[30].left.tobytes()[:64])
-    whole[place:place + 2 * pairs[30].left.size] = b'\xff' * (2 * pairs[30].left.size)
-    file.write_bytes(whole)
+    write_torn_bag(folder / 'bag', pairs, 30)
     sentences = [refusal(capsys, 'bag', output=output, options=['--keep', TOPICS[0], *options])
                  for output, options in (('plain', []), ('out', ['--scheduler', cluster.address]))]
     assert sentences[0] == sentences[1].replace('out holds', 'plain holds')
