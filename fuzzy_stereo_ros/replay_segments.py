@@ -100,6 +100,7 @@ class SegmentedReplay:
         """Yield each Step, an empty one when it is stopped; DamagedBag or ClusterFault."""
         segments, asked, damage = cut(self._read()), deque(), None
         while not self._stopped():
+            self._tally.workers = max(self._tally.workers, self._cluster.workers)
             while segments is not None and len(asked) < AHEAD * self._cluster.workers:
                 try:
                     segment = next(segments, None)
@@ -149,7 +150,6 @@ class SegmentedReplay:
                 return
             warming, answers = answer.warming, iter(answer.answers)
             self._tally.segments += 1
-            self._tally.workers = max(self._tally.workers, self._cluster.workers)
         for step in segment.steps:
             if asked is None:
                 step = step._replace(pair=None)
