@@ -2,42 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo replay`: bags in, a bag of disparities or files out."""
 from contextlib import ExitStack
-from dataclasses import asdict, replace
 import json
-from pathlib import Path
 import sys
 
 from fuzzy_stereo_ros.camera_options import add_camera_options
-from fuzzy_stereo_ros.cluster_options import (
-    add_cluster_options, asks_for_cluster, opened_cluster)
+from fuzzy_stereo_ros.cluster_options import add_cluster_options, opened_cluster
 from fuzzy_stereo_ros.interruption import Interruption
-from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
-from fuzzy_stereo_ros.node_options import add_node_options, node_settings
+from fuzzy_stereo_ros.matcher_options import add_matcher_options
+from fuzzy_stereo_ros.node_options import add_node_options
 from fuzzy_stereo_ros.pairs.bag_reading import BagReader, DamagedBag, text_of
 from fuzzy_stereo_ros.pairs.bag_writing import FORMATS
-from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from fuzzy_stereo_ros.parameter_table import OUTPUTS, profile_config, sync_tolerance
 from fuzzy_stereo_ros.replay import Outputs, replay, Tally
-from fuzzy_stereo_ros.replay_folder import ReplayFolder
+from fuzzy_stereo_ros.replay_plan import (
+    ALWAYS, BY_CHOICE, check_outputs, is_lasting, NO_BAG, planned, READING, RESULTS, SYNCHRONISING)
 from fuzzy_stereo_ros.replay_report import figures_of, no_pair_sentence, sentences, Shown
-from fuzzy_stereo_ros.replay_request import (
-    chosen_calibration, chosen_copies, chosen_part, chosen_topics, done_before, expected_pairs,
-    SECOND, WARM_PAIRS)
-from fuzzy_stereo_ros.replay_segments import SEGMENT_PAIRS, SegmentedReplay
-from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK
-from fuzzy_stereo_ros.replay_source import ReplaySource
-from fuzzy_stereo_ros.replay_views import (
-    add_view_options, check_views, names_of_views, views_of)
+from fuzzy_stereo_ros.replay_request import expected_pairs, SECOND
+from fuzzy_stereo_ros.replay_segments import SegmentedReplay
+from fuzzy_stereo_ros.replay_sinks import BagSink, MARK
+from fuzzy_stereo_ros.replay_views import add_view_options, names_of_views, views_of
 from fuzzy_stereo_ros.rig import Rig
 
-ALWAYS = 'disparity', 'preview'
-BY_CHOICE = tuple(word for word in OUTPUTS if word not in ALWAYS)
 SUFFIXES = 'npy', 'pfm', 'png'
-NO_BAG = 'none'
-SYNCHRONISING = ('queue_size', 'approximate_sync', 'approximate_sync_tolerance_seconds',
-                 'cache_camera_info')
-READING = 'rectify', 'crop', 'scale'
-RESULTS = 'depth_encoding', 'use_color', 'avoid_point_cloud_padding'
 
 HELP = 'match the pairs of a bag'
 DESCRIPTION = (
@@ -109,70 +94,18 @@ def run(arguments, stream, progress_stream=None):
     Raises ValueError and OSError for bad input, before anything is written, and for a damaged bag
     or a full disk after everything so far is; KeyboardInterrupt likewise.
     """
-    config = profile_config(arguments.profile, **matcher_changes(arguments))
-    settings = node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS))
-    reader = PairReader(*(settings[name] for name in READING))
-    _check_outputs(arguments, config.at_scale(reader.scale))
-    segmented = asks_for_cluster(arguments)
-    with BagReader(arguments.bags) as bags, ExitStack() as opened:
-        words = (*ALWAYS, *arguments.words)
-        topics = chosen_topics(bags, arguments.left, arguments.right, settings['rectify'])
-        infos, calibration = chosen_calibration(
-            bags, topics, arguments, settings['rectify'] or settings['crop'])
-        selection = chosen_part(bags, arguments.start, arguments.duration, arguments.every)
-        copies = chosen_copies(bags, arguments.keep, words)
-        storage = None if arguments.format == NO_BAG else arguments.format
-        folder = ReplayFolder(arguments.output, {
-            'bags': [Path(bag).name for bag in arguments.bags], 'topics': topics._asdict(),
-            'calibration': calibration, 'start': arguments.start,
-            'duration': arguments.duration, 'every': arguments.every,
-            'format': arguments.format, 'results': words, 'kept': sorted(copies.topics),
-            'files': arguments.files, 'settings': settings,
-            'segments': SEGMENT_PAIRS if segmented else None,
-            'matcher': asdict(replace(config, threads=0))},     # they change no result
-            arguments.bags, arguments.overwrite, arguments.resume)
-        if folder.continued:
-            selection = selection._replace(
-                done=done_before(folder.path, storage, arguments.files,
-                                 WARM_PAIRS + (SEGMENT_PAIRS if segmented else 0)))
+    check_outputs(arguments)
+    with BagReader(arguments.bags) as bags:
+        plan = planned(arguments, bags)
         if not arguments.json:
-            stream.write(f'{topics.left} and {topics.right}, calibrated by {calibration}\n')
+            stream.write(
+                f'{plan.topics.left} and {plan.topics.right}, calibrated by {plan.calibration}\n')
             stream.flush()
-
-        rig = Rig(config, reader, told=None)
-        reading = settings, sync_tolerance(settings), selection
-        # With workers the pairs are read ahead of what is copied between them.
-        source = ReplaySource(
-            opened.enter_context(BagReader(arguments.bags)) if segmented else bags, topics,
-            rig.read, *reading, () if segmented else copies.topics, infos)
-        views = views_of(
-            arguments, config.at_scale(reader.scale),
-            ReplaySource(bags, topics, lambda messages: None, *reading, infos=infos))
-
-        def open_sinks():
-            """Return the outputs that are asked for; a further kind takes a further line here."""
-            folder.begin()
-            sinks = [FileSink(folder.path, suffix) for suffix in arguments.files]
-            if storage is not None:
-                sinks.insert(0, BagSink(folder.path, storage, words, settings, copies))
-            return sinks + views
-
-        outputs, tally = Outputs(open_sinks), Tally()
-        with Shown(expected_pairs(bags, topics, selection), progress_stream,
-                   arguments.progress) as shown, \
-                opened_cluster(arguments, config.at_scale(reader.scale), shown.tell) as cluster:
-            (cluster or rig).warm_up()
-            with Interruption() as interruption:
-                stopped = interruption.came
-                if cluster is not None:
-                    source = rig = SegmentedReplay(
-                        source, cluster, tally, stopped,
-                        bags.messages(copies.topics, selection.start, selection.stop))
-                replay(source, rig, outputs, tally, stopped, shown.tell, shown.step)
+        outputs, tally, source = _replayed(arguments, bags, plan, progress_stream)
         if not tally.matched:
-            _end_without_pairs(bags, folder, source, tally, settings)
+            _end_without_pairs(bags, plan.folder, source, tally, plan.settings)
         figures = {'output': arguments.output, 'video': arguments.video, 'view': arguments.view,
-                   'topics': topics._asdict(), 'calibration': calibration,
+                   'topics': plan.topics._asdict(), 'calibration': plan.calibration,
                    **figures_of(tally, source.synchroniser, bags.begin)}
         where = ', '.join(filter(None, (arguments.output, *names_of_views(arguments))))
         stream.write((json.dumps(figures, indent=2) if arguments.json
@@ -180,28 +113,29 @@ def run(arguments, stream, progress_stream=None):
         _end(bags, arguments, outputs, tally, progress_stream or sys.stderr)
 
 
-def _lasting(arguments):
-    """Return whether a bag or files are written, which --resume can go on with."""
-    return arguments.format != NO_BAG or bool(arguments.files)
-
-
-def _check_outputs(arguments, config):
-    """Raise ValueError where nothing would be written, or what a file cannot hold."""
-    if not _lasting(arguments):
-        if not names_of_views(arguments):
-            raise ValueError(f'--format {NO_BAG} leaves nothing to be written; give --files, '
-                             '--video or --view')
-        if arguments.resume:
-            raise ValueError('--resume goes on with a bag or with --files, and there is neither')
-    elif arguments.output is None:
-        raise ValueError('--output is missing; give a folder that is made for the results')
-    check_views(arguments)
-    if arguments.format == NO_BAG and arguments.keep is not None:
-        raise ValueError(f'--keep copies into a bag, and --format {NO_BAG} writes none')
-    if 'png' in arguments.files and (
-            config.min_disparity < 0 or config.min_disparity + config.disparities > 256):
-        raise ValueError('--files png holds 0 to 255 px; min_disparity and disparities ask for '
-                         'others: give npy or pfm')
+def _replayed(arguments, bags, plan, progress_stream):
+    """Match what a ReplayPlan says; return the Outputs, the Tally and what the steps came from."""
+    rig = Rig(plan.config, plan.reader, told=None)
+    views = views_of(arguments, plan.config_at_scale, plan.source(bags, lambda messages: None))
+    outputs, tally = Outputs(lambda: plan.opened_sinks() + views), Tally()
+    with ExitStack() as opened:
+        shown = opened.enter_context(Shown(
+            expected_pairs(bags, plan.topics, plan.selection), progress_stream,
+            arguments.progress))
+        cluster = opened.enter_context(
+            opened_cluster(arguments, plan.config_at_scale, shown.tell))
+        (cluster or rig).warm_up()
+        stopped = opened.enter_context(Interruption()).came
+        if cluster is None:
+            source = plan.source(bags, rig.read, plan.copies.topics)
+        else:
+            # The pairs are read ahead of what is copied between them: by a reader of their own.
+            ahead = plan.source(opened.enter_context(BagReader(arguments.bags)), rig.read)
+            source = rig = SegmentedReplay(
+                ahead, cluster, tally, stopped, bags.messages(
+                    plan.copies.topics, plan.selection.start, plan.selection.stop))
+        replay(source, rig, outputs, tally, stopped, shown.tell, shown.step)
+    return outputs, tally, source
 
 
 def _end_without_pairs(bags, folder, source, tally, settings):
@@ -224,7 +158,7 @@ def _end(bags, arguments, outputs, tally, stream):
         return
     if outputs.sinks is None and tally.error is not None:
         raise ValueError(f'{arguments.output} cannot be made: {text_of(tally.error)}')
-    lasting, pairs, logged = _lasting(arguments), outputs.written, outputs.logged
+    lasting, pairs, logged = is_lasting(arguments), outputs.written, outputs.logged
     where = arguments.output if lasting else ' and '.join(names_of_views(arguments))
     far = f'{pairs} pairs were written to {where}'
     for sink in outputs.sinks or ():
