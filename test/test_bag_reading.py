@@ -3,10 +3,11 @@
 """Bags of every kind give the same stream of messages, up to where they are damaged."""
 import sys
 
-from fuzzy_stereo_ros.pairs.bag_reading import BagReader, BagTopic, DamagedBag, decoded
+from fuzzy_stereo_ros.pairs.bag_reading import (
+    BagReader, BagTopic, DamagedBag, decoded, text_of)
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
-from made_bags import BEGIN, FORMATS, LATER, scene, stamps, STEP, TOPICS, write_bag
+from made_bags import BagOf, BEGIN, FORMATS, LATER, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
 import pytest
 
@@ -47,6 +48,20 @@ def test_every_kind_of_bag_gives_topics_times_and_the_bits_of_the_images(folder,
     assert [stamp_of(message.header) for message in found] == stamps()
     for message, pair in zip(found, scene()):
         np.testing.assert_array_equal(read_image(message), pair.left)
+
+
+@pytest.mark.parametrize('form', FORMATS)
+def test_topics_are_told_without_those_that_a_terminal_would_obey(tmp_path, form):
+    with BagOf(tmp_path / name_of(form), form) as bag:
+        for topic in ('/said', '/\x1b[2J', '/said\n[INFO] all is well'):
+            bag.write(topic, bag.make('std_msgs/msg/Int32', data=1), BEGIN)
+    with BagReader([tmp_path / name_of(form)]) as bag:
+        assert list(bag.topics) == ['/said']
+
+
+def test_what_an_exception_quotes_of_a_bag_is_told_without_what_a_terminal_obeys():
+    assert text_of(ValueError('no topic \x1b[2J.')) == r"'no topic \x1b[2J'"
+    assert text_of(ValueError('no topic é.\nat all')) == 'no topic é'
 
 
 @pytest.mark.parametrize('form', FORMATS)

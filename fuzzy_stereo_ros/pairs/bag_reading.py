@@ -46,7 +46,8 @@ class BagReader:
     """
     Bags that are open; a context manager.
 
-    names: of the bags, for sentences. topics: {name: BagTopic} of those that have messages.
+    names: of the bags, for sentences. topics: {name: BagTopic} of those that have messages, but
+    for names that no ROS gives and a terminal would obey.
     begin, end: ns, when the first and the last message was recorded.
     While they are open rosbags keeps 150 bytes of each message of a .bag, whatever its topic,
     1.6 kB of each chunk of an .mcap (about 1 MiB), and nothing that grows of a .db3.
@@ -71,7 +72,7 @@ class BagReader:
         self.topics = {}
         for topic, connection in self._connections():
             before = self.topics.get(topic, BagTopic(connection.msgtype, 0))
-            if connection.msgcount:
+            if connection.msgcount and (topic + connection.msgtype).isprintable():
                 self.topics[topic] = BagTopic(
                     before.kind, before.messages + connection.msgcount)
         filled = [reader for reader in self._readers.values() if reader.message_count]
@@ -128,9 +129,14 @@ def slashed(topic):
 
 
 def text_of(error):
-    """Return the first line of what an exception says, its type where it says nothing."""
+    """
+    Return the first line of what an exception says, its type where it says nothing.
+
+    What a terminal would obey is escaped: some exceptions say what stands in a bag.
+    """
     said = getattr(error, 'strerror', None) or str(error).strip()
-    return said.splitlines()[0].rstrip('.') if said else type(error).__name__
+    first = said.splitlines()[0].rstrip('.') if said else type(error).__name__
+    return first if first.isprintable() else ascii(first)
 
 
 def opened(path):
