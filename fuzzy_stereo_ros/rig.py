@@ -87,10 +87,12 @@ class Rig:
         if self._forget:
             self._forget = False
             self._matcher.reset()
-        before = self._matcher.state
+        before, shape = self._matcher.state, pair.left.shape[:2]
         match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp)
-        self._shape = pair.left.shape[:2]
         self.last = Matched(pair, match, self._matcher.config, before)
+        if made is not None or shape != self._shape:
+            self._shape = shape
+            give_back_memory()      # of the matcher before, or of its images of another size
         return self.last
 
     def close(self, timeout=None):
@@ -100,5 +102,5 @@ class Rig:
     def _prepare(self, config):
         matcher = StereoMatcher(config.at_scale(self._reader.scale))
         matcher.warm_up(*self._shape)
-        give_back_memory()      # of this warm-up, and of the matcher before the one in use
+        give_back_memory()      # of this warm-up
         return config, matcher

@@ -2,14 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Freed memory goes back to the system, and changes of parameters do not pile it up."""
 import ctypes
+from queue import SimpleQueue
 import subprocess
 import sys
 
 from fuzzy_stereo_ros import memory, rig
-from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.memory import give_back_memory
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
+from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from node_process import ROOT
+from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from node_process import ROOT, shifted_pair, START
 import pytest
 
 # Blocks too small to be mapped one by one; the last one keeps those below from being let go.
@@ -32,6 +35,38 @@ before = megabytes_of(os.getpid())
 give_back_memory()
 print(before - megabytes_of(os.getpid()))
 """
+# What is free at the end of an arena; the first lines are those with which the node begins.
+AT_THE_END = """
+import os, sys
+sys.path.insert(0, 'test')
+from fuzzy_stereo_ros import memory
+if sys.argv[1] == 'shared':
+    import fuzzy_stereo_ros.node
+import threading
+from soak_figures import megabytes_of
+
+def fill():
+    blocks = [bytearray(b'x' * 100_000) for _ in range(300)]
+    filled.set()
+    free.wait()
+    del blocks
+    freed.set()
+    end.wait()
+
+before = megabytes_of(os.getpid())
+events = filled, free, freed, end = [threading.Event() for _ in range(4)]
+large = bytearray(b'x' * 30_000_000)    # once mapped and freed, glibc lets go of less from then on
+del large
+thread = threading.Thread(target=fill)
+thread.start()
+filled.wait()
+free.set()
+freed.wait()
+memory.give_back_memory()
+print(megabytes_of(os.getpid()) - before)
+end.set()
+thread.join()
+"""
 HAS_TRIM = hasattr(ctypes.CDLL(None), 'malloc_trim')
 
 
@@ -42,9 +77,18 @@ def test_what_another_thread_has_freed_goes_back_to_the_system():
     assert float(done.stdout) > 30
 
 
+@pytest.mark.skipif(not HAS_TRIM, reason='the C library has no malloc_trim')
+@pytest.mark.parametrize('how, kept', [('shared', range(-10, 10)), ('apart', range(20, 60))])
+def test_what_a_thread_of_the_node_has_freed_goes_back_though_it_is_the_last(how, kept):
+    done = subprocess.run([sys.executable, '-c', AT_THE_END, how], cwd=ROOT, text=True,
+                          capture_output=True, check=True)
+    assert int(float(done.stdout)) in kept
+
+
 def test_without_such_a_call_nothing_happens(monkeypatch):
     monkeypatch.setattr(memory.ctypes, 'CDLL', lambda name: object())
     assert give_back_memory() is None
+    assert share_free_memory() is None
 
 
 def test_every_matcher_that_is_prepared_gives_back_what_was_freed(monkeypatch):
@@ -54,3 +98,37 @@ def test_every_matcher_that_is_prepared_gives_back_what_was_freed(monkeypatch):
     made.warm_up()
     assert called == [True]
     assert made.close()
+
+
+def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(monkeypatch):
+    called = []
+    told = SimpleQueue()
+    made = rig.Rig(MatcherConfig(disparities=8), PairReader(), lambda *news: told.put(news))
+    made.warm_up()
+    monkeypatch.setattr(rig, 'give_back_memory', lambda: called.append(True))
+
+    def match(rows):
+        left, right = shifted_pair(3, rows)
+        made.match_pair(StereoPair(left, right, calibration=None, stamp=None, frame_id=''))
+        return len(called)
+
+    assert [match(rows) for rows in (40, 40, 60, 60)] == [1, 1, 2, 2]
+    made.use(MatcherConfig(disparities=16))
+    assert told.get(timeout=START)[1] is None
+    assert [match(60), match(60)] == [4, 4]     # prepared, and taken
+    assert made.close()
+
+
+def test_of_two_image_sizes_a_matcher_holds_one_at_a_time():
+    held = []
+
+    class Search(GuidedSearch):
+        def __init__(self, *size):
+            held.append(matcher.search)
+            super().__init__(*size)
+
+    matcher = StereoMatcher(MatcherConfig(disparities=8), Search)
+    for rows in (40, 60):
+        matcher.match(*shifted_pair(3, rows))
+    assert held == [None, None]
+    assert matcher.search is not None

@@ -127,6 +127,7 @@ class StereoMatcher:
     def _search_of(self, shape):
         """Return the search of an image size, made anew when the size changes."""
         if shape != self._shape:
+            self.search, self._shape = None, None   # two need not be in memory at a time
             self.search = self._search_type(self.config, *shape)
             self._shape = shape
         return self.search
