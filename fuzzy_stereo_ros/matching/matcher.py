@@ -4,6 +4,7 @@
 from dataclasses import dataclass, replace
 import time
 
+import cv2
 from fuzzy_stereo_ros.matching.checks import checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve
@@ -13,6 +14,7 @@ from fuzzy_stereo_ros.matching.thorough_search import ThoroughSearch
 import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
+WARM_UP_MOTIONS = 0, 4, 8   # px; a picture that moves needs kernels which others do not
 SEARCHES = {'guided': GuidedSearch, 'thorough': ThoroughSearch, 'paper': PaperSearch}
 
 
@@ -99,18 +101,19 @@ class StereoMatcher:
         """
         Compile the kernels, or load them from the cache, and take memory for images of a size.
 
-        Every kind of image is matched once, cold and warm, on a matcher that is thrown away.
+        Every kind of image is matched, cold and warm, on a matcher that is thrown away.
         """
         small = replace(self.config, warm_start=True, deadline_ms=0.0,
                         population=min(self.config.population, 4),
                         generations=min(self.config.generations, 2))
         columns_for_all = max(WARM_UP_SIZE[1], self.config.disparities)
+        scene = _moving_scene(WARM_UP_SIZE[0], columns_for_all)
         for kind in (np.uint8, np.uint16):
-            for channels in ((), (3,)):
-                image = np.zeros((WARM_UP_SIZE[0], columns_for_all, *channels), kind)
+            for channels in (1, 3):
                 matcher = StereoMatcher(small)
-                matcher.match(image, image)
-                matcher.match(image, image)
+                for picture in scene:
+                    image = np.squeeze(np.stack([picture.astype(kind)] * channels, -1))
+                    matcher.match(image, image)
         search = self._search_of((rows, columns))
         if self.state is None and self.config.disparities <= columns:
             # The system gives memory when it is written to: not in the first frame.
@@ -131,6 +134,15 @@ class StereoMatcher:
             self.search = self._search_type(self.config, *shape)
             self._shape = shape
         return self.search
+
+
+def _moving_scene(rows, columns):
+    """Return uint8 pictures (R, C) of blots that move to the right, each with noise of its own."""
+    chance = np.random.default_rng(0)
+    blots = cv2.GaussianBlur(chance.normal(size=(rows, columns)), None, 2.0)
+    blots = np.interp(blots, (blots.min(), blots.max()), (20, 235))
+    return [(np.roll(blots, moved, axis=1) + chance.normal(size=blots.shape)).astype(np.uint8)
+            for moved in WARM_UP_MOTIONS]
 
 
 def _mirrored(image):
