@@ -105,7 +105,13 @@ class Surroundings:
 
 
 class Bench(Surroundings):
-    """The real node in its own process, in these surroundings."""
+    """
+    The real node in its own process, in these surroundings.
+
+    node_type: called with a domain and command-line arguments, starts it.
+    """
+
+    node_type = NodeProcess
 
     def __init__(self, domain, *arguments, best_effort=False, **rig):
         """
@@ -117,7 +123,7 @@ class Bench(Surroundings):
         if not best_effort:
             arguments, rig = (*arguments, *RELIABLE), {'reliable': True, **rig}
         super().__init__(domain, **rig)
-        self.node = NodeProcess(domain, *arguments)
+        self.node = self.node_type(domain, *arguments)
 
     def close(self):
         """End the node, where it still runs, and what is here."""

@@ -13,17 +13,19 @@ from tempfile import TemporaryDirectory
 import time
 
 from node_process import own_domain, ros_environment
-from soak_figures import broken_sums, promises_of
+from soak_faults import FAULT, FAULTS
+from soak_figures import broken_sums, promises_of, Run
 from soak_script import DECK, events_of, TOPICS
 from soak_stage import SoakStage
 
 SHOWN = 'pairs ', 'refused: ', 'unmatched ', 'lost ', 'stamps went'
 FIRST = TOPICS[0]
+LIMITS = 'memory', 'resident', 'latency', 'work', 'wait'    # options of the same names
 SMALL = 3       # samples, below which thirds of a run mean nothing
 
 
 def soak(arguments, folder):
-    """Let events happen for a time; return (Promises, counts, events, samples)."""
+    """Let events happen for a time; return a Run and how many they were."""
     say = print if arguments.verbose else lambda *words: None
     samples, broken, happened, number = [], [], 0, 0
     with own_domain() as domain, closing(SoakStage(
@@ -36,26 +38,24 @@ def soak(arguments, folder):
                 say(f'round {number}: {event.kind} {event.values}')
                 stage.happen(event)
                 happened += 1
-            sample = stage.sample()
             found = broken_sums(stage.settle(), stage.sent)
             broken += [f'round {number}: {sentence}' for sentence in found]
-            say(f'round {number}: {sample} {found or ""}')
             number += 1
             if number >= DECK:      # before that all was new: warming up
-                samples.append(sample)
+                samples.append(stage.sample())
+                say(samples[-1])
                 end = end or time.monotonic() + 60 * arguments.minutes
         counts = stage.leave_all()
         broken += broken_sums(counts, stage.sent)
         code = stage.node.finish()
         log = stage.node.log()
-    limits = {'memory': arguments.memory, 'latency': arguments.latency}
-    return (promises_of(samples, limits, counts, log, broken, code), counts, happened,
-            samples, log)
+    return Run(samples, counts, log, broken, code, stage.threads, stage.waits.longest), happened
 
 
-def table(promises, counts, happened, samples):
+def table(run, happened, promises):
     """Return the lines of what a soak found."""
-    figures = {'events': happened, 'rounds measured': len(samples),
+    counts = run.counts
+    figures = {'events': happened, 'rounds measured': len(run.samples),
                'frames sent': counts[f'received {FIRST}'] + counts[f'lost {FIRST}']}
     figures.update({key: number for key, number in counts.items() if key.startswith(SHOWN)})
     width = max(map(len, [*figures, *(promise.name for promise in promises)]))
@@ -77,9 +77,17 @@ def parser():
     made.add_argument('--best-effort', action='store_true',
                       help='inputs as the node has them by default: the middleware may lose some')
     made.add_argument('--memory', type=float, default=1.0, metavar='PERCENT',
-                      help='by less than which memory may grow; default: 1')
+                      help='by less than which memory in use may grow; default: 1')
+    made.add_argument('--resident', type=float, default=5.0, metavar='PERCENT',
+                      help='by less than which resident memory may grow; default: 5')
     made.add_argument('--latency', type=float, default=50.0, metavar='PERCENT',
                       help='by less than which latency may grow; default: 50')
+    made.add_argument('--work', type=float, default=50.0, metavar='PERCENT',
+                      help="by less than which a pair's processor time may grow; default: 50")
+    made.add_argument('--wait', type=float, default=10.0, metavar='SECONDS',
+                      help='for how long nobody may wait for a pair or diagnostics; default: 10')
+    made.add_argument('--fault', choices=FAULTS, default='',
+                      help='plant a fault in the node, to see that it is found')
     made.add_argument('--log', metavar='FILE', help='write what the node logged')
     made.add_argument('--verbose', action='store_true', help='say what happens')
     return made
@@ -89,13 +97,14 @@ def main(words=None):
     """Run a soak, print its table, and return 0, or 1 where a promise is broken."""
     arguments = parser().parse_args(words)
     with TemporaryDirectory(prefix='fuzzy_stereo_ros_soak_') as folder:
-        os.environ.update(ros_environment(folder))
-        *found, log = soak(arguments, folder)
+        os.environ.update({**ros_environment(folder), FAULT: arguments.fault})
+        run, happened = soak(arguments, folder)
     if arguments.log is not None:
         with open(arguments.log, 'w', encoding='utf-8') as file:
-            file.write(log)
-    print('\n'.join(table(*found)))
-    return int(not all(promise.kept for promise in found[0]))
+            file.write(run.log)
+    promises = promises_of(run, {name: getattr(arguments, name) for name in LIMITS})
+    print('\n'.join(table(run, happened, promises)))
+    return int(not all(promise.kept for promise in promises))
 
 
 if __name__ == '__main__':

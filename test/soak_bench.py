@@ -1,22 +1,32 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The node and a camera in a soak: what is sent is counted, and what comes of it awaited."""
+from contextlib import contextmanager
+from functools import partial
+import json
+import signal
 from statistics import median
 import time
 
+from diagnostic_msgs.msg import DiagnosticArray
 from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.parameter_table import profile_config
-from node_process import shifted_pair, SOON
+from node_process import NodeProcess, shifted_pair, SOON
 from ros_bench import Bench
-from soak_figures import megabytes_of, Sample, threads_of
-from soak_script import CHANGES, TOPICS
+from sensor_msgs.msg import Image, PointCloud2
+from soak_figures import megabytes_of, Sample, Threads, worked_by
+from soak_script import CHANGES, LARGEST, OUTPUTS, TOPICS
+from soak_waits import Waits
+from soaked_node import SAID
 from stereo_msgs.msg import DisparityImage
 
 DEPTH = 1000        # messages; more than a flood, so that the middleware loses none
 PROBES = 12         # pairs of a sample
 SHIFTS = range(2, 8)        # px, what the pairs of one size are shifted by
 QUEUE_SIZE = 5
-PATIENCE = 5.0      # s for an answer that may have been lost
+PATIENCE = 5.0      # s for an answer that may have been lost, and for a thread to end
+TYPES = {'points2': PointCloud2}        # of what is no Image
 
 
 def node_arguments(disparities, folder, best_effort):
@@ -34,7 +44,10 @@ class SoakBench(Bench):
     The node, a camera that counts what it sends, and a listener.
 
     sent: {topic: messages sent while the node was subscribed}. answers: {stamp: when heard}.
+    waits: Waits. threads: Threads.
     """
+
+    node_type = staticmethod(partial(NodeProcess, module='soaked_node'))
 
     def __init__(self, domain, folder, rows, columns, disparities, rate, best_effort):
         """Start the node; rate: pairs/s of a stream; best_effort: what is sent may be lost."""
@@ -47,31 +60,53 @@ class SoakBench(Bench):
         self._usual['confidence_threshold'] = None
         self._jump, self._listening = 0, None
         self.sent, self.answers = dict.fromkeys(TOPICS, 0), {}
+        self.waits, self.threads = Waits(), Threads(self.node.identity)
+        self.listener.create_subscription(
+            DiagnosticArray, '/diagnostics',
+            lambda message, about: self.waits.diagnosed(about['source_timestamp']), 10)
         self._yardstick = StereoMatcher(profile_config('realtime', disparities=disparities))
 
     def begin(self):
-        """Wait until the node is ready and has found the camera."""
+        """
+        Wait until the node is ready and has found the camera, and have it take what it keeps.
+
+        The middleware keeps memory for the largest message of each output, numba the kernels of
+        each kind of matcher, and OpenCV its threads.
+        """
         self.listen_anew()
         self._yardstick.warm_up(*self._size)
         self.connect()
         self._usual = dict(zip(self._usual, self.parameters(*self._usual)))
         self._usual.pop('profile')
         self.meet()
-        self._change(profile='quality')     # OpenCV starts its thread for that
-        self.stream(PROBES)
-        self.settle()
+        self._shape = self.shape_of(LARGEST)
+        every = {name: value for change in CHANGES for name, value in change.items()}
+        for profile in ('quality', 'realtime'):
+            self._change(**{**every, 'profile': profile})
+            for topic in OUTPUTS:
+                self.hear(topic)
 
     def sample(self):
         """Return a Sample of the node as it was started, without what events have changed."""
-        self._shape, self._jump = self._size, 0
-        self.restore()
+        self._shape, self._jump, self.waits.event = self._size, 0, 'a sample'
+        self.leave()        # with a subscription goes what the middleware keeps of floods
+        self.arrive()
+        self._change(confidence_threshold=0.5)      # so that the next one changes something:
+        self._change(profile='realtime', **self._usual)     # the matcher is made anew
         self.stream(PROBES)
         self.settle()
+        before = worked_by(self.node.identity)
         latencies, alone = zip(*(self._probe() for _ in range(PROBES)))
+        work = (worked_by(self.node.identity) - before) / PROBES
         self.answers.clear()
-        process = self.node.identity
-        return Sample(megabytes_of(process), threads_of(process), median(latencies),
-                      median(here / there for here, there in zip(latencies, alone)))
+        self.waits.forget()
+        resident, held = megabytes_of(self.node.identity), self._held()
+        deadline = time.monotonic() + PATIENCE
+        while self.threads.left_over(held['threads']) and time.monotonic() < deadline:
+            self.settle()
+            held = self._held()
+        return Sample(held['megabytes'], held['objects'], resident, median(latencies),
+                      min(latencies) / min(alone), work)
 
     def settle(self):
         """Return the counts of diagnostics when all that was sent has come to something."""
@@ -88,10 +123,26 @@ class SoakBench(Bench):
 
     def leave_all(self):
         """Take back the subscription and return the counts when the node has done so, too."""
+        self.leave()
+        return self.settle()
+
+    def leave(self):
+        """Take back the subscription, when all that was sent has come to something."""
         self.settle()
         self.listener.destroy_subscription(self._listening)
         self.until(lambda: not self.rig.subscribed_to(), 'the node subscribes to nothing')
-        return self.settle()
+
+    def arrive(self):
+        """Subscribe again and wait for the node to do so."""
+        self.listen_anew()
+        self.until(self.rig.subscribed, 'the node subscribes again')
+        self.meet()
+
+    def hear(self, topic):
+        """Subscribe to one more output until something comes."""
+        heard = []
+        with self._subscribed(TYPES.get(topic, Image), topic, heard.append):
+            self.stream_until(lambda: heard, f'something on {topic}')
 
     def stream(self, pairs, change=None):
         """Send pairs at the rate."""
@@ -107,18 +158,12 @@ class SoakBench(Bench):
             assert time.monotonic() < deadline, f'never: {what}\n{self.heard()}'
             self.stream(1)
 
-    def restore(self):
-        """Set parameters as they were at the start, in a matcher that is made anew."""
-        self._change(confidence_threshold=0.5)
-        self.stream(PROBES)     # takes it, so that what the events have left is freed
-        self.settle()
-        self._change(profile='realtime', **self._usual)
-
     def listen_anew(self):
-        """Subscribe to disparities; `leave_all` takes it back."""
-        def note(message):
-            stamp = message.header.stamp
-            self.answers[stamp.sec * 1_000_000_000 + stamp.nanosec] = time.monotonic()
+        """Subscribe to disparities; `leave` takes it back."""
+        def note(message, about):
+            stamp = stamp_of(message.header)
+            self.answers[stamp] = time.monotonic()
+            self.waits.answered(stamp, about['source_timestamp'])
 
         self._listening = self.listener.create_subscription(
             DisparityImage, 'disparity', note, 10)
@@ -148,6 +193,7 @@ class SoakBench(Bench):
 
         if stamp is None:
             stamp = self.rig.get_clock().now().nanoseconds + self._jump
+        self.waits.sent(stamp)
         return self.rig.publish(*(pair or self.next_pair()), stamp, count)
 
     def next_pair(self):
@@ -172,11 +218,23 @@ class SoakBench(Bench):
         self.until(lambda: not self.counts()['change of parameters'].startswith('being'),
                    'parameters are prepared')
 
+    def _held(self):
+        """Return what the node says it holds, as of `soaked_node.held`."""
+        mark = self.node.mark()
+        self.node.send(signal.SIGUSR1)
+        return json.loads(self.node.logged(SAID, after=mark).partition(SAID)[2])
+
+    @contextmanager
+    def _subscribed(self, kind, topic, take):
+        subscription = self.listener.create_subscription(kind, topic, take, 10)
+        try:
+            yield
+        finally:
+            self.listener.destroy_subscription(subscription)
+
     def _probe(self):
         """Return ms of a pair through the node, and of the same match in this process."""
-        def answer():
-            if not self._best_effort:
-                return stamp in self.answers
+        def answer():       # one that the node loses shows in the sums
             return stamp in self.answers or time.monotonic() > begun + PATIENCE
 
         stamp = None

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a soak measures and what must hold of it; imports no ROS."""
 from collections import Counter
+from contextlib import suppress
 import os
 from pathlib import Path
 import re
@@ -10,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 PAIRS = 'pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused', 'pairs waiting'
+PLACE = re.compile(r'-\d+_\d+$')     # in the name of a thread of a pool: which pool and thread
 LOST = re.compile(r'(pairs dropped|unmatched \S+|lost \S+) (\d+)')
 REFUSED = re.compile(r'\]: pair dropped: .*?(?:\((\d+) times in the last \d+ s\))?$')
 
@@ -18,15 +20,18 @@ class Sample(NamedTuple):
     """
     The node between two rounds.
 
-    megabytes, threads: of its process, without what the middleware shares. latency: ms of a pair,
-    the median. share: the median of latency by the time of the same match in another process,
-    which a busy machine slows alike.
+    megabytes: asked of the C library and not freed. objects: blocks in Python's memory.
+    resident: MB of its process, without what the middleware shares; with what is free, but kept.
+    latency: ms of a pair, the median. share: the least latency by the least time of the same match
+    in another process, which a busy machine slows alike. work: ms of processor time for a pair.
     """
 
     megabytes: float
-    threads: int
+    objects: int
+    resident: float
     latency: float
     share: float
+    work: float
 
 
 class Promise(NamedTuple):
@@ -37,21 +42,107 @@ class Promise(NamedTuple):
     kept: bool
 
 
+class Run(NamedTuple):
+    """
+    What was seen of a soak.
+
+    samples: list of Sample after the warm-up. counts: as of `broken_sums`, of the last
+    diagnostics, with nothing waiting. log: text of the node. broken: all that `broken_sums`
+    returned. code: the node's exit code. threads: Threads. waits: {what for: Wait}.
+    """
+
+    samples: list
+    counts: dict
+    log: str
+    broken: list
+    code: int
+    threads: object
+    waits: dict
+
+
 def megabytes_of(process):
     """Return the MB of memory in use that a process shares with no other, by its id."""
     resident, shared = map(int, Path(f'/proc/{process}/statm').read_text().split()[1:3])
     return (resident - shared) * os.sysconf('SC_PAGE_SIZE') / 1e6
 
 
+def worked_by(process):
+    """Return ms of processor time that the threads of a process have had, by its id."""
+    total = 0
+    for task in Path(f'/proc/{process}/task').iterdir():
+        with suppress(FileNotFoundError, ProcessLookupError):   # it has just ended
+            total += int((task / 'schedstat').read_text().split()[0])
+    return total / 1e6
+
+
 def threads_of(process):
-    """Return how many threads a process has, by its id."""
-    return len(list(Path(f'/proc/{process}/task').iterdir()))
+    """Return {id: name} of the threads of a process, by its id."""
+    found = {}
+    for task in Path(f'/proc/{process}/task').iterdir():
+        with suppress(FileNotFoundError, ProcessLookupError):   # it has just ended
+            found[int(task.name)] = (task / 'comm').read_text().strip()
+    return found
+
+
+class Threads:
+    """
+    The threads of a process: which there were when it first was at rest, and which came later.
+
+    most: how many there were at a time.
+    """
+
+    def __init__(self, process):
+        """Begin with nothing seen; process: its id."""
+        self._process, self._first, self._since = process, None, {}
+        self.most, self._left = 0, []
+
+    def note(self, event):
+        """Look which threads there are after an event."""
+        found = threads_of(self._process)
+        self.most = max(self.most, len(found))
+        for number in found:
+            self._since.setdefault(number, event)
+
+    @property
+    def left(self):
+        """What `left_over` returned last."""
+        return self._left
+
+    def left_over(self, names):
+        """
+        Return and keep what is new since the first call: for each thread a name and since when.
+
+        The process is at rest. One that has taken the place of another of its name is not new.
+        names: {id: name} of those with a better name than the system knows.
+        """
+        found = threads_of(self._process)
+        found.update({int(number): PLACE.sub('', name) for number, name in names.items()
+                      if int(number) in found})
+        if self._first is None:
+            self._first = found
+        more = Counter(found.values()) - Counter(self._first.values())
+        self._left = []
+        for number, name in found.items():
+            if number not in self._first and more[name]:
+                more[name] -= 1
+                self._left.append(f"{name} (since {self._since.get(number, 'a sample')})")
+        return self._left
+
+    def __str__(self):
+        left = ', '.join(f'{times} x {name}' for name, times in Counter(self._left).items())
+        return f"{len(self._first)}, up to {self.most} after events; left over: {left or 'none'}"
 
 
 def growth(values):
     """Return by how many % the median of the last third is above that of the first."""
     third = -(-len(values) // 3)
     return 100 * (np.median(values[-third:]) / np.median(values[:third]) - 1)
+
+
+def spread(values, digits):
+    """Return the least and the most of values, and how far they usually are from the median."""
+    usual = np.median(np.abs(np.subtract(values, np.median(values))))
+    return f'{min(values):.{digits}f} to {max(values):.{digits}f} (+-{usual:.{digits}f})'
 
 
 def losses_told(log):
@@ -88,15 +179,17 @@ def broken_sums(counts, sent):
     return broken
 
 
-def promises_of(samples, limits, counts, log, broken, code):
+def promises_of(run, limits):
     """
-    Return the Promises of a soak.
+    Return the Promises of a Run.
 
-    samples: list of Sample after the warm-up. limits: {'memory': %, 'latency': %}. counts: as of
-    `broken_sums`, of the last diagnostics, with nothing waiting. log: text of the node. broken:
-    all that `broken_sums` returned. code: the node's exit code.
+    limits: {'memory': %, 'resident': %, 'latency': %, 'work': %,
+    'wait': s}.
     """
-    memory, threads, latency, share = zip(*samples)
+    held, objects, resident, latency, share, work = zip(*run.samples)
+    counts, log, broken, code = run.counts, run.log, run.broken, run.code
+    waits = ', '.join(f'{what} {wait.seconds:.2f} s ({wait.event})'
+                      for what, wait in run.waits.items())
     told = losses_told(log)
     lost = {key: number for key, number in counts.items() if number and (
         key in ('pairs dropped', 'pairs refused') or key.startswith(('unmatched ', 'lost ')))}
@@ -108,14 +201,21 @@ def promises_of(samples, limits, counts, log, broken, code):
                 'at every turn' if not broken else '; '.join(broken), not broken),
         Promise('every loss is in the log', f'{sum(told.values())} of {sum(lost.values())}',
                 dict(told) == lost),
-        Promise(f"memory grows by less than {limits['memory']:g} %",
-                f'{growth(memory):+.2f} % of samples between {min(memory):.1f} and '
-                f'{max(memory):.1f} MB',
-                growth(memory) < limits['memory']),
+        Promise(f"memory in use grows by less than {limits['memory']:g} %",
+                f'{growth(held):+.2f} % of {spread(held, 2)} MB, '
+                f'{growth(objects):+.2f} % of {spread(objects, 0)} objects',
+                max(growth(held), growth(objects)) < limits['memory']),
+        Promise(f"resident memory grows by less than {limits['resident']:g} %",
+                f'{growth(resident):+.2f} % of {spread(resident, 1)} MB',
+                growth(resident) < limits['resident']),
         Promise(f"latency grows by less than {limits['latency']:g} %, the machine aside",
                 f'{growth(share):+.0f} %: {latency[0]:.1f} to {latency[-1]:.1f} ms',
                 growth(share) < limits['latency']),
-        Promise('no thread is left over', f'{threads[0]}, later {min(threads)} to {max(threads)}',
-                max(threads) == threads[0]),
+        Promise(f"a pair's processor time grows by less than {limits['work']:g} %",
+                f'{growth(work):+.0f} % of {spread(work, 1)} ms',
+                growth(work) < limits['work']),
+        Promise(f"nobody waits for {limits['wait']:g} s", waits,
+                all(wait.seconds < limits['wait'] for wait in run.waits.values())),
+        Promise('no thread is left over', str(run.threads), not run.threads.left),
         Promise('nothing is logged as a fault', faults[0] if faults else 'nothing', not faults),
         Promise('SIGINT ends the node with code 0', str(code), code == 0)]

@@ -15,6 +15,7 @@ CHANGES = (
 REFUSALS = (
     {'disparity_range': 0}, {'profile': 'none'}, {'min_disparity': 5000}, {'queue_size': 9})
 SIZES = (0.5, 0.5), (0.75, 1.0), (1.0, 0.75), (1.25, 1.25)     # of the rows, of the columns
+LARGEST = max(SIZES)
 
 
 class Event(NamedTuple):

@@ -1,16 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What can happen in a soak: each kind of event as a method that returns when it is over."""
-from contextlib import contextmanager
-
 from fuzzy_stereo_ros.fake_rig import FakeRig
 from node_process import NodeProcess
 from ros_bench import BASELINE, FOCAL
-from sensor_msgs.msg import Image, PointCloud2
 from soak_bench import DEPTH, SoakBench
 from soak_script import TOPICS
-
-TYPES = {'points2': PointCloud2}        # of what is no Image
 
 
 class SoakStage(SoakBench):
@@ -18,7 +13,9 @@ class SoakStage(SoakBench):
 
     def happen(self, event):
         """Have an Event happen, and a stream of pairs after it."""
+        self.waits.event = event.kind
         getattr(self, event.kind)(**event.values)
+        self.threads.note(event.kind)
         self.stream(self._rate // 3)
 
     def flood(self, pairs):
@@ -110,18 +107,14 @@ class SoakStage(SoakBench):
 
     def subscriber_comes_and_goes(self, topic):
         """Subscribe to one more output for a while."""
-        heard = []
-        with self._subscribed(TYPES.get(topic, Image), topic, heard.append):
-            self.stream_until(lambda: heard, f'something on {topic}')
+        self.hear(topic)
 
     def all_subscribers_go(self, pairs):
         """Listen to nothing, send to nobody, and listen again."""
         self.leave_all()
         for _ in range(pairs):
             self.rig.publish(*self.next_pair())
-        self.listen_anew()
-        self.until(self.rig.subscribed, 'the node subscribes again')
-        self.meet()
+        self.arrive()
 
     def reset(self):
         """Have the node forget what was before."""
@@ -132,11 +125,3 @@ class SoakStage(SoakBench):
         self.stream_until(lambda: self.answers, 'a disparity')
         done, sentence = self.trigger('save')
         assert done, sentence
-
-    @contextmanager
-    def _subscribed(self, kind, topic, take):
-        subscription = self.listener.create_subscription(kind, topic, take, 10)
-        try:
-            yield
-        finally:
-            self.listener.destroy_subscription(subscription)

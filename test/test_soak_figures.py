@@ -1,16 +1,21 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A soak sees every promise that is broken: made figures, each wrong in one place."""
+from contextlib import contextmanager
 import os
 import threading
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from soak_figures import (
-    broken_sums, growth, losses_told, megabytes_of, promises_of, Sample, threads_of)
+    broken_sums, growth, losses_told, megabytes_of, promises_of, Run, Sample, spread, Threads,
+    threads_of, worked_by)
 from soak_script import TOPICS
+from soak_waits import Wait, Waits
 
-LIMITS = {'memory': 1.0, 'latency': 50.0}
+LIMITS = {'memory': 1.0, 'resident': 5.0, 'latency': 50.0, 'work': 20.0, 'wait': 10.0}
 SENT = dict.fromkeys(TOPICS, 30)
 COUNTS = {'pairs synchronised': 28, 'pairs matched': 20, 'pairs dropped': 5, 'pairs refused': 3,
           'pairs waiting': 0, 'refused: size': 2, 'refused: encoding': 1, 'queue_size': 5,
@@ -25,12 +30,14 @@ LOG = f"""\
 [ERROR] [9.5] [disparity_node]: pair dropped: no encoding (2 times in the last 5 s)
 [INFO] [9.6] [disparity_node]: since such a line: pairs dropped 4; newer ones came
 [INFO] [9.6] [disparity_node]: since such a line: {UNMATCHED}; their stamps"""
-SAMPLES = [Sample(100.0, 18, 25.0, 2.0)] * 6
+SAMPLES = [Sample(100.0, 9000, 150.0, 25.0, 2.0, 20.0)] * 6
+WAITS = {'a pair': Wait(9.9, 'flood'), 'diagnostics': Wait(1.1, 'save')}
 
 
-def verdicts(samples=SAMPLES, counts=COUNTS, log=LOG, broken=(), code=0):
+def verdicts(samples=SAMPLES, counts=COUNTS, log=LOG, broken=(), code=0, left=(), waits=WAITS):
     """Return the names of the promises that are broken, by their first two words."""
-    promises = promises_of(samples, LIMITS, counts, log, list(broken), code)
+    run = Run(samples, counts, log, list(broken), code, SimpleNamespace(left=left), waits)
+    promises = promises_of(run, LIMITS)
     return [' '.join(one.name.split()[:2]) for one in promises if not one.kept]
 
 
@@ -93,12 +100,47 @@ def test_a_pair_lost_by_a_fault_of_the_package_breaks_a_promise():
 
 
 @pytest.mark.parametrize('last, broken', [
-    (Sample(100.9, 18, 90.0, 2.9), []),
-    (Sample(101.1, 18, 25.0, 2.0), ['memory grows']),
-    (Sample(100.0, 18, 25.0, 3.1), ['latency grows']),
-    (Sample(100.0, 19, 25.0, 2.0), ['no thread'])])
+    (Sample(100.9, 9080, 157.0, 90.0, 2.9, 23.0), []),
+    (Sample(101.1, 9000, 150.0, 25.0, 2.0, 20.0), ['memory in']),
+    (Sample(100.0, 9100, 150.0, 25.0, 2.0, 20.0), ['memory in']),
+    (Sample(100.0, 9000, 158.0, 25.0, 2.0, 20.0), ['resident memory']),
+    (Sample(100.0, 9000, 150.0, 25.0, 3.1, 20.0), ['latency grows']),
+    (Sample(100.0, 9000, 150.0, 25.0, 2.0, 25.0), ["a pair's"])])
 def test_what_grows_more_than_it_may_breaks_a_promise(last, broken):
     assert verdicts(samples=[*SAMPLES, last, last, last]) == broken
+
+
+def test_a_thread_that_is_left_over_and_a_long_wait_break_promises():
+    assert verdicts(left=['python (since save)']) == ['no thread']
+    for what in WAITS:
+        assert verdicts(waits={**WAITS, what: Wait(10.0, 'flood')}) == ['nobody waits']
+
+
+def test_the_longest_waits_are_between_what_was_sent_first_and_its_answer(monkeypatch):
+    now = iter([100.0, 101.0, 107.0])
+    monkeypatch.setattr('soak_waits.time.time', lambda: next(now))
+    waits = Waits()
+    waits.sent(1)
+    waits.sent(2)
+    waits.sent(1)
+    waits.event = 'flood'
+    waits.answered(1, 102_500_000_000)
+    waits.event = 'save'
+    waits.answered(2, 102_000_000_000)
+    waits.answered(1, 150_000_000_000)      # again, and of a stamp that nobody has sent
+    waits.answered(7, 150_000_000_000)
+    assert waits.longest['a pair'] == Wait(2.5, 'flood')
+    for when in (100, 101, 104, 105):
+        waits.diagnosed(when * 1_000_000_000)
+    assert waits.longest['diagnostics'] == Wait(3.0, 'save')
+
+
+def test_a_pair_that_is_forgotten_is_not_waited_for():
+    waits = Waits()
+    waits.sent(1)
+    waits.forget()
+    waits.answered(1, 2**62)
+    assert waits.longest['a pair'].seconds == 0
 
 
 def test_sums_that_were_broken_and_another_exit_code_break_promises():
@@ -112,13 +154,59 @@ def test_growth_compares_the_medians_of_the_first_and_the_last_third(values):
     assert growth(values) == pytest.approx(100 * (sum(last) / sum(first) - 1))
 
 
-def test_memory_and_threads_are_those_of_the_process():
-    before, threads = megabytes_of(os.getpid()), threads_of(os.getpid())
+def test_a_spread_is_the_least_the_most_and_the_usual_distance_from_the_median():
+    assert spread([10.0, 11.0, 12.0, 13.0, 90.0], 1) == '10.0 to 90.0 (+-1.0)'
+
+
+def test_memory_is_that_of_the_process():
+    before = megabytes_of(os.getpid())
     more = np.ones(25_000_000, np.uint8)
     assert 24 < megabytes_of(os.getpid()) - before < 60, more.size
+
+
+def test_work_is_the_processor_time_of_all_threads():
+    before, own = worked_by(os.getpid()), time.process_time()
+    while time.process_time() < own + 0.2:
+        pass
+    assert 150 < worked_by(os.getpid()) - before < 2000
+
+
+@contextmanager
+def running(times=1):
+    """Have threads in this process; give {id: name} of them."""
     end = threading.Event()
-    thread = threading.Thread(target=end.wait)
-    thread.start()
-    assert threads_of(os.getpid()) == threads + 1
-    end.set()
-    thread.join()
+    threads = [threading.Thread(target=end.wait, name='waits') for _ in range(times)]
+    for thread in threads:
+        thread.start()
+    try:
+        yield {thread.native_id: thread.name for thread in threads}
+    finally:
+        end.set()
+        for thread in threads:
+            thread.join()
+
+
+def test_a_thread_that_comes_later_is_left_over_with_its_name_and_since_when():
+    threads = Threads(os.getpid())
+    assert threads.left_over({}) == threads.left == []
+    before = len(threads_of(os.getpid()))
+    with running() as names:
+        assert threads_of(os.getpid()).keys() >= names.keys()
+        threads.note('save')
+        threads.note('reset')
+        assert threads.left_over(names) == threads.left == ['waits (since save)']
+        with running() as more:
+            threads.note('flood')
+            assert 'left over: 1 x waits (since save)' in str(threads)
+            assert threads.left_over({**names, **more}) == [
+                'waits (since save)', 'waits (since flood)']
+    assert threads.left_over({}) == []
+    assert str(threads) == f'{before}, up to {before + 2} after events; left over: none'
+
+
+def test_a_thread_that_takes_the_place_of_another_is_not_left_over():
+    threads = Threads(os.getpid())
+    with running(2) as first:
+        threads.left_over({number: f'{name}-1_0' for number, name in first.items()})
+    with running(2) as second:
+        assert threads.left_over({number: f'{name}-20_1' for number, name in second.items()}) == []

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Faults that can be planted in the node, by name, to see that a soak finds them; no ROS."""
+import threading
+import time
+
+from fuzzy_stereo_ros.losses import Losses
+from fuzzy_stereo_ros.rig import Rig
+from fuzzy_stereo_ros.worker import Lane
+
+FAULT = 'FUZZY_STEREO_ROS_SOAK_FAULT'   # environment variable
+FAR_BETWEEN = 10    # calls of a method
+HANG = 40.0     # s; more than any limit, less than what is waited for an event
+
+
+def _before(kind, name, work):
+    """Have work(number of the call, *its arguments) done before each call of a method."""
+    calls, original = [], getattr(kind, name)
+
+    def method(self, *arguments):
+        calls.append(len(calls))
+        work(len(calls), *arguments)
+        return original(self, *arguments)
+
+    setattr(kind, name, method)
+
+
+def _keep_an_image():
+    kept = []
+
+    def keep(number, pair):
+        if number % FAR_BETWEEN == 0:
+            kept.append(pair.left.copy())
+
+    _before(Rig, 'match_pair', keep)
+
+
+def _leave_a_thread():
+    def leave(number, config):
+        threading.Thread(target=threading.Event().wait, name='left over', daemon=True).start()
+
+    _before(Rig, 'use', leave)
+
+
+def _drop_a_pair():
+    offer, calls = Lane.offer, []
+
+    def lossy(self, pair):
+        calls.append(None)
+        if len(calls) % FAR_BETWEEN:
+            offer(self, pair)
+
+    Lane.offer = lossy
+
+
+def _scan_a_list():
+    seen = []
+
+    def scan(number, pair):
+        seen.extend([number] * 2000)
+        for _ in range(FAR_BETWEEN):
+            seen.count(None)
+
+    _before(Rig, 'match_pair', scan)
+
+
+def _lose_a_line():
+    lines = Losses.lines
+    Losses.lines = lambda *arguments: lines(*arguments)[1:]
+
+
+def _hang_once():
+    def hang(number, config):
+        if number == FAR_BETWEEN - 1:
+            time.sleep(HANG)
+
+    _before(Rig, 'use', hang)
+
+
+FAULTS = {
+    '': lambda: None, 'memory': _keep_an_image, 'thread': _leave_a_thread, 'drop': _drop_a_pair,
+    'latency': _scan_a_list, 'line': _lose_a_line, 'hang': _hang_once}

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The node as it is soaked: SIGUSR1 has it tell what it holds, and a fault can be planted in it.
+
+The environment names the fault (`FAULT`), one of `soak_faults.FAULTS`; empty: none.
+"""
+import ctypes
+import gc
+import json
+import os
+import signal
+import sys
+import threading
+
+from fuzzy_stereo_ros import stereo_node
+from soak_faults import FAULT, FAULTS
+
+SAID = 'held by the node: '
+MALLINFO = ('arena', 'ordblks', 'smblks', 'hblks', 'mapped', 'usmblks', 'fsmblks', 'in_use',
+            'free', 'keepcost')
+
+
+class _Mallinfo(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_size_t) for name in MALLINFO]
+
+
+def held():
+    """
+    Return {name: value} of what this process holds, whatever the C library keeps beside it.
+
+    megabytes: asked of the C library and not freed. objects: blocks in Python's own memory.
+    threads: {id: name} of those that Python knows.
+    """
+    gc.collect()
+    ask = ctypes.CDLL(None).mallinfo2
+    ask.restype = _Mallinfo
+    found = ask()
+    return {'megabytes': (found.in_use + found.mapped) / 1e6, 'objects': sys.getallocatedblocks(),
+            'threads': {one.native_id: one.name for one in threading.enumerate()}}
+
+
+def _tell(number, frame):
+    os.write(sys.stdout.fileno(), f'{SAID}{json.dumps(held())}\n'.encode())
+
+
+if __name__ == '__main__':
+    signal.signal(signal.SIGUSR1, _tell)    # runs when the executor wakes, each s at the latest
+    FAULTS[os.environ[FAULT]]()
+    sys.exit(stereo_node.main())
