@@ -17,6 +17,7 @@ from soak_faults import FAULT, FAULTS
 from soak_figures import broken_sums, promises_of, Run
 from soak_script import DECK, events_of, TOPICS
 from soak_stage import SoakStage
+from soak_waits import Waits
 
 SHOWN = 'pairs ', 'refused: ', 'unmatched ', 'lost ', 'stamps went'
 FIRST = TOPICS[0]
@@ -36,12 +37,14 @@ def soak(arguments, folder):
         while end is None or time.monotonic() < end or len(samples) < SMALL:
             for event in events_of(arguments.seed, number):
                 say(f'round {number}: {event.kind} {event.values}')
-                stage.happen(event)
+                stage.happen(event, arguments.between)
                 happened += 1
             found = broken_sums(stage.settle(), stage.sent)
             broken += [f'round {number}: {sentence}' for sentence in found]
             number += 1
             if number >= DECK:      # before that all was new: warming up
+                if end is None:
+                    stage.waits = Waits()
                 samples.append(stage.sample())
                 say(samples[-1])
                 end = end or time.monotonic() + 60 * arguments.minutes
@@ -74,6 +77,8 @@ def parser():
     made.add_argument('--rows', type=int, default=480, help='of the images; default: 480')
     made.add_argument('--disparities', type=int, default=64, help='default: 64')
     made.add_argument('--rate', type=int, default=30, help='pairs/s; default: 30')
+    made.add_argument('--between', type=float, default=3.0, metavar='SECONDS',
+                      help='for how long pairs come between what happens; default: 3')
     made.add_argument('--best-effort', action='store_true',
                       help='inputs as the node has them by default: the middleware may lose some')
     made.add_argument('--memory', type=float, default=1.0, metavar='PERCENT',

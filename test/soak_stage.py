@@ -11,12 +11,12 @@ from soak_script import TOPICS
 class SoakStage(SoakBench):
     """Has Events happen: a method for each kind."""
 
-    def happen(self, event):
-        """Have an Event happen, and a stream of pairs after it."""
+    def happen(self, event, seconds):
+        """Have an Event happen, and a stream of pairs for a time after it."""
         self.waits.event = event.kind
         getattr(self, event.kind)(**event.values)
         self.threads.note(event.kind)
-        self.stream(self._rate // 3)
+        self.stream(round(self._rate * seconds))
 
     def flood(self, pairs):
         """Send pairs as fast as it goes."""
