@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mutation aimed at the least possible cells: patches that take the gene of a cell nearby."""
 from fuzzy_stereo_ros.matching.kernels.chance import below, mixed
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def count_costs(costs, histogram, step):
     """Count the costs, uint8 (R, C), of every step-th row and column: int64 (256,)."""
     histogram[:] = 0
@@ -15,7 +15,7 @@ def count_costs(costs, histogram, step):
             histogram[costs[row, column]] += 1
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def mutate_patches(parent, costs, child, dear, radius, reach, patches, key):
     """
     Paint patches of the child: cells that cost `dear` or more take one gene from nearby.

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pictures moved towards the pictures before, tile by tile."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.features import MARGIN, pad_row
 from fuzzy_stereo_ros.matching.kernels.sameness import TILE
-from numba import njit
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def blend(fine, grey, before, shifts, choices, ages, limits, after, first, last):
     """
     Move a picture towards the one before, tile by tile, and keep a copy.
@@ -46,14 +46,14 @@ def blend(fine, grey, before, shifts, choices, ages, limits, after, first, last)
             _copy_row(fine[row + MARGIN, MARGIN:], after[row])
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _copy_row(source, copy):
     """Copy as much as there is room for; several times faster than to assign a slice."""
     for column in range(len(copy)):
         copy[column] = source[column]
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _blend_row(here, grey, there, weight, limit):
     """
     Move a row towards that of the picture before, by no more than the limit allows.

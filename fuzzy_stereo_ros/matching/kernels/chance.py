@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Chance as a function of a counter: equal words give equal numbers, whatever the threads do."""
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -9,7 +9,7 @@ _FIRST = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND = np.uint64(0x94D049BB133111EB)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def mixed(key, counter):
     """
     Return 64 random bits that belong to a counter under a key: one step of SplitMix64.
@@ -22,7 +22,7 @@ def mixed(key, counter):
     return bits ^ (bits >> np.uint64(31))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def below(bits, limit):
     """
     Return a number from 0 to limit - 1 made of the upper half of 64 random bits.
@@ -32,13 +32,13 @@ def below(bits, limit):
     return ((bits >> np.uint64(32)) * limit) >> np.uint64(32)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def unit(bits):
     """Return a number from 0 up to but not including 1 made of 64 random bits, uint64."""
     return (bits >> np.uint64(11)) * 2.0**-53
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_uniform(key, draws):
     """
     Write random numbers from 0 up to but not including 1.

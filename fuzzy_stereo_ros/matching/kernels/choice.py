@@ -7,10 +7,10 @@ With it come the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001) a
 the best label elsewhere would be.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import peek, peek_short, poke, poke_short
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     at_most, bit_or, equal_bits, first_set, lane_numbers, LANES, load, lowest, minimum, splat,
     subtract)
-from numba import njit
 import numpy as np
 
 STEPS = 16       # sub-pixel steps in a pixel
@@ -20,7 +20,7 @@ NEAR = np.zeros(3 * MIDDLE, np.uint8)
 NEAR[MIDDLE - 1:MIDDLE + 2] = 255
 
 
-@njit(forceinline=True)
+@inlined
 def fit_offsets(below, least, above, width, offsets):
     """
     Write the minima of two lines of equal slope through three sums, in 1 / STEPS px.
@@ -37,7 +37,7 @@ def fit_offsets(below, least, above, width, offsets):
             np.float32(STEPS // 2 * step + half) / np.float32(max(rise, 1))))
 
 
-@njit(forceinline=True)
+@inlined
 def best_label(sums, at, blocks):
     """Return the index of the first of the least sums from `at` on, and that sum."""
     smallest = splat(np.uint8(255))
@@ -51,7 +51,7 @@ def best_label(sums, at, blocks):
     return 0, least
 
 
-@njit(forceinline=True)
+@inlined
 def least_elsewhere(sums, at, blocks, best):
     """Return the least sum, from `at` on, of the labels that are not best or next to it."""
     smallest = splat(np.uint8(255))
@@ -66,7 +66,7 @@ def least_elsewhere(sums, at, blocks, best):
     return lowest(smallest)
 
 
-@njit(forceinline=True)
+@inlined
 def choose_of_target(labels, label_bytes, sums, columns, rivals, target, target_columns):
     """
     Give each target pixel the label of the cheapest pixel that points at it.

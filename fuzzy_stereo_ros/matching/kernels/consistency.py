@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels to refuse: left-right consistency and small components (speckles)."""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, load, saturating_subtract, splat, splat_like)
-from numba import njit
 import numpy as np
 
 CONSISTENT, OUTSIDE, REFUSED = 0, 1, 2
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def check_consistency(labels, target, disparities, inside, verdict, first, last):
     """
     Compare each pixel with what the target pixel that it points at chose.
@@ -35,7 +35,7 @@ def check_consistency(labels, target, disparities, inside, verdict, first, last)
             verdict[row, column] = CONSISTENT if difference <= 2 else REFUSED
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def root(parent, run):
     """Return the representative of a set, halving the way to it (union-find)."""
     while parent[run] != run:
@@ -44,12 +44,12 @@ def root(parent, run):
     return run
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _near(labels, one, two, step):
     return abs(np.int64(labels[one]) - np.int64(labels[two])) <= step
 
 
-@njit(forceinline=True)
+@inlined
 def _end_run(verdict, place, open_at, begin, end, known):
     """End the run that is open before a place, if any, and open one there unless refused."""
     if open_at >= 0:
@@ -59,7 +59,7 @@ def _end_run(verdict, place, open_at, begin, end, known):
     return known, place if verdict[place] != REFUSED else np.int64(-1)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _runs_of_row(labels, verdict, begin, end, first, stop, step, known):
     """
     Append the runs of a row: neighbours not refused whose steps are at most `step`.
@@ -92,7 +92,7 @@ def _runs_of_row(labels, verdict, begin, end, first, stop, step, known):
     return known
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _touch(labels, begin, end, columns, step):
     """Return whether some pixel of begin .. end is within step of the one above it."""
     place = begin
@@ -101,7 +101,7 @@ def _touch(labels, begin, end, columns, step):
     return place < end
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def refuse_speckles(labels, verdict, columns, step, smallest, begin, end, parent, size):
     """
     Refuse the components of fewer than `smallest` pixels, 4-connected by steps of at most `step`.

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     peek, peek_short, peek_word, poke_word, splat_word)
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.scanlines import widen
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, lanes_of,
     load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store, subtract)
-from numba import njit
 import numpy as np
 
 
@@ -49,7 +49,7 @@ class Prior(NamedTuple):
     reach: int                    # more labels than there are
 
 
-@njit(forceinline=True)
+@inlined
 def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
     """
     Return the costs of as many candidates of a pixel as there are lanes: census and gradient.
@@ -65,14 +65,14 @@ def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
     return add(minimum(distance, cuts[0]), minimum(difference, cuts[1]))
 
 
-@njit(forceinline=True)
+@inlined
 def cuts_of(search, vector):
     """Return what the costs are cut by, as vectors like another: see _raw."""
     return (splat_like(vector, search.census_cut), splat_like(vector, search.slope_cut),
             splat_like(vector, 255 * (search.near_weight - 1)))
 
 
-@njit(forceinline=True)
+@inlined
 def beyond(vector, label, disparities):
     """Return 255 in the lanes of the labels, `label` the first, that do not exist; 0 elsewhere."""
     inside = max(min(disparities - label, lanes_of(vector)), 0)
@@ -82,7 +82,7 @@ def beyond(vector, label, disparities):
     return subtract(minimum(short, one), one)
 
 
-@njit(forceinline=True)
+@inlined
 def _widen_codes(search, row, begin, end, codes, at):
     """Write what a row of the reference is compared by as words: census planes, then gradients."""
     width, stride = end - begin, search.census_stride
@@ -93,14 +93,14 @@ def _widen_codes(search, row, begin, end, codes, at):
     widen(search.slopes, first + begin, first + end, codes, at + 3 * width)
 
 
-@njit(forceinline=True)
+@inlined
 def _codes_of(kind, codes, at, width):
     """Return what _widen_codes wrote of a pixel, as vectors: census planes, and gradient."""
     return (splat_word(kind, codes, at), splat_word(kind, codes, at + width),
             splat_word(kind, codes, at + 2 * width)), splat_word(kind, codes, at + 3 * width)
 
 
-@njit(forceinline=True)
+@inlined
 def _lean(labels, label_bytes, weights, reach, first, width, low, leanings, at):
     """Write, as words, where in the table of a prior what it adds to a row's pixels begins."""
     base = reach + low
@@ -114,7 +114,7 @@ def _lean(labels, label_bytes, weights, reach, first, width, low, leanings, at):
                       - peek_short(labels, first + index))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def prepare_costs(search, row, count, begin, end, low, codes, leanings):
     """
     Gather what the costs of some rows of a tile are computed from.
@@ -131,7 +131,7 @@ def prepare_costs(search, row, count, begin, end, low, codes, leanings):
               search.previous_reach, first, width, low, leanings, (2 * near + 1) * width)
 
 
-@njit(forceinline=True)
+@inlined
 def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, leanings, lean_at,
                   offset):
     """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
@@ -144,7 +144,7 @@ def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, lean
         load_like(kind, search.previous_table, peek_word(leanings, lean_at + width) + offset)))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, codes, leanings):
     """
     Write the costs of some rows of a tile, columns begin .. end: labels low .. low + 32 * blocks.
@@ -172,7 +172,7 @@ def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, code
                 place += LANES
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def raw_row(search, row, blocks, costs, at, codes):
     """Write the costs of a row from `at` on, every label, without priors and without a mask."""
     columns, stride = search.columns, search.target_stride
@@ -190,7 +190,7 @@ def raw_row(search, row, blocks, costs, at, codes):
             at += LANES
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def box_row(search, above, here, below, blocks, costs, at):
     """
     Write the sums of raw costs over 3 x 3 pixels / 2**box from `at` on, borders repeated.
@@ -211,7 +211,7 @@ def box_row(search, above, here, below, blocks, costs, at):
             left, middle = middle, right
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def layout_of(features):
     """Return the whole numbers that match_cost needs."""
     return (features.columns, features.census_stride, features.slope_stride,
@@ -219,7 +219,7 @@ def layout_of(features):
             features.slope_cut)
 
 
-@njit(forceinline=True)
+@inlined
 def match_cost(census, target_census, slopes, target_slopes, layout, row, column, label):
     """
     Return the cost of one candidate without priors, as cost_rows has it.

@@ -8,16 +8,16 @@ possibility is surer where its neighbours of the same class are asked too. Sums 
 differences of running sums, so that long arms cost no more than short ones. Running sums may
 overflow: their differences do not.
 """
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.products import high_product
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, LANES, load, splat, store, subtract)
-from numba import njit
 import numpy as np
 
 LEFT, RIGHT, UP, DOWN = range(4)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _unlike(colours, row, column, other_row, other_column):
     """Return the largest difference of two pixels in any channel."""
     largest = 0
@@ -27,7 +27,7 @@ def _unlike(colours, row, column, other_row, other_column):
     return largest
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_arms(colours, longest, near, alike, much_alike, surface, level, arms, first, last):
     """
     Write how many pixels each arm reaches from its centre: up to `longest`.
@@ -60,7 +60,7 @@ def fill_arms(colours, longest, near, alike, much_alike, surface, level, arms, f
                 arms[row, column, arm] = reached
 
 
-@njit(forceinline=True)
+@inlined
 def _store_mean(total, number, costs, place):
     """Write the mean of a number of costs from their totals."""
     if number > 1:
@@ -69,7 +69,7 @@ def _store_mean(total, number, costs, place):
     store(costs, place, total)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def mean_over_rows(costs, arms, row_sums, first, last):
     """
     Replace each cost by the mean over the row arms of its pixel, in some rows.
@@ -93,7 +93,7 @@ def mean_over_rows(costs, arms, row_sums, first, last):
                 _store_mean(total, high - low, flat, begin + column * labels + block)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def mean_over_columns(costs, arms, longest, ring, first, last):
     """
     Replace each cost by the mean over the column arms of its pixel, in some columns.

@@ -5,13 +5,13 @@ Maps in parts of a pixel: a median by colour where nothing is known, planes fitt
 
 Not in the paper, whose maps are whole-pixel.
 """
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
 BINS = 4             # of the weighted median, a pixel
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _apart(colours, row, column, other_row, other_column):
     """Return the sum over the channels of the differences of two pixels."""
     total = 0
@@ -21,7 +21,7 @@ def _apart(colours, row, column, other_row, other_column):
     return total
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def weighted_median(disparities, selected, colours, radius, by_colour, by_distance, histogram,
                     result, first, last):
     """
@@ -55,7 +55,7 @@ def weighted_median(disparities, selected, colours, radius, by_colour, by_distan
                     break
 
 
-@njit(nogil=True, cache=True, error_model='numpy')
+@kernel(error_model='numpy')
 def local_planes(disparities, colours, radius, by_colour, limit, growth, result, first, last):
     """
     Replace each disparity by that of the plane fitted to the like neighbours around it.

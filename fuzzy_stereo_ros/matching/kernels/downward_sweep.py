@@ -6,6 +6,7 @@ The sweep downwards: costs of some rows, then the paths that come from left, rig
 Up to four rows at once: the downward paths go through all of them while their costs are near.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import peek_long, splat_word
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.costs import box_row, cost_rows, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines import advance, carry, clear, step, widen
 from fuzzy_stereo_ros.matching.kernels.simd import (
@@ -14,11 +15,10 @@ from fuzzy_stereo_ros.matching.kernels.tile_paths import (
     costs_and_rightwards_single, left_and_down, left_and_down_single, rightwards,
     rightwards_single, ROWS_AT_ONCE)
 from fuzzy_stereo_ros.matching.kernels.volume import columns_of, row_start, window_of
-from numba import njit
 import numpy as np
 
 
-@njit(forceinline=True)
+@inlined
 def fill_costs(search, scratch, row, is_start):
     """Write the costs of a row, all its tiles; rows come in order, `is_start` for the first."""
     if search.box > 0:
@@ -32,7 +32,7 @@ def fill_costs(search, scratch, row, is_start):
                   scratch.codes, scratch.leanings)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_box_costs(search, scratch, row, is_start):
     """Write a row of sums of 3 x 3 pixels / 2**box, without priors, all tiles alike."""
     ring, blocks = scratch.ring, window_of(search, 0, 0)[1]
@@ -43,7 +43,7 @@ def fill_box_costs(search, scratch, row, is_start):
             ring + newest % 3 * size, blocks, scratch.costs, row_start(search, scratch, row))
 
 
-@njit(forceinline=True)
+@inlined
 def _enter_tile(paths, path, count, window, previous, labels):
     """Carry the horizontal paths of some rows into the window of a tile."""
     low, blocks, _ = window
@@ -53,7 +53,7 @@ def _enter_tile(paths, path, count, window, previous, labels):
             carry(paths, near * path, old_blocks, old_low, paths, near * path, blocks, low, labels)
 
 
-@njit(forceinline=True)
+@inlined
 def sweep_rows(search, scratch, row, count):
     """Run the paths from left, right and above through `count` rows; costs of boxes are there."""
     costs, sums, chains, path = scratch.costs, scratch.sums, scratch.chains, scratch.chain
@@ -115,7 +115,7 @@ def sweep_rows(search, scratch, row, count):
                           count, search.small, costs, sums, chains, path, scratch.down, offset)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def step_tile(search, scratch, paths, place, tile, row, jump_row):
     """
     Move the vertical paths of a tile on to a row whose costs are there.

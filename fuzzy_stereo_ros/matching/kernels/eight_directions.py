@@ -9,10 +9,10 @@ Semi-global stereo matching with surface orientation priors, 2017): slanted surf
 Four directions are summed on the way down the rows, the others on the way up, where the labels
 are chosen at once. Sums are uint16: a path costs at most FULL + P2.
 """
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, choose, equal_bits, first_set, LANES, load, lowest, minimum, splat, store,
     subtract)
-from numba import njit
 import numpy as np
 
 PAD = 8              # elements on both sides of a pixel's labels; a parent's step is less
@@ -22,7 +22,7 @@ ACROSS, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)     # planes of grey steps
 _RIGHTWARDS = 1, 1, 0, -1     # columns that a path steps on the way down, by plane
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _begin(costs, cell, labels, paths, place):
     """Begin a path: it costs what the match does. Returns the least."""
     least = splat(np.uint16(FAR))
@@ -33,7 +33,7 @@ def _begin(costs, cell, labels, paths, place):
     return lowest(least)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _step(costs, cell, labels, path, least, small, jump, paths, place):
     """
     Continue a path by a pixel. Returns the least.
@@ -52,7 +52,7 @@ def _step(costs, cell, labels, path, least, small, jump, paths, place):
     return lowest(smallest)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _row_of_paths(costs, parent, steepest, steps, small, jump, row, other, begins, upwards,
                   paths, least):
     """
@@ -84,7 +84,7 @@ def _row_of_paths(costs, parent, steepest, steps, small, jump, row, other, begin
                 flat_paths, place)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _add_paths(paths, parity, columns, labels, sums, place):
     """Add the four paths of a row to sums from an index on."""
     flat, stride = paths.reshape(-1), labels + 2 * PAD
@@ -99,7 +99,7 @@ def _add_paths(paths, parity, columns, labels, sums, place):
         place += labels
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, first, last, overlap,
               paths, least):
     """
@@ -126,7 +126,7 @@ def sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, first,
             _add_paths(paths, row & 1, columns, labels, flat, row * columns * labels)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _least(sums, place, labels):
     smallest = splat(np.uint16(65535))
     for block in range(0, labels, LANES):
@@ -134,7 +134,7 @@ def _least(sums, place, labels):
     return lowest(smallest)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _first_equal(sums, place, labels, value):
     wanted = splat(value)
     for block in range(0, labels, LANES):
@@ -144,14 +144,14 @@ def _first_equal(sums, place, labels, value):
     return 0
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _stretched(offset):
     """Return an offset pushed away from the whole pixel, to which costs of supports pull it."""
     size = np.float32(0.5) * np.float32(2 * abs(offset))**np.float32(STRETCH)
     return size if offset > 0 else -size
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def choose_labels(sums, disparities, offered, numbers, labels, offsets, margins, target, first,
                   last):
     """

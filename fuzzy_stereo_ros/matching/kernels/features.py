@@ -7,10 +7,10 @@ Images of the target are mirrored: its column c, from -extra on, lies at index `
 so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
 from fuzzy_stereo_ros.matching.kernels.colours import load_colours
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, LANES, less, load, narrow, reversed_lanes, shift_left,
     shift_right, splat, store)
-from numba import njit
 import numpy as np
 
 MARGIN = 2       # pixels around a padded image: half of the census window
@@ -20,7 +20,7 @@ CENSUS_PLACES = np.array([6, 7, 8, 11, 13, 16, 17, 18, 0, 1, 2, 3, 4, 5, 9, 10, 
                           21, 22, 23, 24])
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last):
     """
     Weigh B + 2 G + R, kept fine in 16 bits for census and rounded to 8 bits for the rest.
@@ -42,7 +42,7 @@ def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last)
         pad_row(fine, row, columns)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fine_grey_of_bytes(image, places, mirrored, fine, grey, first, last):
     """Do the same, much faster, with uint8 (R, C, 3), C >= LANES, that does not move."""
     columns = image.shape[1]
@@ -63,7 +63,7 @@ def fine_grey_of_bytes(image, places, mirrored, fine, grey, first, last):
         pad_row(fine, row, columns)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
     """Do the same with one channel, uint8 or uint16 (R, C), in the place of B + 2 G + R."""
     columns = image.shape[1]
@@ -77,7 +77,7 @@ def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
         pad_row(fine, row, columns)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def pad_row(fine, row, columns):
     """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
     rows = fine.shape[0] - 2 * MARGIN
@@ -91,7 +91,7 @@ def pad_row(fine, row, columns):
             fine[rows + MARGIN + edge] = line
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def spread(fine, grey, columns, begin, wide_fine, wide_grey, wide_columns, first, last):
     """
     Copy an image into a wider one, from its column `begin` on; border pixels fill the rest.
@@ -106,7 +106,7 @@ def spread(fine, grey, columns, begin, wide_fine, wide_grey, wide_columns, first
         _spread_row(grey[row, :columns], begin, wide_grey[row, :wide_columns])
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _spread_row(line, begin, wide):
     inside = max(min(len(line), len(wide) - begin), 0)
     wide[:begin] = line[0]
@@ -115,7 +115,7 @@ def _spread_row(line, begin, wide):
     wide[begin + inside:] = line[-1]
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
     """
     Halve an image by the mean of 2 x 2 pixels, for the half rows first to last.
@@ -138,7 +138,7 @@ def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
                 + below_grey[left + 1] + np.uint16(2)) >> np.uint16(2)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def census(fine, mirrored, columns, codes, first, last):
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
@@ -168,7 +168,7 @@ def census(fine, mirrored, columns, codes, first, last):
                 codes[row, plane, column] = codes[row, plane, columns - 1]
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def gradient(grey, mirrored, columns, slopes, first, last):
     """
     Half of the central difference along the row, 128 where flat and at the borders.
@@ -186,7 +186,7 @@ def gradient(grey, mirrored, columns, slopes, first, last):
             slopes[row, column] = 128
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def jump_penalties(grey, jump, jump_at_edge, slope, columns, across, down, first, last):
     """
     Fill what a jump of disparity costs, by the grey step it happens at.

@@ -6,15 +6,15 @@ Fill refused pixels from their row and from their column.
 Seen from the left image, something nearer hides a strip at its left, as wide as the disparity
 jumps. A refused run that is no such strip is a mismatch: nothing says that it is background.
 """
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
-from numba import njit
 import numpy as np
 
 WIDEST = 3       # a run is no hidden strip when it is wider than so many jumps ...
 BESIDE = 2       # ... and the columns beside it that an edge makes inconsistent
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_rows(labels, verdict, filled, first, last):
     """
     Copy the labels and give each refused run the label behind it, or of the nearer of its ends.
@@ -46,7 +46,7 @@ def fill_rows(labels, verdict, filled, first, last):
             filled[row, known + 1:columns] = labels[row, known]
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_columns(labels, verdict, by_rows, filled, below):
     """
     Give each refused pixel the smaller label of the nearest two in its column.

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The smallest lanes of four vectors at once: half of the work of one after the other."""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     called, LANES, place_of, shuffled, subtract, VECTOR)
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 # where the packed numbers are
@@ -72,7 +73,7 @@ def store_four(typing, array, index, packed):
     return signature, generate
 
 
-@njit(forceinline=True)
+@inlined
 def without_least(one, two, three, four):
     """Return four vectors with the smallest lane of each taken off its lanes."""
     least_1, least_2, least_3, least_4 = unpacked(one, lowest_of_four(one, two, three, four))

@@ -8,11 +8,11 @@ the census (Zabih and Woodfill, 1994), of colour and of its slope, both insensit
 (Birchfield and Tomasi, 1998), and of the Sobel gradient; the product of exponential memberships
 is the membership of their weighted sum.
 """
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.products import high_product
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_or, bit_xor, count_bits, LANES, load, maximum, minimum, multiply,
     saturating_add, saturating_subtract, shift_right, splat, store, subtract)
-from numba import njit
 import numpy as np
 
 FULL = 512            # the cost of an impossible match
@@ -26,7 +26,7 @@ _TOP = UNIT * SHARPNESS - 1
 _TO_FULL = 7          # 65536 / FULL = 2**7
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def census(fine, radius, first_bit, codes, first, last):
     """
     Compare the neighbours in a square with the centre: a bit each, set where darker.
@@ -50,13 +50,13 @@ def census(fine, radius, first_bit, codes, first, last):
                 bit += 1
 
 
-@njit(forceinline=True)
+@inlined
 def _apart(one, other):
     """Return the difference of two vectors without its sign."""
     return bit_or(saturating_subtract(one, other), saturating_subtract(other, one))
 
 
-@njit(nogil=True, cache=True, error_model='numpy')
+@kernel(error_model='numpy')
 def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disparities,
                first_inside, costs, first, last):
     """
@@ -122,7 +122,7 @@ def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disp
             cell[disparities:] = FULL
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def lean_on(costs, surface, weights, dead_zone, cut, undo, first, last):
     """
     Make labels far from a parent's surface dearer, up to `cut` px beyond the dead zone.

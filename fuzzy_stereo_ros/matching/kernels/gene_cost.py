@@ -9,11 +9,11 @@ farther, the label would stand in front of it, which is a contradiction.
 """
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.costs import Features, layout_of, match_cost
 from fuzzy_stereo_ros.matching.kernels.regions import row_of
 from fuzzy_stereo_ros.matching.kernels.volume import Penalties
-from numba import njit
 import numpy as np
 
 
@@ -29,7 +29,7 @@ class Scene(NamedTuple):
     contradicted: int         # cost of a gene that hides what can be seen
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def jump_cost(one, other, small, jump):
     """Return what a change of labels costs: 0, P1 for one, P2 beyond."""
     difference = abs(one - other)
@@ -38,7 +38,7 @@ def jump_cost(one, other, small, jump):
     return small if difference == 1 else np.int64(jump)
 
 
-@njit(forceinline=True)
+@inlined
 def _gene_cost(scene, features, layout, wide, label, row, column):
     """Return the data cost of one gene; features: the four arrays that match_cost reads."""
     pointed = column - label
@@ -57,7 +57,7 @@ def _gene_cost(scene, features, layout, wide, label, row, column):
     return match_cost(census, target_census, slopes, target_slopes, layout, row, column, label)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def gene_costs(scene, chromosome, costs, every, first, last):
     """
     Write the data cost of all genes of each row of first .. last - 1 that `every` divides.
@@ -73,7 +73,7 @@ def gene_costs(scene, chromosome, costs, every, first, last):
                 scene, features, layout, wide, np.int64(chromosome[row, column]), row, column)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def cell_costs(scene, chromosome, cells, costs):
     """Write the data cost of the genes of some cells: int32, row * C + column, ascending."""
     seen, columns = scene.features, chromosome.shape[1]
@@ -87,7 +87,7 @@ def cell_costs(scene, chromosome, cells, costs):
             scene, features, layout, wide, np.int64(chromosome[row, column]), row, column)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def row_costs(penalties, chromosome, costs, every, first, last):
     """
     Return what the genes of each row whose number `every` divides cost, and how many there are.

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Eq. 3 and Eq. 4: the fuzzy fitness of a chromosome, row by row, in whole numbers."""
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_gradient_norm(across, down, norm):
     """
     Write the norm of the Sobel gradient, rounded to a whole number.
@@ -20,7 +20,7 @@ def fill_gradient_norm(across, down, norm):
             norm[row, column] = np.uint16(np.sqrt(np.float64(x * x + y * y)) + 0.5)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_row_fitness(chosen, chromosome, reference_gradient, target_gradient, neighbourhood,
                      window, support, first, last, row_fitness):
     """
@@ -59,21 +59,21 @@ def fill_row_fitness(chosen, chromosome, reference_gradient, target_gradient, ne
                                     target_gradient[row])
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def add(total, more):
     """Add whole numbers to int32 ones, cell by cell."""
     for column in range(total.size):
         total[column] += np.int32(more[column])
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def subtract(total, less):
     """Subtract whole numbers from int32 ones, cell by cell."""
     for column in range(total.size):
         total[column] -= np.int32(less[column])
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def weighted(support, genes, reference_gradient, target_gradient):
     """
     Return the sum along one row of support weighted by S: Eq. 4.

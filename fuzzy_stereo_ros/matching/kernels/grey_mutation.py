@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mutation of a chromosome by uniform patches on its least possible cells."""
 from fuzzy_stereo_ros.matching.kernels.chance import below, mixed, unit
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def least_possible_level(chosen, share):
     """
     Return the level below which a cell is one of the least possible ones, and a share of ties.
@@ -32,7 +32,7 @@ def least_possible_level(chosen, share):
     return level, wanted / max(at_level, 1)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def throw_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
                   chromosome):
     """

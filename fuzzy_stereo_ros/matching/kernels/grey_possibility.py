@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Possibilities of the grey classes: of every match, and of the matches a chromosome chose."""
-from numba import njit
+
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_grey_possibility(table, reference, target, min_disparity, possibility):
     """
     Write how possible the match of (r, c) is at each disparity: Eq. 2, read from a table.
@@ -30,7 +31,7 @@ def fill_grey_possibility(table, reference, target, min_disparity, possibility):
                     possibility[row, column, index] = 0
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_chosen_possibility(possibility, chromosome, chosen):
     """
     Write how possible the match is that a chromosome chose at each cell.

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A chromosome of chance."""
 from fuzzy_stereo_ros.matching.kernels.chance import below, mixed
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fill_random_genes(key, disparities, chromosome):
     """
     Write a chromosome whose cells are independent and uniform from 0 to disparities - 1.

@@ -5,17 +5,17 @@ Membership median: at a jump of disparity, the median of the neighbours of like 
 
 A fuzzy class made crisp: the class of a pixel is what its 7 x 7 neighbours share in grey.
 """
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
     saturating_subtract, shift_right, splat_like, store, subtract)
-from numba import njit
 
 RADIUS = 3
 NEIGHBOURS = (2 * RADIUS + 1) ** 2
 ALL_EQUAL = 2**32 - 1
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def pad_map(values, columns, padded, first, last):
     """Copy the columns of a map into one with RADIUS pixels around, its border repeated."""
     rows = padded.shape[0] - 2 * RADIUS
@@ -31,7 +31,7 @@ def pad_map(values, columns, padded, first, last):
                 padded[rows + RADIUS + edge] = inside
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _median(labels, count, span, bits):
     """Return the median of the `count` smallest of NEIGHBOURS, at most `span`, bit by bit."""
     half = shift_right(count, 1)
@@ -49,7 +49,7 @@ def _median(labels, count, span, bits):
     return result
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def membership_median(padded, padded_grey, reach, bits, columns, out, labels, first, last):
     """
     Take the median over the like neighbours where the 7 x 7 pixels span more than one label.

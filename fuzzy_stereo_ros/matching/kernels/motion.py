@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How the picture moved as a whole, and moving what is known of it."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.sameness import TILE
-from numba import njit
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def glance(fine, margin, size, small):
     """Take the means of squares of size x size pixels of fine grey inside a margin."""
     columns = small.shape[1] * size
@@ -25,7 +25,7 @@ def glance(fine, margin, size, small):
             small[row, column] = np.float32(total) / np.float32(size * size)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def best_shift(now, before, down, right, reach, every):
     """
     Return the shift, at most `reach` from a known one in both directions, that fits best.
@@ -42,7 +42,7 @@ def best_shift(now, before, down, right, reach, every):
     return best
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _mismatch(now, before, down, right, every):
     """Return the mean difference of a picture and the one before, moved."""
     rows, columns = before.shape
@@ -59,7 +59,7 @@ def _mismatch(now, before, down, right, every):
     return total / number if number > 0 else np.inf
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def move_ages(ages, down, right, moved):
     """
     Move a number by tile, float32, by a number of pixels: linear between the tiles' centres.
@@ -82,7 +82,7 @@ def move_ages(ages, down, right, moved):
             moved[row, column] = age
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def bring_forward(source, choices, down, right, outside, result, first, last):
     """
     Move a map (R, C) down and right, but for the tiles that stayed where they were.

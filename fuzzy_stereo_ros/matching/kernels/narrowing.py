@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size chromosome tells the full one: where to search, where to lean on it."""
 from fuzzy_stereo_ros.matching.kernels.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from numba import njit
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def tile_windows(half, disparities, tile, grow, margin, low, blocks):
     """
     Find the labels that each tile searches: those of the half map around it, and a margin.
@@ -37,7 +37,7 @@ def tile_windows(half, disparities, tile, grow, margin, low, blocks):
             blocks[tile_row, tile_column] = number
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def weak_texture(grey, rows, columns, limit, steps, weak):
     """
     Mark the half pixels around which the full image has little texture.
@@ -61,7 +61,7 @@ def weak_texture(grey, rows, columns, limit, steps, weak):
             weak[row, column] = total < limit
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def flat(labels, most, smooth):
     """Mark the pixels whose 3 x 3 labels span at most `most`: uint8 (r, c)."""
     rows, columns = labels.shape
@@ -81,7 +81,7 @@ def flat(labels, most, smooth):
             line[column] = largest - least <= most
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights):
     """
     Spread the half map, doubled, as a prior: weight 1 where it can be leant on, else 0.

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Disparity and confidence as the user gets them."""
 from fuzzy_stereo_ros.matching.kernels.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT
-from numba import njit
 import numpy as np
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def certainty(sums, margins, verdict, certain, first, last):
     """
     Say how sure each label is by itself: how possible, and by how much the only one.
@@ -27,7 +27,7 @@ def certainty(sums, margins, verdict, certain, first, last):
             certain[row, column] = possible * alone[margins[row, column]] * consistent
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def write_out(fine, verdict, certain, min_disparity, disparities, fill, threshold, disparity,
               confidence, first, last):
     """

@@ -8,14 +8,14 @@ fields). Regions meet only where the parents agree, so that the cost of the chil
 the cheaper region costs: it is at least as fit as both parents, where no advantage is
 asked for. With one, regions of little difference stay the mother's: a fitness is not the truth.
 """
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.gene_cost import jump_cost
 from fuzzy_stereo_ros.matching.kernels.regions import region_of, row_of
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
-from numba import njit
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def differing_cells(mother, father, cells):
     """
     Write where two chromosomes differ; return at how many cells.
@@ -36,7 +36,7 @@ def differing_cells(mother, father, cells):
     return number
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def partition_crossover(penalties, mother, mother_costs, father, father_costs, cells, advantage,
                         regions, parent, change, size):
     """

@@ -8,17 +8,17 @@ see each other, so that bands of rows can be swept side by side.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import peek
 from fuzzy_stereo_ros.matching.kernels.choice import best_label
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.downward_sweep import fill_costs
 from fuzzy_stereo_ros.matching.kernels.gene_cost import jump_cost
 from fuzzy_stereo_ros.matching.kernels.scanlines import carry, clear, step
 from fuzzy_stereo_ros.matching.kernels.simd import (
     at_most, choose, equal, lane_numbers, LANES, load, saturating_add, splat, store, subtract)
 from fuzzy_stereo_ros.matching.kernels.volume import row_start, window_of
-from numba import njit
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def add_neighbour(costs, blocks, low, neighbour, small, jump):
     """
     Add to the costs of a pixel's labels what they cost beside a neighbour's label.
@@ -38,7 +38,7 @@ def add_neighbour(costs, blocks, low, neighbour, small, jump):
         store(costs, LANES * block, saturating_add(load(costs, LANES * block), penalty))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _kept_cost(paths, place, low, blocks, label):
     """
     Return what the best path to a label costs; much where the window does not have it.
@@ -50,7 +50,7 @@ def _kept_cost(paths, place, low, blocks, label):
     return np.int64(peek(paths, place + label - low))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _trace_back(search, row, penalties_across, small, paths, winners, chromosome):
     """Follow the best path of a row from its last column to its first."""
     columns = chromosome.shape[1]
@@ -70,7 +70,7 @@ def _trace_back(search, row, penalties_across, small, paths, winners, chromosome
         chromosome[row, column] = label
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def polish_rows(search, scratch, penalties, chromosome, parity, first, last, winners):
     """
     Sweep the rows of a parity among first .. last of a chromosome, in place.

@@ -6,12 +6,12 @@ Partition crossover of maps in parts of a pixel: each region takes the fitter pa
 As kernels/partition.py has it for labels. Here a step of disparity costs nothing up to a slope
 that surfaces have, then in proportion, up to a jump.
 """
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.regions import region_of
 from fuzzy_stereo_ros.matching.kernels.surface_cost import step_cost
-from numba import njit
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def cross_regions(mother, mother_costs, father, father_costs, across, down, slope, free, jump,
                   apart, regions, parent, change):
     """

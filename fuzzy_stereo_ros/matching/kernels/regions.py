@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Connected regions, found in one pass: cells come row by row, and join those left and above."""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.consistency import root
-from numba import njit
 
 
-@njit(forceinline=True)
+@inlined
 def region_of(parent, left, above, known):
     """
     Return the region of a cell, joining those of its neighbours; `known` where it is a new one.
@@ -24,7 +24,7 @@ def region_of(parent, left, above, known):
     return known
 
 
-@njit(forceinline=True)
+@inlined
 def row_of(cell, row, columns):
     """Return the row of a cell, row * columns + column, from the row of one not behind it on."""
     while cell >= (row + 1) * columns:

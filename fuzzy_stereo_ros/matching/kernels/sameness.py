@@ -7,8 +7,8 @@ Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 1
 """
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.features import MARGIN
-from numba import njit
 import numpy as np
 
 TILE = 16        # pixels of a side of the tiles that are judged
@@ -28,7 +28,7 @@ class Rules(NamedTuple):
     oldest: int      # frames that count
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def compare_tiles(now, before, down, right, differences, first, last):
     """
     Measure how tiles of a picture differ from the picture before, moved down and to the right.
@@ -61,7 +61,7 @@ def compare_tiles(now, before, down, right, differences, first, last):
         _sum_up(of_columns, max(below - above, 0), begin, end, differences[:, tile_row])
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _add_differences(here, there, signed, sizes):
     """Add the differences of two rows, and their sizes, in 1 / UNITS grey level."""
     for column in range(len(here)):
@@ -71,7 +71,7 @@ def _add_differences(here, there, signed, sizes):
         sizes[column] += np.int16(abs(difference))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _add_blocks(line, totals, largest):
     """
     Take in the sums of the BLOCK columns from each on; only one in BLOCK will be asked.
@@ -85,7 +85,7 @@ def _add_blocks(line, totals, largest):
         largest[column] = max(largest[column], block)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def _sum_up(of_columns, height, begin, end, found):
     """Write the four differences of a row of tiles, of which so much is inside."""
     unit = np.float32(1 / UNITS)
@@ -104,7 +104,7 @@ def _sum_up(of_columns, height, begin, end, found):
         found[3, tile] = bump * unit / np.float32(BLOCK * BLOCK)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def roughness(fine, columns, rough, first, last):
     """
     Measure how much each tile bends along the row: noise and texture; a row in four is read.
@@ -132,7 +132,7 @@ def roughness(fine, columns, rough, first, last):
             rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
     """
     Decide which tiles show the same as in the picture before, and after which shift.

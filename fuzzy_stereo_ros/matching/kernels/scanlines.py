@@ -9,14 +9,14 @@ in saturating uint8, q being the pixel before p. Four passes are summed: right, 
 Paths are kept with their least cost, min L(q), already taken off.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import peek, poke_word
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     label_above, label_below, LANES, load, lowest, minimum, saturating_add, splat,
     splat_like, store, subtract)
-from numba import njit
 import numpy as np
 
 
-@njit(forceinline=True)
+@inlined
 def advance(path, jump, penalty, costs):
     """
     Return L(p, d) of one or two blocks of labels; all arguments are vectors.
@@ -29,7 +29,7 @@ def advance(path, jump, penalty, costs):
     return saturating_add(cheapest, costs)
 
 
-@njit(forceinline=True)
+@inlined
 def step(path, at, blocks, jump, penalty, costs, cost_at, sums, sum_at, begins):
     """
     Move the paths of a pixel on to the next one and add them to its sums.
@@ -56,7 +56,7 @@ def step(path, at, blocks, jump, penalty, costs, cost_at, sums, sum_at, begins):
         store(path, offset, subtract(load(path, offset), floor))
 
 
-@njit(forceinline=True)
+@inlined
 def widen(numbers, begin, end, words, at):
     """Write numbers[begin:end], uint8, as words that repeat a byte four times, from index at."""
     for index in range(end - begin):
@@ -64,21 +64,21 @@ def widen(numbers, begin, end, words, at):
         poke_word(words, at + index, np.uint32(byte * np.uint32(0x01010101)))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def copy(paths, target, size):
     """Copy paths, `size` bytes rounded up to whole vectors."""
     for at in range(0, size, LANES):
         store(target, at, load(paths, at))
 
 
-@njit(forceinline=True)
+@inlined
 def clear(path, at, blocks):
     """Start paths anew: cost 0 for each label."""
     for block in range(blocks):
         store(path, at + LANES * block, splat(np.uint8(0)))
 
 
-@njit(forceinline=True)
+@inlined
 def carry(path, at, blocks, low, out, out_at, new_blocks, new_low, labels):
     """
     Carry paths from the window of labels of one tile to that of the next, 255 where new.

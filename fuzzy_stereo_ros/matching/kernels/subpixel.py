@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sub-pixel disparities: the mean offset of the like neighbours of a pixel."""
 from fuzzy_stereo_ros.matching.kernels.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_and, LANES, load, splat_like, store, subtract)
-from numba import njit
 import numpy as np
 
 RADIUS = 2
 REFUSED_FIT = -(2**14)     # farther than STEPS from any disparity
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def fit(labels, offsets, verdict, fitted, first, last):
     """
     Write the fitted disparities of the pixels not refused, far out of reach for the others.
@@ -30,7 +30,7 @@ def fit(labels, offsets, verdict, fitted, first, last):
             inside[column] = value if verdict[row, column] != REFUSED else REFUSED_FIT
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def smooth_offsets(final, fitted, total, count, fine, first, last):
     """
     Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the genes of a map in parts of a pixel cost."""
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def cost_at(costs, row, column, disparity, disparities):
     """Return the cost of a disparity in parts of a pixel, between those of its labels."""
     place = min(max(disparity, np.float32(0)), np.float32(disparities - 1))
@@ -15,7 +15,7 @@ def cost_at(costs, row, column, disparity, disparities):
     return low + (high - low) * (place - np.float32(label))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def gene_costs(costs, disparities, surface, trust, result, first, last):
     """
     Write what the matches of some rows of a map cost.
@@ -29,13 +29,13 @@ def gene_costs(costs, disparities, surface, trust, result, first, last):
                 costs, row, column, surface[row, column], disparities)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def step_cost(one, other, slope, free, jump):
     """Return what a step of disparity costs: nothing up to `free` px, in the end `jump`."""
     return min(max(abs(one - other) - free, np.float32(0)) * slope, jump)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def row_costs(surface, costs, across, down, slope, free, jump, result, first, last):
     """
     Write what each row costs: its matches and its steps to the left and up.

@@ -8,6 +8,7 @@ rows above: bands are cut by the image's size, so that threads never change a re
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import peek_long
 from fuzzy_stereo_ros.matching.kernels.choice import choose_of_target
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.downward_sweep import (
     fill_box_costs, fill_costs, step_tile, sweep_rows)
 from fuzzy_stereo_ros.matching.kernels.scanlines import carry, clear, copy
@@ -15,10 +16,9 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.upward_sweep import choose_tile
 from fuzzy_stereo_ros.matching.kernels.volume import columns_of, window_of
-from numba import njit
 
 
-@njit(forceinline=True)
+@inlined
 def _carry_tile(search, tile, tile_row, paths, at, new_tile_row, new_paths, new_at, labels):
     """
     Carry the vertical paths of a tile's columns to the window of the tile below or above.
@@ -35,7 +35,7 @@ def _carry_tile(search, tile, tile_row, paths, at, new_tile_row, new_paths, new_
     return new_at
 
 
-@njit(forceinline=True)
+@inlined
 def _carry_down(search, scratch, tile_row):
     """Carry the downward paths of all tiles to the windows of the row of tiles below."""
     for tile in range(search.tile_columns):
@@ -45,7 +45,7 @@ def _carry_down(search, scratch, tile_row):
     copy(scratch.carried, scratch.down, peek_long(search.row_size, tile_row))
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def outside(search, scratch, first, last, is_above):
     """
     Fill the costs of the rows first .. last - 1, outside of a band.
@@ -65,7 +65,7 @@ def outside(search, scratch, first, last, is_above):
                           tile, row, row)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def downwards(search, scratch, start, row, until):
     """Fill the sums of the rows row .. until - 1; `start` is the first row of all."""
     while row < until:
@@ -80,7 +80,7 @@ def downwards(search, scratch, start, row, until):
         row += count
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def upwards(search, scratch, first, last, start):
     """Choose the labels of the rows first .. last - 1, by paths that start at row `start`."""
     for tile in range(search.tile_columns):

@@ -7,19 +7,19 @@ With windows of one or two blocks, four rows go at once and stay in registers: t
 paths hide each other's latency.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import splat_word
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.costs import (
     beyond, cost_of_block, cuts_of, prepare_costs)
 from fuzzy_stereo_ros.matching.kernels.four_lowest import without_least
 from fuzzy_stereo_ros.matching.kernels.scanlines import advance, step
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, LANES, lanes_of, load_like, saturating_add, splat, store)
-from numba import njit
 import numpy as np
 
 ROWS_AT_ONCE = 4
 
 
-@njit(forceinline=True)
+@inlined
 def rightwards(blocks, begin, end, at, size, jumps, stride, count, small, costs, sums, paths,
                path):
     """Run the paths from the left through one tile: they begin the sums."""
@@ -32,14 +32,14 @@ def rightwards(blocks, begin, end, at, size, jumps, stride, count, small, costs,
         at += LANES * blocks
 
 
-@njit(forceinline=True)
+@inlined
 def _rows_of(kind, memory, size):
     """Return what vectors like `kind` lie at the start of four rows, `size` bytes apart."""
     return (load_like(kind, memory, 0), load_like(kind, memory, size),
             load_like(kind, memory, 2 * size), load_like(kind, memory, 3 * size))
 
 
-@njit(forceinline=True)
+@inlined
 def _store_rows(memory, at, size, one, two, three, four):
     """Write four vectors to rows `size` bytes apart, from index `at` on."""
     store(memory, at, one)
@@ -48,7 +48,7 @@ def _store_rows(memory, at, size, one, two, three, four):
     store(memory, at + 3 * size, four)
 
 
-@njit(forceinline=True)
+@inlined
 def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, stride, penalty,
                                 costs, sums, paths, path, codes, leanings):
     """Fill the costs of four rows of a tile of one or two blocks and run from the left."""
@@ -90,7 +90,7 @@ def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, s
     _store_rows(paths, 0, path, path_0, path_1, path_2, path_3)
 
 
-@njit(forceinline=True)
+@inlined
 def rightwards_single(begin, end, at, size, jumps, stride, penalty, costs, sums, paths, path):
     """Run four rows of a tile of one or two blocks: what rightwards does for any, in registers."""
     one, two, three, lanes = size, 2 * size, 3 * size, lanes_of(penalty)
@@ -110,7 +110,7 @@ def rightwards_single(begin, end, at, size, jumps, stride, penalty, costs, sums,
     _store_rows(paths, 0, path, path_0, path_1, path_2, path_3)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def left_and_down(blocks, begin, end, at, size, across, down, stride, first, last, small,
                   costs, sums, paths, path, down_paths, place):
     """
@@ -129,12 +129,12 @@ def left_and_down(blocks, begin, end, at, size, across, down, stride, first, las
                  costs, pixel, sums, pixel, False)
 
 
-@njit(forceinline=True)
+@inlined
 def _add_to(sums, at, one, other):
     store(sums, at, saturating_add(load_like(one, sums, at), saturating_add(one, other)))
 
 
-@njit(forceinline=True)
+@inlined
 def left_and_down_single(begin, end, at, size, across, down, stride, small, penalty, costs,
                          sums, paths, path, down_paths, place):
     """

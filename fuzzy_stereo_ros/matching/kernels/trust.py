@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where the previous frame's best chromosome can still be trusted, judged on this frame."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.sameness import TILE
-from numba import njit
 import numpy as np
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def tile_strengths(choices, ages, most, strengths):
     """
     Say by tile how much the previous best counts: uint8, 0 in and beside tiles that are others.
@@ -26,7 +26,7 @@ def tile_strengths(choices, ages, most, strengths):
             strengths[row, column] = strength if least >= 0 else 0
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def trusted_cells(labels, verdict, half, distance, half_labels, trusted, first, last):
     """
     Mark the half pixels where the previous best may be leant on, in the half rows first .. last.
@@ -45,7 +45,7 @@ def trusted_cells(labels, verdict, half, distance, half_labels, trusted, first, 
             marks[column] = (apart <= distance) & (was[2 * column] == CONSISTENT)
 
 
-@njit(nogil=True, cache=True)
+@kernel
 def lean_on_previous(trusted, smooth, strengths, weights, first, last):
     """
     Spread the trust to full size.

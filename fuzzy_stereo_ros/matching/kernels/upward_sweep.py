@@ -5,6 +5,7 @@ from fuzzy_stereo_ros.matching.kernels.addresses import (
     peek, peek_long, peek_short, poke, poke_short, splat_word)
 from fuzzy_stereo_ros.matching.kernels.choice import (
     best_label, fit_offsets, least_elsewhere, MIDDLE, NEAR)
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.four_lowest import (
     lowest_of_four, store_four, unpacked, without_least)
 from fuzzy_stereo_ros.matching.kernels.scanlines import advance, step, widen
@@ -12,11 +13,10 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, lanes_of, load_like, saturating_add, splat, splat_wide,
     store, subtract)
 from fuzzy_stereo_ros.matching.kernels.volume import columns_of, row_start, window_of
-from numba import njit
 import numpy as np
 
 
-@njit(forceinline=True)
+@inlined
 def _note(column, best, low, at, totals, labels, below, above):
     """Write the label of a pixel and the sums beside it; its sums are at totals + at."""
     poke_short(labels, column, low + best)
@@ -24,7 +24,7 @@ def _note(column, best, low, at, totals, labels, below, above):
     poke(above, column, peek(totals, at + best + 1))
 
 
-@njit(forceinline=True)
+@inlined
 def _choose_single(low, begin, end, at, costs, sums, jumps, penalty, paths, place, totals, labels,
                    least_sums, margins, below, above):
     """Do for four columns at once, of one or two blocks, what _choose_tile does; return where."""
@@ -80,7 +80,7 @@ def _choose_single(low, begin, end, at, costs, sums, jumps, penalty, paths, plac
     return column
 
 
-@njit(forceinline=True)
+@inlined
 def _choose_tile(blocks, low, begin, end, at, costs, sums, jumps, small, paths, place, totals,
                  labels, least_sums, margins, below, above):
     """Move the upward paths of one tile's columns on by a row and choose their labels."""
@@ -96,7 +96,7 @@ def _choose_tile(blocks, low, begin, end, at, costs, sums, jumps, small, paths, 
         at += LANES * blocks
 
 
-@njit(forceinline=True)
+@inlined
 def _hand_over(search, at, width, low, high, scratch):
     """Write what was chosen for a row of a tile; at the window's ends there is nothing to fit."""
     chosen, below, above = scratch.chosen, scratch.least_below, scratch.least_above
@@ -115,7 +115,7 @@ def _hand_over(search, at, width, low, high, scratch):
             poke_short(search.labels + 2 * at, column, peek_short(chosen, column))
 
 
-@njit(forceinline=True)
+@inlined
 def choose_tile(search, scratch, tile, first, last):
     """Choose the labels of the rows first .. last - 1 of a tile; its paths are those of `last`."""
     costs, sums, paths, totals = scratch.costs, scratch.sums, scratch.up, scratch.labels

@@ -11,7 +11,7 @@ them keeps the arrays alive.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import peek_long
-from numba import njit
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 import numpy as np
 
 
@@ -111,7 +111,7 @@ class Scratch(NamedTuple):
     rivals: int              # uint16: what the target's pixels are offered
 
 
-@njit(forceinline=True)
+@inlined
 def window_of(search, tile_row, tile):
     """Return the first label of a tile, its blocks, and where its costs lie in a row."""
     index = tile_row * search.tile_columns + tile
@@ -119,14 +119,14 @@ def window_of(search, tile_row, tile):
             peek_long(search.offset, index))
 
 
-@njit(forceinline=True)
+@inlined
 def columns_of(search, tile):
     """Return the first column of a tile and the one behind its last."""
     begin = tile * search.tile
     return begin, min(begin + search.tile, search.columns)
 
 
-@njit(forceinline=True)
+@inlined
 def row_start(search, scratch, row):
     """Return where the costs of a row begin, in bytes from those of the scratch."""
     tile_row = row // search.tile

@@ -1,0 +1,287 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Compiled kernels are kept where it is possible, used only where they fit, and nothing breaks."""
+import fcntl
+import json
+import os
+from pathlib import Path
+import platform
+import re
+import shutil
+import subprocess
+import sys
+
+import fuzzy_stereo_ros.matching.kernels as kernels
+from fuzzy_stereo_ros.matching.kernels import cache_folder
+from fuzzy_stereo_ros.matching.kernels.keeping import Kept
+from mounted import as_stranger, mounting, READ_ONLY
+import numba
+import pytest
+
+SOURCES = Path(kernels.__file__).parent
+MACHINERY = '__init__', 'cache_folder', 'compiled', 'keeping'
+START = """# a kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+"""
+CALLEE = START + """
+
+@kernel
+def step(number):
+    return number + {}
+"""
+CALLER = START + """from fuzzy_stereo_ros.matching.kernels.callee import step
+
+
+@kernel
+def steps(number):
+    return step(step(number))
+"""
+PROGRAM = """
+import json, os, sys
+import numba
+from fuzzy_stereo_ros.matching.kernels.caller import steps
+from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
+from fuzzy_stereo_ros.matching.kernels.keeping import remarks
+told = remarks()
+if len(sys.argv) > 2:
+    with open(sys.argv[2], 'wb', buffering=0) as others:
+        try:
+            while others.write(bytes(4096)):
+                pass
+        except OSError:
+            pass
+print(json.dumps({'result': steps(json.loads(sys.argv[1])),
+                  'hits': sum(steps.stats.cache_hits.values()), 'folder': str(FOLDER),
+                  'remarks': told + remarks(), 'setting': numba.config.CACHE_DIR}))
+"""
+
+
+@pytest.fixture
+def package(tmp_path):
+    """Return the folder of kernels of a copy of the package that has two of them."""
+    place = tmp_path / 'code' / 'fuzzy_stereo_ros' / 'matching' / 'kernels'
+    place.mkdir(parents=True)
+    for folder in place.parents[:2]:
+        (folder / '__init__.py').touch()
+    for name in MACHINERY:
+        shutil.copy(SOURCES / f'{name}.py', place)
+    (place / 'callee.py').write_text(CALLEE.format(1))
+    (place / 'caller.py').write_text(CALLER)
+    return place
+
+
+def words(number, *others):
+    """Return the words of a process that calls a kernel with a number; others: a disk to fill."""
+    return [sys.executable, '-c', PROGRAM, json.dumps(number), *others]
+
+
+def environment(package, **variables):
+    """Return what a process of a package finds set; None: that a variable is not there."""
+    usual = {'PYTHONPATH': str(package.parents[2]), 'PYTHONDONTWRITEBYTECODE': '1',
+             'NUMBA_CACHE_DIR': None, 'XDG_CACHE_HOME': None}
+    return {name: str(value) for name, value in {**os.environ, **usual, **variables}.items()
+            if value is not None}
+
+
+def run(package, number=0, before=(), **variables):
+    """Return what the program tells: {name: value}."""
+    done = subprocess.run([*before, *words(number)], capture_output=True, text=True,
+                          env=environment(package, **variables), cwd=package.parents[2])
+    assert (done.returncode, done.stderr) == (0, '')
+    return json.loads(done.stdout)
+
+
+def test_a_second_process_compiles_nothing_and_numba_is_left_as_it_was_set(package, tmp_path):
+    first, second = (run(package, NUMBA_CACHE_DIR=tmp_path / 'cache') for _ in range(2))
+    assert (first['result'], first['hits'], first['remarks']) == (2, 0, [])
+    assert second == {**first, 'hits': 1}
+    assert first['setting'] == str(tmp_path / 'cache')
+    assert Path(first['folder']).parent == tmp_path / 'cache' / 'fuzzy_stereo_ros'
+
+
+def test_an_edited_kernel_is_new_in_those_that_call_it_and_the_former_is_kept(package):
+    assert run(package)['result'] == 2
+    (package / 'callee.py').write_text(CALLEE.format(10))
+    assert run(package)['result'] == 20
+    (package / 'callee.py').write_text(CALLEE.format(1))
+    told = run(package)
+    assert Path(told.pop('folder')).parent == package / '__pycache__'
+    assert told == {'result': 2, 'hits': 1, 'remarks': [], 'setting': ''}
+
+
+@pytest.mark.skipif(platform.machine() != 'x86_64', reason='names processors of x86-64')
+def test_processors_share_a_folder_but_no_kernel_and_get_the_same_bits(package):
+    for processor, hits in (('x86-64', 0), ('haswell', 0), ('x86-64', 1), ('haswell', 1)):
+        told = run(package, 0.1, NUMBA_CPU_NAME=processor, NUMBA_CPU_FEATURES='')
+        assert (told['result'], told['hits']) == (2.1, hits)
+
+
+@pytest.fixture
+def closed(package):
+    """Return a package beside whose code nothing can be kept."""
+    (package / '__pycache__').write_text('no folder')
+    return package
+
+
+@pytest.mark.parametrize('variable', ['HOME', 'XDG_CACHE_HOME'])
+def test_where_nothing_can_be_beside_the_code_the_users_cache_is_taken(
+        closed, tmp_path, variable):
+    told = run(closed, **{variable: tmp_path / 'user'})
+    (cache,) = (tmp_path / 'user').rglob('fuzzy_stereo_ros')
+    assert (Path(told['folder']).parent, told['remarks']) == (cache, [])
+
+
+def test_a_folder_of_the_users_choice_that_cannot_be_is_told_with_the_one_taken(package):
+    told = run(package, NUMBA_CACHE_DIR='/dev/null')
+    assert told['result'] == 2
+    assert told['remarks'] == [
+        'compiled kernels cannot be kept in NUMBA_CACHE_DIR (/dev/null/fuzzy_stereo_ros: Not a '
+        f"directory): they are kept in {package / '__pycache__'}"]
+
+
+def no_folder(told):
+    """Return the reasons that are told for no folder at all."""
+    assert (told['result'], told['hits'], told['folder']) == (2, 0, 'None')
+    (remark,) = told['remarks']
+    start, _, rest = remark.partition(' (')
+    reasons, _, end = rest.rpartition('): ')
+    assert start == 'no folder for compiled kernels can be written to'
+    assert end == ('they are compiled at each start, which takes up to 60 s; set NUMBA_CACHE_DIR '
+                   'to a folder that can be')
+    return reasons
+
+
+def test_without_a_folder_it_works_and_says_so_once(closed):
+    assert no_folder(run(closed, HOME='/dev/null')) == (
+        f'{closed}/__pycache__: Not a directory, '
+        '/dev/null/.cache/fuzzy_stereo_ros: Not a directory')
+
+
+def test_a_user_without_home_and_name_has_no_cache_and_no_folder_called_tilde(closed, tmp_path):
+    subprocess.run(['chmod', '-R', 'a+rX', tmp_path], check=True)
+    here = tmp_path / 'here'
+    here.mkdir(mode=0o777)
+    reasons = no_folder(run(closed, before=[*as_stranger(), 'env', '-C', str(here)], HOME=None))
+    assert reasons == f'{closed}/__pycache__: Not a directory'
+    assert [*here.iterdir()] == []
+
+
+def test_a_home_that_may_not_be_written_to_is_no_folder(closed, tmp_path):
+    (tmp_path / 'home').mkdir()
+    reasons = no_folder(run(closed, before=as_stranger(), HOME=tmp_path / 'home'))
+    assert reasons.endswith('home/.cache/fuzzy_stereo_ros: Permission denied')
+
+
+def test_a_read_only_file_system_is_no_folder(package, tmp_path):
+    places = [tmp_path / 'home', package / '__pycache__']
+    for place in places:
+        place.mkdir()
+    before = mounting(dict.fromkeys(places, READ_ONLY))
+    assert no_folder(run(package, before=before, HOME=tmp_path / 'home')).count(
+        ': Read-only file system') == 2
+
+
+def test_a_disk_that_is_full_at_the_start_is_no_folder(closed, tmp_path):
+    (tmp_path / 'disk').mkdir()
+    reasons = no_folder(run(closed, before=mounting({tmp_path / 'disk': 'size=16k'}),
+                            HOME='/dev/null', NUMBA_CACHE_DIR=tmp_path / 'disk'))
+    assert 'disk/fuzzy_stereo_ros: No space left on device, ' in reasons
+
+
+def test_a_disk_that_gets_full_is_told_once_and_kernels_are_kept_when_there_is_room(
+        package, tmp_path):
+    disk = tmp_path / 'disk'
+    disk.mkdir()
+    script = f'"$@" 0 {disk}/others && rm {disk}/others && "$@" 0 && "$@" 0'
+    done = subprocess.run(
+        [*mounting({disk: 'size=1m'}), 'sh', '-c', script, 'sh', *words(0)[:-1]],
+        capture_output=True, text=True, env=environment(package, NUMBA_CACHE_DIR=disk), cwd=disk)
+    assert (done.returncode, done.stderr) == (0, '')
+    full, room, again = map(json.loads, done.stdout.splitlines())
+    (remark,) = full['remarks']
+    assert remark.startswith(f"compiled kernels can no longer be kept in {full['folder']}")
+    assert '(No space left on device): ' in remark
+    assert [(told['result'], told['hits']) for told in (full, room, again)] == [
+        (2, 0), (2, 0), (2, 1)]
+    assert room['remarks'] == again['remarks'] == []
+
+
+def test_what_comes_back_damaged_is_compiled_and_kept_anew(package):
+    folder = Path(run(package)['folder'])
+    for suffix, content in (('nbi', b''), ('nbc', b'\x80\x04garbage')):
+        for file in folder.rglob(f'*.{suffix}'):
+            file.write_bytes(content)
+        told = run(package)
+        assert (told['result'], told['hits'], told['remarks']) == (2, 0, [])
+    assert run(package)['hits'] == 1
+
+
+def test_processes_that_start_at_once_do_not_break_one_another(package):
+    results = {0: 2, 0.5: 2.5}
+    started = [(number, subprocess.Popen(words(number), stdout=subprocess.PIPE,
+                                         env=environment(package), cwd=package.parents[2]))
+               for number in [*results] * 2]
+    for number, one in started:
+        told = json.loads(one.communicate()[0])
+        assert (told['result'], told['remarks']) == (results[number], [])
+    for number, result in results.items():
+        told = run(package, number)
+        assert (told['result'], told['hits']) == (result, 1)
+
+
+class Watched:
+    """In the place of numba's cache: whether others may read and write while it is used."""
+
+    def __init__(self, folder):
+        self.cache_path, self.seen = folder, []
+
+    def load_overload(self, *what):
+        with open(self.cache_path / 'lock') as lock:
+            for how in (fcntl.LOCK_SH, fcntl.LOCK_EX):
+                try:
+                    fcntl.flock(lock, how | fcntl.LOCK_NB)
+                    self.seen.append(True)
+                except BlockingIOError:
+                    self.seen.append(False)
+
+    save_overload = load_overload
+
+
+def test_nobody_reads_while_one_writes_and_nobody_writes_while_one_reads(tmp_path):
+    watched = Watched(tmp_path)
+    kept = Kept(watched, run)
+    kept.load_overload(None, None)
+    kept.save_overload(None, None)
+    assert watched.seen == [True, False, False, False]
+
+
+def test_kernels_with_checked_bounds_and_without_are_kept_apart(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
+    folders = set()
+    for checked in (None, 1, None):
+        monkeypatch.setattr(numba.config, 'BOUNDSCHECK', checked)
+        folders.add(cache_folder.choose_folder().folder)
+    assert len(folders) == 2
+
+
+def test_folders_not_used_for_long_are_removed_but_none_of_another_installation(
+        tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
+    used = cache_folder.choose_folder().folder
+    before = used.name.rpartition('_')[0]
+    others = [used.with_name(f'{before}_{number:016x}') for number in range(10)]
+    foreign = [used.with_name(name) for name in ('kernels_0123456789ab_0', 'unknown')]
+    for age, folder in enumerate([*others, *foreign]):
+        (folder / 'kernels').mkdir(parents=True)
+        os.utime(folder, (age, age))
+    os.utime(used, (0, 0))
+    assert cache_folder.choose_folder() == (used, '')
+    assert {*used.parent.iterdir()} == {used, *others[-cache_folder.KEPT + 1:], *foreign}
+
+
+def test_all_kernels_are_compiled_by_one_module_and_depend_on_no_source_elsewhere():
+    for source in SOURCES.glob('*.py'):
+        text = source.read_text(encoding='utf-8')
+        assert ('njit' in text) == (source.stem == 'compiled'), source
+        assert all(name.startswith('fuzzy_stereo_ros.matching.kernels.')
+                   for name in re.findall(r'(?:from|import) +(fuzzy_stereo_ros\S*)', text)), source
