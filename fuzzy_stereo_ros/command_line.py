@@ -13,6 +13,7 @@ import sys
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+WITHOUT_KERNELS = 'synthesise', 'convert'
 
 
 def main(argv=None):
@@ -43,8 +44,24 @@ def _parser():
             name, help=command.HELP, description=command.DESCRIPTION, epilog=command.EXAMPLE,
             formatter_class=argparse.RawDescriptionHelpFormatter)
         command.add_arguments(added)
-        added.set_defaults(run=partial(command.run, stream=sys.stdout))
+        work = partial(command.run, stream=sys.stdout)
+        added.set_defaults(run=work if name in WITHOUT_KERNELS else partial(_with_remarks, work))
     return parser
+
+
+def _with_remarks(work, arguments):
+    """Call work(arguments), and tell before and after it what is done without."""
+    from fuzzy_stereo_ros.matching.kernels.keeping import remarks
+
+    def tell():
+        for remark in remarks():
+            print(f'fuzzy-stereo: {remark}', file=sys.stderr)
+
+    tell()
+    try:
+        return work(arguments)
+    finally:
+        tell()
 
 
 class Parser(argparse.ArgumentParser):

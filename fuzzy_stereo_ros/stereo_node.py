@@ -5,6 +5,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.losses import Losses
+from fuzzy_stereo_ros.matching.kernels.keeping import remarks
 from fuzzy_stereo_ros.node.diagnosis import Diagnosis
 from fuzzy_stereo_ros.node.inputs import Inputs
 from fuzzy_stereo_ros.node.life import BROKEN, live, NOT_ALLOWED, PATIENCE, REFUSED
@@ -59,6 +60,7 @@ class DisparityNode(Node):
             self.get_logger().warning(
                 'no parameters of this node are called so, and they change nothing: '
                 f"{', '.join(self._declared.unknown)}")
+        self._tell_remarks()
         self.get_logger().info('loading the kernels; the first start on a machine compiles '
                                'them, which takes up to 60 s')
         self._worker = Worker.of_this_process()
@@ -70,6 +72,7 @@ class DisparityNode(Node):
         last = time.monotonic() + PATIENCE
         counts = self._counts()     # what still waits is not lost but ended
         ended = self._worker.close_lane(self._lane, PATIENCE)
+        self._tell_remarks()
         self._tell_losses(time.monotonic(), counts, last=True)
         ended = self._rig.close(max(last - time.monotonic(), 0)) and ended
         self._jumps.unregister()
@@ -155,6 +158,7 @@ class DisparityNode(Node):
 
     def _every_second(self):
         now, counts = time.monotonic(), self._counts()
+        self._tell_remarks()
         self._tell_losses(now, counts)
         self._serve()
         report = self._inputs.report(now)
@@ -169,6 +173,10 @@ class DisparityNode(Node):
     def _counts(self):
         return counts_of(
             self._inputs.synchroniser, self._lane.counts(), self._inputs.lost)
+
+    def _tell_remarks(self):
+        for remark in remarks():
+            self.get_logger().warning(remark)
 
     def _tell_losses(self, now, counts, last=False):
         for line in self._throttle.due(now, last):
