@@ -7,6 +7,7 @@ import sys
 
 import cv2
 from fuzzy_stereo_ros.command_line import Parser, run_cleanly
+from fuzzy_stereo_ros.log_folder import startable
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.sequence_bag import encoding_of
 from fuzzy_stereo_ros.scene_options import (
@@ -162,10 +163,13 @@ def run(chosen, ros_arguments):
     scene = [(pair.left, pair.right) for pair in scene_pairs(values)]
     calibration = scene_calibration(values)
     try:
+        ros_arguments, remark = startable(ros_arguments)
         rclpy.init(args=ros_arguments)
         rig = FakeRig('fake_rig', '', scene + scene[-2:0:-1], calibration.focal,
                       calibration.baseline, values['rate'], chosen.reliable, calibration.offset,
                       repeat=True)
+        if remark:
+            rig.get_logger().warning(remark)
         rig.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
                               f"{values['rate']:g} pairs/s")
         rig.start()

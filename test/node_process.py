@@ -49,13 +49,13 @@ def ros_environment(logs):
 class NodeProcess:
     """The node in a process of its own, with what it logs."""
 
-    def __init__(self, domain, *arguments, module='fuzzy_stereo_ros.stereo_node'):
-        """Start the module's node in a domain with command-line arguments."""
+    def __init__(self, domain, *arguments, module='fuzzy_stereo_ros.stereo_node', before=()):
+        """Start the module's node in a domain; before: words before those of the process."""
         self._news = threading.Condition()
         self._lines, self._ended = [], False
         self.started = time.monotonic()
         self._process = subprocess.Popen(
-            [sys.executable, '-m', module, *arguments], cwd=ROOT, text=True,
+            [*before, sys.executable, '-m', module, *arguments], cwd=ROOT, text=True,
             env={**os.environ, 'ROS_DOMAIN_ID': str(domain)},
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self._reader = threading.Thread(target=self._read, daemon=True)

@@ -104,9 +104,10 @@ def test_the_node_writes_below_its_folders_whatever_messages_say(bench, place):
     assert done, sentence
     assert bench.node.finish() == 0
     saved = place / 'home' / '.ros' / 'fuzzy_stereo_ros'
-    assert noted(place, [saved]) == []
-    assert list(saved.iterdir())
     logs = place / 'home' / '.ros' / 'log'
+    assert noted(place, [saved, logs]) == []
+    assert list(saved.iterdir())
+    assert all(log.suffix == '.log' for log in logs.iterdir())
     elsewhere = {path for path in all_files(place)
                  if saved not in path.parents and logs not in path.parents}
     assert elsewhere == {place / 'notes'}

@@ -23,7 +23,7 @@ NAME = 'docs/troubleshooting.md'
 PARAMETERS = {row.name for row in (
     *NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))}
 # Of ROS, numba and Fast DDS, not of this package.
-FOREIGN = {'RuntimeError', '__pycache__', '~/.cache/numba', 'image_proc', 'point_cloud_node',
+FOREIGN = {'__pycache__', '~/.cache/fuzzy_stereo_ros', 'image_proc', 'point_cloud_node',
            'image_raw', 'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST',
            'valid_window', 'delta_d', 't', 'f', 'f * t / d', 'camera_info', 'false'}
 

@@ -12,6 +12,7 @@ import shlex
 import signal
 import sys
 
+from fuzzy_stereo_ros.log_folder import startable
 from fuzzy_stereo_ros.worker import Worker
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -36,6 +37,7 @@ def live(node_type, arguments):
         signal.signal(number, lambda number, frame: signals.append(number))
     try:
         rigs = _rigs(remove_ros_args(arguments)[1:])
+        arguments, remark = startable(arguments)
         rclpy.init(args=arguments)
     except (ValueError, RuntimeError) as error:
         return _refuse(error)
@@ -44,6 +46,8 @@ def live(node_type, arguments):
         for options in rigs:
             nodes.append(node_type(**options))
             executor.add_node(nodes[-1])
+        if remark:
+            nodes[0].get_logger().warning(remark)
         if not signals:
             executor.spin()
     except ExternalShutdownException:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the node does when it is asked: forget what was before, and save the last pair."""
 from datetime import datetime
+import os
 from pathlib import Path
 import threading
 
@@ -22,7 +23,7 @@ class Services:
         about(): returns {key: text}, what else is worth to be saved.
         """
         self._node, self._rig, self._about = node, rig, about
-        self._folder = Path(folder).expanduser()
+        self._folder = Path(os.path.expanduser(folder))
         node.create_service(Trigger, '~/reset', self._reset)
         # In a group of its own: while it waits for the files, all else has its turns.
         node.create_service(
@@ -48,6 +49,9 @@ class Services:
 
     def _write(self, last, about):
         """Write a folder and return (done, sentence)."""
+        if self._folder.parts[0].startswith('~'):
+            return False, (f'the last pair cannot be saved to {self._folder}: there is no home; '
+                           'set save_directory to another folder')
         when = datetime.now().strftime('%Y-%m-%d_%H-%M-%S.%f')
         folder = self._folder / f'{self._node.get_name()}_{when}'
         try:

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Node and commands start wherever they may write nothing, and say what they do without."""
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import cv2
+from fuzzy_stereo_ros.log_folder import log_folder, NO_FILES, startable
+from fuzzy_stereo_ros.matching import kernels
+from mounted import as_stranger, mounting, READ_ONLY
+from node_process import NodeProcess, own_domain, ROOT, shifted_pair
+import pytest
+
+CODE = Path(kernels.__file__).parent / '__pycache__'
+LOGS = 'no folder for the files of logs can be written to ('
+KERNELS = 'no folder for compiled kernels can be written to ('
+PLACES = 'HOME', 'NUMBA_CACHE_DIR', 'ROS_HOME', 'ROS_LOG_DIR', 'XDG_CACHE_HOME'
+
+
+@pytest.fixture
+def bare(monkeypatch):
+    """Take away all that names a place to write to; return a function that sets some."""
+    for name in PLACES:
+        monkeypatch.delenv(name, raising=False)
+    return monkeypatch.setenv
+
+
+def started(before=()):
+    """Start the node, end it when it loads the kernels, and return what it logged."""
+    with own_domain() as domain:
+        node = NodeProcess(domain, before=before)
+        try:
+            node.logged('loading the kernels')
+        finally:
+            code = node.finish()
+    assert code == 0
+    assert 'Traceback' not in node.log()
+    return node.log()
+
+
+def told_once(log, sentence):
+    """Return the line of a log with a sentence, which must be a warning and alone."""
+    (line,) = (line for line in log.splitlines() if sentence in line)
+    assert '[WARN]' in line
+    return line
+
+
+@pytest.mark.parametrize(('home', 'reason'), [
+    (None, 'HOME is not set'), ('/dev/null', '/dev/null/.ros/log: Not a directory'),
+    ('', 'HOME is not set')])
+def test_the_node_starts_with_no_home_and_says_that_logs_go_to_no_file(ros, bare, home, reason):
+    if home is not None:
+        bare('HOME', home)
+    log = started()
+    assert f'{LOGS}{reason}): logs are shown alone; set ROS_LOG_DIR' in told_once(log, LOGS)
+    assert 'rcutils' not in log
+
+
+def test_the_node_makes_a_home_that_is_not_there(ros, bare, tmp_path):
+    bare('HOME', str(tmp_path / 'home'))
+    assert LOGS not in started()
+    assert [*(tmp_path / 'home' / '.ros' / 'log').iterdir()]
+
+
+def test_the_node_starts_where_all_is_read_only_and_says_both(ros, bare, tmp_path):
+    bare('HOME', str(tmp_path))
+    log = started(mounting({tmp_path: READ_ONLY, CODE: READ_ONLY}))
+    assert f'{tmp_path}/.ros/log: Read-only file system' in told_once(log, LOGS)
+    line = told_once(log, KERNELS)
+    assert f'{tmp_path}/.cache/fuzzy_stereo_ros: Read-only file system' in line
+    assert 'set NUMBA_CACHE_DIR' in line
+
+
+def test_the_node_starts_on_a_full_disk(ros, bare, tmp_path):
+    bare('HOME', str(tmp_path))
+    log = started(mounting({tmp_path: 'size=16k', CODE: READ_ONLY}))
+    for sentence in (LOGS, KERNELS):
+        assert 'No space left on device' in told_once(log, sentence)
+
+
+def test_the_node_of_a_user_without_home_and_name_starts(ros, bare):
+    log = started(as_stranger())
+    assert 'HOME is not set' in told_once(log, LOGS)
+    assert f'{CODE}: Permission denied' in told_once(log, KERNELS)
+
+
+def run(*words, before=()):
+    """Run `fuzzy-stereo` with words and return its exit code and what it said on both streams."""
+    done = subprocess.run([*before, sys.executable, '-m', 'fuzzy_stereo_ros.command_line', *words],
+                          cwd=ROOT, capture_output=True, text=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_help_tells_nothing_of_places(bare):
+    code, printed, said = run('--help', before=as_stranger())
+    assert (code, said) == (0, '')
+    assert 'match two images' in printed
+
+
+@pytest.mark.parametrize('words', [
+    ('match', 'left.png', 'right.png', '--disparities', '16', '--output', 'never.pfm'),
+    ('replay', 'no_bag', '--disparities', '16', '--output', 'never')])
+def test_commands_that_match_tell_first_that_kernels_are_kept_nowhere(bare, words):
+    code, printed, said = run(*words, before=as_stranger())
+    assert (code, printed) == (2, '')
+    first, second = said.splitlines()
+    assert first.startswith(f'fuzzy-stereo: {KERNELS}')
+    assert 'they are compiled at each start' in first
+    assert second.startswith('fuzzy-stereo: ')
+
+
+@pytest.mark.parametrize('home', [None, '/dev/null'])
+def test_a_match_needs_no_home(bare, tmp_path, home):
+    if home is not None:
+        bare('HOME', home)
+    for name, image in zip(('left.png', 'right.png'), shifted_pair(5)):
+        cv2.imwrite(str(tmp_path / name), image)
+    code, printed, said = run(
+        'match', str(tmp_path / 'left.png'), str(tmp_path / 'right.png'), '--disparities', '16',
+        '--output', str(tmp_path / 'found.pfm'))
+    assert (code, said) == (0, '')
+    assert (tmp_path / 'found.pfm').exists()
+
+
+@pytest.mark.parametrize(('variables', 'folder'), [
+    ({'ROS_LOG_DIR': '/logs', 'ROS_HOME': '/ros', 'HOME': '/home'}, '/logs'),
+    ({'ROS_LOG_DIR': '', 'ROS_HOME': '/ros', 'HOME': '/home'}, '/ros/log'),
+    ({'ROS_LOG_DIR': '~/logs', 'HOME': '/home'}, '/home/logs'),
+    ({'HOME': '/home'}, '/home/.ros/log')])
+def test_the_folder_of_logs_is_that_of_ros(bare, variables, folder):
+    for name, value in variables.items():
+        bare(name, value)
+    assert log_folder() == Path(folder)
+
+
+def test_arguments_stay_where_logs_can_be_written_or_are_not_wanted(bare, tmp_path):
+    assert startable(['node', '--ros-args', NO_FILES]) == (['node', '--ros-args', NO_FILES], '')
+    bare('ROS_LOG_DIR', str(tmp_path / 'made'))
+    assert startable(['node']) == (['node'], '')
+    assert os.listdir(tmp_path) == ['made']
