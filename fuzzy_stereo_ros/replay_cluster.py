@@ -6,6 +6,7 @@ from itertools import count
 import time
 import uuid
 
+from fuzzy_stereo_ros.matching.kernels.keeping import note
 from fuzzy_stereo_ros.pairs.bag_reading import text_of
 from fuzzy_stereo_ros.segment_matching import match_segment, SegmentOrder
 from fuzzy_stereo_ros.versions import versions
@@ -77,7 +78,10 @@ class Cluster:
     def _answer_of(self, future):
         from distributed.scheduler import KilledWorker
         try:
-            return future.result()
+            answer = future.result()
+            for remark in answer.remarks:
+                note(remark)
+            return answer
         except ClusterFault:
             raise
         except KilledWorker as error:

@@ -6,6 +6,7 @@ from functools import lru_cache
 from threading import Lock
 
 from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.kernels.keeping import remarks
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.rig import Rig
 
@@ -34,11 +35,13 @@ class SegmentAnswer:
 
     warming: of the pairs that warmed up: (how many were matched, how many of these started from
     the pair before, milliseconds of matching). answers: of each other pair the Match, or the
-    ValueError that says why it cannot be matched.
+    ValueError that says why it cannot be matched. remarks: sentences on what was done without
+    where it was matched.
     """
 
     warming: tuple
     answers: tuple
+    remarks: tuple = ()
 
 
 def match_segment(order, threads, wanted=lambda: True):
@@ -65,7 +68,8 @@ def match_segment(order, threads, wanted=lambda: True):
     warming = [one for one in answers[:order.warming] if not isinstance(one, ValueError)]
     return SegmentAnswer(
         (len(warming), sum(one.warm for one in warming),
-         sum(one.times['total'] for one in warming)), tuple(answers[order.warming:]))
+         sum(one.times['total'] for one in warming)), tuple(answers[order.warming:]),
+        tuple(remarks()))
 
 
 @lru_cache(maxsize=1)
