@@ -72,7 +72,8 @@ test: lint
 fuzz: $(package_installed)
 	$(python) -m pytest --hypothesis-profile=fuzz --timeout=14400 \
 		$(or $(FUZZ_ARGS),$(wildcard test/test_fuzz_*.py) test/test_numerics_sizes.py \
-		test/test_guard_bytes.py test/test_bounds_check.py test/test_determinism.py)
+		test/test_guard_bytes.py test/test_bounds_check.py test/test_determinism.py \
+		test/test_kernel_cache.py)
 
 soak: $(package_installed)
 	PYTHONPATH=test:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)

@@ -48,8 +48,7 @@ def told_once(log, sentence):
 
 
 @pytest.mark.parametrize(('home', 'reason'), [
-    (None, 'HOME is not set'), ('/dev/null', '/dev/null/.ros/log: Not a directory'),
-    ('', 'HOME is not set')])
+    (None, 'HOME is not set'), ('/dev/null', '/dev/null/.ros/log: Not a directory')])
 def test_the_node_starts_with_no_home_and_says_that_logs_go_to_no_file(ros, bare, home, reason):
     if home is not None:
         bare('HOME', home)
@@ -111,10 +110,8 @@ def test_commands_that_match_tell_first_that_kernels_are_kept_nowhere(bare, word
     assert second.startswith('fuzzy-stereo: ')
 
 
-@pytest.mark.parametrize('home', [None, '/dev/null'])
-def test_a_match_needs_no_home(bare, tmp_path, home):
-    if home is not None:
-        bare('HOME', home)
+def test_a_match_needs_no_home(bare, tmp_path):
+    bare('HOME', '/dev/null')
     for name, image in zip(('left.png', 'right.png'), shifted_pair(5)):
         cv2.imwrite(str(tmp_path / name), image)
     code, printed, said = run(
