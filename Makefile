@@ -50,7 +50,8 @@ help:
 	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
 	@echo 'make fuzz   the fuzz tests of make test with a hundred times the examples, and with the'
 	@echo '            bounds of every index checked: hours'
-	@echo "            make fuzz FUZZ_ARGS='test/test_fuzz_messages.py -x'"
+	@echo "            make fuzz FUZZ_ARGS='test/test_fuzz_messages.py -x'; in half an hour, with"
+	@echo '            twenty times the examples: make fuzz FUZZ_TIMES=20'
 	@echo 'make soak   the node for an hour with faults from a seed: what it promises, kept or broken'
 	@echo "            make soak SOAK_ARGS='--minutes 5 --seed 2 --verbose'"
 	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md'

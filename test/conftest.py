@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures for tests with real nodes; the others need none of them."""
 from contextlib import contextmanager, ExitStack
+import os
 
+from fuzzed import USUAL
 from hypothesis import settings
 from node_process import NodeProcess, own_domain, ros_environment
 import pytest
 
-# `make fuzz` takes it: a hundred times the examples of each fuzz test, and what takes minutes.
-settings.register_profile('fuzz', max_examples=10_000, print_blob=True)
+# `make fuzz` takes it: so many times the examples of each fuzz test, and what takes minutes.
+settings.register_profile('fuzz', max_examples=USUAL * int(os.environ.get('FUZZ_TIMES', 100)),
+                          print_blob=True)
 
 
 @pytest.fixture(scope='module')
