@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many examples a fuzz test tries, and bytes that were damaged."""
 from datetime import timedelta
+from functools import partial
 
 from hypothesis import HealthCheck, settings, strategies as st
 
@@ -23,12 +24,17 @@ def is_long():
     return settings.default.max_examples > USUAL
 
 
-def damaged(content):
-    """Return a strategy of bytes with some of them changed, and often cut, at any place."""
+def damages():
+    """Return a strategy of functions that damage bytes: change some, and often cut, anywhere."""
     return st.builds(
-        _with_damage, st.just(content),
+        lambda flips, kept: partial(_with_damage, flips=flips, kept=kept),
         st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(1, 255)), max_size=8),
         st.one_of(st.just(1.0), st.just(1.0), st.floats(0, 1)))
+
+
+def damaged(content):
+    """Return a strategy of bytes with some of them changed, and often cut, at any place."""
+    return damages().map(lambda damage: damage(content))
 
 
 def _with_damage(content, flips, kept):

@@ -156,6 +156,13 @@ def losses_told(log):
     return told
 
 
+def faults_of(log):
+    """Return the lines of a log that tell of a fault, not of what was refused."""
+    return [line for line in log.splitlines() if 'Traceback' in line or '[FATAL]' in line
+            or 'by a fault of this package' in line
+            or ('[ERROR]' in line and not REFUSED.search(line))]
+
+
 def broken_sums(counts, sent):
     """
     Return sentences on what does not add up, when nothing is under way.
@@ -193,9 +200,7 @@ def promises_of(run, limits):
     told = losses_told(log)
     lost = {key: number for key, number in counts.items() if number and (
         key in ('pairs dropped', 'pairs refused') or key.startswith(('unmatched ', 'lost ')))}
-    faults = [line for line in log.splitlines() if 'Traceback' in line or '[FATAL]' in line
-              or 'by a fault of this package' in line
-              or ('[ERROR]' in line and not REFUSED.search(line))]
+    faults = faults_of(log)
     return [
         Promise('sent = matched + dropped + refused + unmatched + lost',
                 'at every turn' if not broken else '; '.join(broken), not broken),

@@ -1,86 +1,28 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever stands in any field of a message: it is read, or refused as BadPair."""
-from array import array
 import math
-import struct
 from types import SimpleNamespace
 import zlib
 
 import cv2
-from fuzzed import damaged, examples
+from drawn_messages import (
+    BENT_INFOS, COLUMNS, FILES, FORMATS, IMAGES, INFOS, jpeg, png, ROWS)
+from fuzzed import examples
 from fuzzy_stereo_ros.pairs.calibration import content_of, read_calibration
-from fuzzy_stereo_ros.pairs.messages import (
-    ENCODINGS, MOST_PIXELS, PIXELS_OF_BYTE, read_image, stamp_of)
+from fuzzy_stereo_ros.pairs.messages import MOST_PIXELS, PIXELS_OF_BYTE, read_image, stamp_of
 from fuzzy_stereo_ros.pairs.metres import depth_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, SCALES
 from fuzzy_stereo_ros.pairs.result_messages import (
     fill_camera_info, fill_depth, fill_disparity, fill_points)
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
-from made_messages import compressed, header, image, info, noise, refusal_of, region
+from made_messages import compressed, image, noise, refusal_of
 from message_stand_ins import (
     camera_info_stand_in, cloud_stand_in, disparity_stand_in, image_stand_in, made_match,
     read_values)
 import numpy as np
 import pytest
-
-ROWS, COLUMNS = 8, 12
-NUMBER_32 = st.one_of(st.integers(0, 40), st.sampled_from([2**31 - 1, 2**31, 2**32 - 1]),
-                      st.integers(0, 2**32 - 1))
-REAL = st.one_of(st.floats(-500, 500), st.floats(allow_nan=True, allow_infinity=True),
-                 st.sampled_from([0.0, -0.0, 1e-320, 1e-300, 1e300, -1e300, 1e38, 1e39]))
-TEXT = st.one_of(st.text(max_size=40), st.sampled_from(
-    ['plumb_bob', 'rational_polynomial', 'equidistant', 'fisheye', '']))
-ROTATION = cv2.Rodrigues(np.array([0.1, -0.2, 0.05]))[0].ravel().tolist()
-
-
-def reals(*lengths):
-    """Return a strategy of lists of any numbers, mostly of some lengths."""
-    return st.one_of(*(st.lists(REAL, min_size=each, max_size=each) for each in lengths),
-                     st.lists(REAL, max_size=15))
-
-
-def headers():
-    """Return a strategy of headers with any stamp and frame."""
-    return st.builds(lambda second, nanosecond, frame: header((second, nanosecond), frame),
-                     st.integers(-2**31, 2**31 - 1), st.integers(0, 2**32 - 1),
-                     st.text(max_size=20))
-
-
-def changed(message, changes):
-    message.__dict__.update(changes)
-    return message
-
-
-def changes_of(**fields):
-    """Return a strategy of {name: value} of some of the fields, the others left as they are."""
-    return st.fixed_dictionaries({}, optional=fields)
-
-
-IMAGES = st.builds(
-    changed, st.builds(
-        lambda encoding, padding, seed: image(
-            noise(ROWS, COLUMNS, ENCODINGS[encoding][1], ENCODINGS[encoding][0], seed), encoding,
-            padding, as_data=lambda content: array('B', content)),
-        st.sampled_from(sorted(ENCODINGS)), st.integers(0, 3), st.integers(0, 9)),
-    changes_of(header=headers(), height=NUMBER_32, width=NUMBER_32, step=NUMBER_32,
-               encoding=st.one_of(st.sampled_from(sorted(ENCODINGS)), TEXT),
-               is_bigendian=st.integers(0, 255), data=st.binary(max_size=400)))
-INFOS = st.builds(
-    changed, st.builds(lambda tx, cx: info(tx, cx), st.sampled_from([-24.0, -24.0, 0.0]),
-                       st.sampled_from([50.0, 53.5])),
-    changes_of(header=headers(), height=NUMBER_32, width=NUMBER_32, binning_x=NUMBER_32,
-               binning_y=NUMBER_32, distortion_model=TEXT, d=reals(4, 5, 8, 12, 14), k=reals(9),
-               r=st.one_of(st.just(ROTATION), reals(9)), p=reals(12),
-               roi=st.builds(region, NUMBER_32, NUMBER_32, NUMBER_32, NUMBER_32)))
-# One number of a matrix at a time: a matrix of nothing but strange ones is refused early.
-BENT_INFOS = st.builds(
-    lambda message, name, place, value: changed(
-        message, {name: [value if at == place % len(getattr(message, name)) else number
-                         for at, number in enumerate(getattr(message, name))]}),
-    st.builds(lambda tx: info(tx, height=ROWS, width=COLUMNS), st.sampled_from([0.0, -24.0])),
-    st.sampled_from('dkrp'), st.integers(0, 11), REAL)
 
 
 def read_or_refused(read, *arguments):
@@ -172,37 +114,8 @@ def test_a_calibration_with_any_number_in_any_place_is_used_or_refused(left, rig
 # ---- compressed images ----
 
 
-def png(rows, columns, depth=8, colour=0, rest=b''):
-    """Return a PNG of a header, and whatever follows instead of its pixels."""
-    def chunk(name, content):
-        return (struct.pack('>I', len(content)) + name + content
-                + struct.pack('>I', zlib.crc32(name + content)))
-    return (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack(
-        '>IIBBBBB', columns, rows, depth, colour, 0, 0, 0)) + chunk(b'IDAT', rest)
-        + chunk(b'IEND', b''))
-
-
-def jpeg(rows, columns, *options):
-    """Return the JPEG of a small image with another size in its header."""
-    content = bytearray(cv2.imencode('.jpg', noise(16, 16), options)[1].tobytes())
-    frame = content.index(b'\xff\xc2' if options else b'\xff\xc0')
-    struct.pack_into('>HH', content, frame + 5, rows, columns)
-    return bytes(content)
-
-
-WHOLE = [cv2.imencode(suffix, pixels, options)[1].tobytes() for suffix, pixels, options in [
-    ('.png', noise(ROWS, COLUMNS, 3), []), ('.png', noise(ROWS, COLUMNS, dtype=np.uint16), []),
-    ('.png', noise(ROWS, COLUMNS, 4), []), ('.jpg', noise(ROWS, COLUMNS, 3), []),
-    ('.jpg', noise(ROWS, COLUMNS), [cv2.IMWRITE_JPEG_PROGRESSIVE, 1])]]
-FORMATS = st.one_of(st.text(max_size=30), st.builds(
-    '{}; {} compressed {}'.format, st.sampled_from([*ENCODINGS, 'bayer_', '']),
-    st.sampled_from(['jpeg', 'png', 'tiff']), st.sampled_from(['bgr8', 'rgb8', ''])))
-SIZES = st.one_of(st.integers(1, 40), st.integers(1, 2**16 - 1))
-
-
 @examples(300)
-@given(st.one_of(st.sampled_from(WHOLE).flatmap(damaged), st.builds(png, SIZES, SIZES),
-                 st.builds(jpeg, SIZES, SIZES), st.binary(max_size=200)), FORMATS)
+@given(FILES, FORMATS)
 def test_a_compressed_image_of_any_bytes_is_read_or_refused(content, form):
     read = read_or_refused(read_image, compressed(content, form))
     if read is not None:
