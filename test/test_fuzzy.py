@@ -14,7 +14,8 @@ import reference
 intensities = st.floats(0, 255)
 sigmas = st.floats(1, 1000)
 SHAPES = [(7, 11), (1, 9), (9, 1)]
-RANGES = [(4, 0), (5, -3), (6, 2), (30, 0), (3, 40), (3, -40)]  # disparities, min_disparity
+RANGES = [(4, 0), (5, -3), (6, 2), (30, 0), (3, 40), (3, -40),    # disparities, min_disparity
+          (255, -130), (256, -2048), (257, 2048), (512, -260)]
 
 
 def pair(shape, seed=0):

@@ -67,6 +67,17 @@ def test_sixteen_bits_saturate_nowhere(config, low, high):
 
 
 @pytest.mark.parametrize('config', [GUIDED, THOROUGH], ids=['guided', 'thorough'])
+@pytest.mark.parametrize('bits', [8, 10, 15])
+def test_images_of_few_bits_are_matched_as_those_that_fill_sixteen(config, bits):
+    pair = shifted(9, 31, 101, np.uint16)
+    few = [image >> np.uint16(16 - bits) for image in pair]
+    matches = [StereoMatcher(replace(config, disparities=24)).match(*images)
+               for images in (few, [image << np.uint16(16 - bits) for image in few])]
+    np.testing.assert_array_equal(*(match.disparity for match in matches))
+    np.testing.assert_array_equal(*(match.confidence for match in matches))
+
+
+@pytest.mark.parametrize('config', [GUIDED, THOROUGH], ids=['guided', 'thorough'])
 def test_one_disparity_is_found_everywhere_it_is(config):
     match = StereoMatcher(replace(config, disparities=1, min_disparity=4)).match(
         *shifted(4, 21, 63))

@@ -36,22 +36,34 @@ def test_the_census_is_that_of_the_twin(shape, first_bit, planes):
 @pytest.mark.parametrize('first_inside', [0, 4])
 @pytest.mark.parametrize('shape', SHAPES)
 def test_the_costs_are_those_of_the_twin(shape, first_inside):
+    check_costs(shape, min(shape[1], 35), 64, first_inside)
+
+
+@pytest.mark.parametrize('disparities', [1, 32, 33, 255, 256, 257, 512])
+def test_the_costs_of_more_disparities_than_columns_are_those_of_the_twin(disparities):
+    check_costs((2, 5), disparities, -(-disparities // 32) * 32, 2)
+
+
+@pytest.mark.parametrize('weights', [(0, 1, 1, 0), (1, 0, 0, 1), (37, 1, 64, 11)])
+def test_the_costs_of_the_largest_differences_are_those_of_the_twin(weights):
+    check_costs((3, 33), 33, 64, 0, spread=1021, weights=weights)
+
+
+def check_costs(shape, disparities, labels, first_inside, spread=12, weights=(5, 3, 16, 4)):
     rows, columns = shape
-    disparities, labels = min(columns, 35), 64
     codes, target_codes = (random_map((rows, 2, columns), 65536, seed, np.uint16)
                            for seed in (1, 2))
     planes, target_planes = (
-        random_map((rows, fuzzy_costs.PLANES, columns), 12, seed, np.uint16) + np.uint16(16384)
+        random_map((rows, fuzzy_costs.PLANES, columns), spread, seed, np.uint16)
+        + np.uint16(16384)
         for seed in (3, 4))
     padded = [np.concatenate([kind[..., ::-1], np.repeat(kind[..., :1], labels, axis=2)], axis=2)
               for kind in (target_codes, target_planes)]
-    weights = np.uint16([5, 3, 16, 4])
     costs = np.zeros((rows, columns, labels), np.uint16)
-    fuzzy_costs.fill_costs(codes, padded[0], 2, planes, padded[1], weights, disparities,
+    fuzzy_costs.fill_costs(codes, padded[0], 2, planes, padded[1], np.uint16(weights), disparities,
                            first_inside, costs, 0, rows)
     np.testing.assert_array_equal(costs, twins.costs(
-        codes, target_codes, planes, target_planes, weights.tolist(), disparities, first_inside,
-        labels))
+        codes, target_codes, planes, target_planes, weights, disparities, first_inside, labels))
 
 
 @pytest.mark.parametrize('level', [0.5, 100.0])
@@ -64,23 +76,29 @@ def test_arms_end_at_edges_of_colour_and_of_the_parent(shape, level):
     np.testing.assert_array_equal(arms, twins.arms(colours, 5, 2, 14, 8, surface, level))
 
 
-@pytest.mark.parametrize('shape', SHAPES)
-def test_means_over_rows_and_columns_are_those_of_the_twin(shape):
+@pytest.mark.parametrize('least', [0, fuzzy_costs.FULL])
+@pytest.mark.parametrize('longest', [4, 34])
+@pytest.mark.parametrize('shape', [*SHAPES, (70, 3)])
+def test_means_over_rows_and_columns_are_those_of_the_twin(shape, longest, least):
     rows, columns = shape
-    costs = random_map((*shape, 32), fuzzy_costs.FULL + 1, dtype=np.uint16)
+    labels = 64
+    costs = np.maximum(
+        random_map((*shape, labels), fuzzy_costs.FULL + 1, dtype=np.uint16), np.uint16(least))
     places = np.indices(shape)
     room = [places[1], columns - 1 - places[1], places[0], rows - 1 - places[0]]
-    arms = np.minimum(random_map((*shape, 4), 5), np.stack(room, axis=2)).astype(np.uint8)
+    arms = random_map((*shape, 4), longest + 1)
+    arms = np.minimum(arms, np.stack(room, axis=2)).astype(np.uint8)
     by_rows, by_columns = costs.copy(), costs.copy()
-    cross_support.mean_over_rows(by_rows, arms, np.zeros((columns + 1) * 32, np.uint16), 0, rows)
+    cross_support.mean_over_rows(by_rows, arms, np.zeros((columns + 1) * labels, np.uint16), 0,
+                                 rows)
     for first, last in ((0, columns // 2), (columns // 2, columns)):
-        ring = np.zeros((10, (last - first) * 32), np.uint16)
-        cross_support.mean_over_columns(by_columns, arms, 4, ring, first, last)
+        ring = np.zeros((2 * longest + 2, (last - first) * labels), np.uint16)
+        cross_support.mean_over_columns(by_columns, arms, longest, ring, first, last)
     np.testing.assert_array_equal(by_rows, twins.mean_over_arms(costs, arms, 1))
     np.testing.assert_array_equal(by_columns, twins.mean_over_arms(costs, arms, 0))
 
 
-@pytest.mark.parametrize('labels', [32, 64])
+@pytest.mark.parametrize('labels', [32, 64, 512])
 def test_leaning_makes_labels_far_from_the_surface_dearer_and_can_be_undone(labels):
     costs = random_map((4, 5, labels), fuzzy_costs.FULL + 1, dtype=np.uint16)
     surface = random_map((4, 5), 10 * labels, 1, np.float32) / np.float32(10)

@@ -18,20 +18,30 @@ SMOOTHNESS = Smoothness(jump=4.0, small=0.1, at_edge=0.1, edge=20.0)
 @pytest.mark.parametrize('upwards', [False, True])
 @pytest.mark.parametrize('shape', SHAPES)
 def test_paths_follow_the_parent_as_the_twin_does(shape, upwards, steepest):
+    check_paths(shape, 32, upwards, steepest)
+
+
+@pytest.mark.parametrize('upwards', [False, True])
+@pytest.mark.parametrize('labels', [64, 256, 288, 512])
+def test_paths_of_many_labels_are_those_of_the_twin(labels, upwards):
+    check_paths((3, 4), labels, upwards, 5)
+
+
+def check_paths(shape, labels, upwards, steepest):
     rows, columns = shape
-    costs = random_map((*shape, 32), FULL + 1, dtype=np.uint16)
+    costs = random_map((*shape, labels), FULL + 1, dtype=np.uint16)
     parent, steps = random_map(shape, 6, 1, np.int16), random_map((4, *shape), 256, 2)
     small, jump = (np.linspace(high, high / 8, 256).astype(np.uint16) for high in (90, 700))
     sums = random_map(costs.shape, 9, 3, np.uint16)
     before = sums.astype(int) if upwards else 0
-    paths = np.zeros((2, 4, columns, 32 + 2 * eight_directions.PAD), np.uint16)
+    paths = np.zeros((2, 4, columns, labels + 2 * eight_directions.PAD), np.uint16)
     eight_directions.sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, 0, rows,
                                0, paths, np.zeros((2, 4, columns), np.uint16))
     np.testing.assert_array_equal(sums, before + twins.summed_paths(
         costs, parent, steepest, steps, small, jump, upwards))
 
 
-@pytest.mark.parametrize('disparities', [1, 2, 20, 33, 64])
+@pytest.mark.parametrize('disparities', [1, 2, 20, 33, 64, 255, 256, 257, 512])
 @pytest.mark.parametrize('shape', SHAPES)
 def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
     rows, columns = shape
