@@ -30,8 +30,9 @@ def usual():
     return digests(1)
 
 
-def test_two_processes_and_two_threads_give_the_same_bits(usual):
-    assert digests(2) == usual
+def test_several_processes_and_threads_give_the_same_bits(usual):
+    for threads in (2, 3):      # a race does not show each time
+        assert digests(threads) == usual
 
 
 @LONG
