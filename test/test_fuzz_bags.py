@@ -68,6 +68,15 @@ def test_a_whole_bag_is_read_to_its_end(bags, tmp_path, form):
     assert read_all(path) == 12
 
 
+@pytest.mark.parametrize('form', ['mcap', 'ros1'])
+@pytest.mark.parametrize('field', [b' binning_y', b' encoding', b' frame_id', b' x_offset'])
+def test_messages_of_a_type_that_the_bag_defines_otherwise_are_refused(
+        bags, tmp_path, form, field):
+    path = tmp_path / FILES[form]
+    path.write_bytes(bags[form].replace(field, field[:-1] + b'Q'))
+    assert read_all(path) < 12
+
+
 @pytest.mark.parametrize('form', FORMATS)
 def test_a_bag_of_any_bytes_is_read_as_far_as_it_goes_or_refused(
         bags, tmp_path, form, little_memory):

@@ -6,6 +6,7 @@ import heapq
 from pathlib import Path
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.pairs.bag_definitions import defined_as_in_ros
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
 SUFFIXES = '.bag', '.mcap', '.db3'
@@ -116,11 +117,15 @@ class BagReader:
 
 def decoded(message):
     """Return the message that a BagMessage holds; BadPair where its bytes cannot be that."""
+    kind = message.connection.msgtype
+    if not defined_as_in_ros(message.reader.typestore.fielddefs, kind):
+        raise BadPair('damaged message', f'a message of {message.topic} cannot be read: the bag '
+                      f'defines {kind} otherwise than ROS does')
     try:
-        return message.reader.deserialize(message.content, message.connection.msgtype)
+        return message.reader.deserialize(message.content, kind)
     except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
         raise BadPair('damaged message', f'a message of {message.topic} cannot be read as '
-                      f'{message.connection.msgtype}: {text_of(error)}') from error
+                      f'{kind}: {text_of(error)}') from error
 
 
 def slashed(topic):
