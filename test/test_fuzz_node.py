@@ -53,7 +53,7 @@ def test_whatever_the_topics_bring_is_counted_and_the_next_sound_pair_is_matched
             return counts
 
         # A node that has died fails whatever follows: the first example is the one to be told.
-        @settings(examples(70), phases=[Phase.explicit, Phase.generate])
+        @settings(examples(50), phases=[Phase.explicit, Phase.generate])
         @given(spoilt_pairs(images))
         def any_pair(drawn):
             mark = bench.node.mark()

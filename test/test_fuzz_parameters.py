@@ -6,7 +6,7 @@ import math
 from fuzzed import examples
 from fuzzy_stereo_ros.parameter_table import (
     matcher_parameters, NODE_PARAMETERS, profile_config)
-from hypothesis import given, strategies as st
+from hypothesis import example, given, strategies as st
 from node_process import shifted_pair
 import pytest
 
@@ -54,6 +54,7 @@ def test_any_values_are_set_all_at_once_or_refused_with_a_reason(bench):
     changeable = {name: first[name] for name in NAMES if not bench.descriptor(name).read_only}
 
     @examples(50)
+    @example({'speckle_size': 7, 'neighbourhood': 4})     # in its range and not allowed
     @given(st.lists(CHANGES, min_size=1, max_size=3).map(dict))
     def any_change(changes):
         before = bench.parameters(*NAMES)
