@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Read the YAML file of several rigs; config/rigs.yaml is an example of it."""
+import os
 from pathlib import Path
 import re
 from reprlib import repr as shown     # which ends: values may be long, and deep
@@ -66,7 +67,7 @@ def _rig(who, name, values, folder):
                              f'and _, beginning with no digit{slashes}')
     params_file = values.get('params_file', '')
     if params_file:
-        params_file = str(folder / Path(params_file).expanduser())
+        params_file = str(folder / os.path.expanduser(params_file))
     try:
         parameters = _parameters(values.get('parameters', {}))
         existing(params_file)

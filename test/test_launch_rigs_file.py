@@ -54,6 +54,13 @@ rigs:
         '-p', 'use_sim_time:=true', '-p', 'P1:=200.0']
 
 
+def test_a_file_in_a_home_that_is_not_there_is_named(read, monkeypatch):
+    monkeypatch.delenv('HOME', raising=False)
+    monkeypatch.setattr('pwd.getpwuid', {}.__getitem__)     # knows nobody
+    with pytest.raises(ValueError, match="rig 'front': params_file is '.*/~/its.yaml'"):
+        read('rigs: {front: {params_file: ~/its.yaml}}')
+
+
 @pytest.mark.parametrize('base, given, namespace', [
     (None, 'front', '/front'), ('/robot', 'front', '/robot/front'), ('/robot', '/front', '/front'),
     (None, '/', '/')])
