@@ -6,8 +6,6 @@ What the node is like beside a camera: latency, rate, idle cost, memory; each as
 `python -m fuzzy_stereo_ros.live_benchmark --output docs/benchmarks.md` writes its section.
 """
 from contextlib import closing, contextmanager
-import os
-from pathlib import Path
 import signal
 import sys
 import time
@@ -18,6 +16,7 @@ from fuzzy_stereo_ros.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.comparing.report import environment, markdown, Report, Table
 from fuzzy_stereo_ros.demo_stage import (
     LONGEST_START, NODE, NodeFailed, ros_environment, running_module)
+from fuzzy_stereo_ros.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
 import rclpy
@@ -92,26 +91,9 @@ class Listener:
             self.counts = {name: int(values[name]) for name in COUNTED}
 
 
-class Process:
-    """What the system says of a process."""
-
-    def __init__(self, process):
-        self._folder = Path('/proc') / str(process.pid)
-
-    def seconds(self):
-        """Return the s of processor time it has used."""
-        fields = (self._folder / 'stat').read_text().rpartition(')')[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
-
-    def megabytes(self):
-        """Return the MB of memory it has in use."""
-        pages = int((self._folder / 'statm').read_text().split()[1])
-        return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
-
-
 @contextmanager
 def running(module, columns, rows, disparities, rate, log):
-    """Give a Listener and the Process of a module's node, with a camera that publishes."""
+    """Give a Listener and the MeasuredProcess of a module's node, with a camera that publishes."""
     node = running_module(module, [
         '--ros-args', '--param', f'disparity_range:={disparities}'], log)
     camera = running_module('fuzzy_stereo_ros.fake_rig', [
@@ -122,7 +104,7 @@ def running(module, columns, rows, disparities, rate, log):
         with node as process, camera, closing(Listener()) as listener:
             listener.subscribe()
             listener.spin(until=lambda: listener.ages)
-            yield listener, Process(process)
+            yield listener, MeasuredProcess(process.pid)
     finally:
         rclpy.try_shutdown()
 

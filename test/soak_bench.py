@@ -10,12 +10,13 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.parameter_table import profile_config
 from node_process import NodeProcess, shifted_pair, SOON
 from ros_bench import Bench
 from sensor_msgs.msg import Image, PointCloud2
-from soak_figures import megabytes_of, Sample, Threads, worked_by
+from soak_figures import Sample, Threads
 from soak_script import CHANGES, LARGEST, OUTPUTS, TOPICS
 from soak_waits import Waits
 from soaked_node import SAID
@@ -94,12 +95,13 @@ class SoakBench(Bench):
         self._change(confidence_threshold=0.5)      # so that the next one changes something:
         self._change(profile='realtime', **self._usual)     # the matcher is made anew
         # Nothing is sent but probes, one at a time: the middleware keeps what waited at once.
-        before = worked_by(self.node.identity)
+        process = MeasuredProcess(self.node.identity)
+        before = process.seconds()
         latencies, alone = zip(*(self._probe() for _ in range(PROBES)))
-        work = (worked_by(self.node.identity) - before) / PROBES
+        work = 1000 * (process.seconds() - before) / PROBES
         self.answers.clear()
         self.waits.forget()
-        resident, held = megabytes_of(self.node.identity), self._held()
+        resident, held = process.own_megabytes(), self._held()
         deadline = time.monotonic() + PATIENCE
         while self.threads.left_over(held['threads']) and time.monotonic() < deadline:
             self.settle()

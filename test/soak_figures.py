@@ -3,7 +3,6 @@
 """What a soak measures and what must hold of it; imports no ROS."""
 from collections import Counter
 from contextlib import suppress
-import os
 from pathlib import Path
 import re
 from typing import NamedTuple
@@ -58,21 +57,6 @@ class Run(NamedTuple):
     code: int
     threads: object
     waits: dict
-
-
-def megabytes_of(process):
-    """Return the MB of memory in use that a process shares with no other, by its id."""
-    resident, shared = map(int, Path(f'/proc/{process}/statm').read_text().split()[1:3])
-    return (resident - shared) * os.sysconf('SC_PAGE_SIZE') / 1e6
-
-
-def worked_by(process):
-    """Return ms of processor time that the threads of a process have had, by its id."""
-    total = 0
-    for task in Path(f'/proc/{process}/task').iterdir():
-        with suppress(FileNotFoundError, ProcessLookupError):   # it has just ended
-            total += int((task / 'schedstat').read_text().split()[0])
-    return total / 1e6
 
 
 def threads_of(process):
