@@ -29,7 +29,7 @@ from tqdm import tqdm
 RATE, FAST = 30.0, 300.0                            # pairs/s
 CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
 SMALL = 160, 120, 32                                # of the run for memory
-SETTLED = 3.0                                       # s, before anything is measured
+SETTLED = 3.0       # s at the most before anything is measured, which itself takes as long
 COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused')
 PROBED = 'fuzzy_stereo_ros.live_probe'
 FAILED = 1
@@ -109,11 +109,17 @@ def running(module, columns, rows, disparities, rate, log):
         rclpy.try_shutdown()
 
 
+def case_of(text):
+    """Return the (columns, rows, disparities) of a text like 640x480x64; ValueError."""
+    columns, rows, disparities = map(int, text.split('x'))
+    return columns, rows, disparities
+
+
 def live_row(case, seconds, log):
     """Return the row of a case of the first table."""
     columns, rows, disparities = case
     with running(NODE, *case, RATE, log) as (listener, process):
-        listener.spin(SETTLED)
+        listener.spin(min(SETTLED, seconds))
         before, used, started = listener.news(), process.seconds(), time.monotonic()
         listener.ages.clear()
         listener.spin(seconds)
@@ -122,7 +128,7 @@ def live_row(case, seconds, log):
         after, share = listener.news(), process.seconds() - used
         passed = time.monotonic() - started
     with running(PROBED, *case, RATE, log) as (listener, process):
-        listener.spin(SETTLED)
+        listener.spin(min(SETTLED, seconds))
         listener.late.clear()
         listener.spin(seconds)
         listener.spin(until=lambda: listener.late)
@@ -144,7 +150,7 @@ def memory_rows(frames, seconds, log):
                           progress=lambda: bar.update(len(listener.ages) - bar.n))
             rows.append((len(listener.ages), process.megabytes()))
         listener.leave()
-        listener.spin(SETTLED)
+        listener.spin(min(SETTLED, seconds))
         used, started = process.seconds(), time.monotonic()
         listener.spin(seconds)
         return rows, 100 * (process.seconds() - used) / (time.monotonic() - started)
@@ -160,7 +166,7 @@ def run(arguments):
             raise ValueError(f'--{name} is {value}; allowed are numbers above 0')
     try:
         with ros_environment() as log:
-            rows = [live_row(case, arguments.seconds, log) for case in CASES]
+            rows = [live_row(case, arguments.seconds, log) for case in arguments.case or CASES]
             memory, idle = memory_rows(arguments.frames, arguments.seconds, log)
     except NodeFailed as failure:
         print(f'live_benchmark: {failure}', file=sys.stderr)
@@ -191,6 +197,9 @@ def main(argv=None):
     """Run the benchmark with the arguments (None: those of the process); return its exit code."""
     parser = Parser(prog='live_benchmark', description=__doc__.strip().splitlines()[0])
     parser.add_argument('--seconds', type=float, default=20.0, help='of each case; default: 20')
+    parser.add_argument('--case', type=case_of, action='append', metavar='CxRxD',
+                        help='columns, rows and disparities of a case; default: '
+                             f"{' and '.join('x'.join(map(str, case)) for case in CASES)}")
     parser.add_argument('--frames', type=int, default=10000,
                         help='of the run for memory; default: 10000')
     parser.add_argument('--output', metavar='FILE.md', help='write the section of this page too')

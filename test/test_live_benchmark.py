@@ -13,12 +13,13 @@ import pytest
 def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp_path):
     page = tmp_path / 'page.md'
     done = subprocess.run(
-        [sys.executable, '-m', 'fuzzy_stereo_ros.live_benchmark', '--seconds', '1.5', '--frames',
-         '50', '--output', str(page)], capture_output=True, text=True, check=False)
+        [sys.executable, '-m', 'fuzzy_stereo_ros.live_benchmark', '--seconds', '1', '--frames',
+         '50', '--case', '320x240x32', '--case', '160x120x16', '--output', str(page)],
+        capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     written = page.read_text(encoding='utf-8')
     assert '## The node beside a camera' in done.stdout
-    for case in ('640x480, 64 disparities', '1280x720, 128 disparities'):
+    for case in ('320x240, 32 disparities', '160x120, 16 disparities'):
         (row,) = re.findall(rf'^\| {case} *\|(.+)\|$', written, re.MULTILINE)
         pairs, matched, dropped, refused, rate, median, high, *_ = map(float, row.split('|'))
         assert matched > 0 and rate > 0 and refused == 0
@@ -31,6 +32,7 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
 
 @pytest.mark.parametrize('arguments, sentence', [
     (('--output', 'page.txt'), 'a page of benchmarks has .md'),
+    (('--case', '640x480'), "argument --case: invalid case_of value: '640x480'"),
     (('--seconds', '0'), '--seconds is 0.0; allowed are numbers above 0'),
     (('--frames', '0'), '--frames is 0; allowed are numbers above 0')])
 def test_bad_arguments_end_with_one_sentence_and_code_2(ros, arguments, sentence):
