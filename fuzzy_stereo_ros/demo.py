@@ -66,7 +66,7 @@ def run(arguments):
             process = stack.enter_context(running_node(parameters, log))
             stage = stack.enter_context(open_stage(sequence, process))
             print('starting the node; the first start on a machine compiles its kernels, which '
-                  'takes up to 30 s', flush=True)
+                  'takes up to 60 s', flush=True)
             started = time.monotonic()
             stage.wait_until_ready()
             print(f'ready after {time.monotonic() - started:.1f} s')
