@@ -27,7 +27,7 @@ PROBES = 12         # pairs of a sample
 SHIFTS = range(2, 8)        # px, what the pairs of one size are shifted by
 QUEUE_SIZE = 5
 PATIENCE = 5.0      # s for an answer that may have been lost, and for a thread to end
-TYPES = {'points2': PointCloud2}        # of what is no Image
+TYPES = {'disparity': DisparityImage, 'points2': PointCloud2}    # of what is no Image
 
 
 def node_arguments(disparities, folder, best_effort):
@@ -83,7 +83,9 @@ class SoakBench(Bench):
         self._shape = self.shape_of(LARGEST)
         every = {name: value for change in CHANGES for name, value in change.items()}
         for profile in ('quality', 'realtime'):
-            self._change(**{**every, 'profile': profile})
+            for values in (every, self._usual):     # as speckles of size 0 need no kernel
+                self._change(**{**values, 'profile': profile})
+                self.hear('disparity')
             for topic in OUTPUTS:
                 self.hear(topic)
 
