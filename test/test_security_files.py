@@ -10,6 +10,7 @@ import sys
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from node_process import ROOT
@@ -27,12 +28,13 @@ def environment(folder, module):
 
 
 def is_cache(path):
-    """Return whether a path is of numba's cache beside the code."""
-    return CODE in path.parents and '__pycache__' in path.parts
+    """Return whether a path is of the cache of kernels, or of Python's own beside the code."""
+    return FOLDER.parent in (path, *path.parents) or (
+        CODE in path.parents and '__pycache__' in path.parts)
 
 
 def noted(folder, allowed):
-    """Return what was noted but for writing below allowed folders and to numba's cache."""
+    """Return what was noted but for writing below allowed folders and to caches of code."""
     lines = (folder / 'notes').read_text().splitlines()
     notes = [json.loads(line) for line in lines]
     assert notes, 'nothing was noted'
