@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Freed memory goes back to the system, and changes of parameters do not pile it up."""
 import ctypes
+import gc
 from queue import SimpleQueue
 import subprocess
 import sys
@@ -13,13 +14,13 @@ from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from node_process import ROOT, shifted_pair, START
+from numba.core.dispatcher import Dispatcher
 import pytest
 
 # Blocks too small to be mapped one by one; the last one keeps those below from being let go.
 SCATTERED = """
 import os, sys, threading
-sys.path.insert(0, 'test')
-from soak_figures import megabytes_of
+from fuzzy_stereo_ros.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.memory import give_back_memory
 
 kept = []
@@ -31,19 +32,18 @@ def scatter():
 thread = threading.Thread(target=scatter)
 thread.start()
 thread.join()
-before = megabytes_of(os.getpid())
+before = MeasuredProcess(os.getpid()).own_megabytes()
 give_back_memory()
-print(before - megabytes_of(os.getpid()))
+print(before - MeasuredProcess(os.getpid()).own_megabytes())
 """
 # What is free at the end of an arena; the first lines are those with which the node begins.
 AT_THE_END = """
 import os, sys
-sys.path.insert(0, 'test')
 from fuzzy_stereo_ros import memory
 if sys.argv[1] == 'shared':
     import fuzzy_stereo_ros.node
 import threading
-from soak_figures import megabytes_of
+from fuzzy_stereo_ros.measured_process import MeasuredProcess
 
 def fill():
     blocks = [bytearray(b'x' * 100_000) for _ in range(300)]
@@ -53,7 +53,7 @@ def fill():
     freed.set()
     end.wait()
 
-before = megabytes_of(os.getpid())
+before = MeasuredProcess(os.getpid()).own_megabytes()
 events = filled, free, freed, end = [threading.Event() for _ in range(4)]
 large = bytearray(b'x' * 30_000_000)    # once mapped and freed, glibc lets go of less from then on
 del large
@@ -63,7 +63,7 @@ filled.wait()
 free.set()
 freed.wait()
 memory.give_back_memory()
-print(megabytes_of(os.getpid()) - before)
+print(MeasuredProcess(os.getpid()).own_megabytes() - before)
 end.set()
 thread.join()
 """
@@ -132,3 +132,17 @@ def test_of_two_image_sizes_a_matcher_holds_one_at_a_time():
         matcher.match(*shifted_pair(3, rows))
     assert held == [None, None]
     assert matcher.search is not None
+
+
+@pytest.mark.parametrize('profile', ['realtime', 'quality', 'paper'])
+def test_numba_keeps_nothing_of_a_match(profile):
+    matcher = StereoMatcher(MatcherConfig.from_profile(profile, disparities=16))
+    pair = shifted_pair(3, 48, 64)
+
+    def kept_after(times):
+        for _ in range(times):
+            matcher.match(*pair)
+        return sum(len(one._types_active_call) for one in gc.get_objects()
+                   if isinstance(one, Dispatcher))
+
+    assert kept_after(5) == kept_after(2)

