@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The services of the real node: forget, and save what `fuzzy-stereo match` makes again."""
+from functools import partial
 import json
 
 from fuzzy_stereo_ros.command_line import main
-from node_process import shifted_pair, values_of
+from node_process import NodeProcess, ROOT, shifted_pair, values_of
 import numpy as np
 import pytest
 
@@ -48,6 +49,22 @@ def test_a_saved_pair_is_matched_again_bit_for_bit(bench, tmp_path, capsys):
     np.testing.assert_array_equal(published[valid], np.maximum(again, 0)[valid])
     about = json.dumps(json.loads((folder / 'about.json').read_text()))
     assert '"parameter disparity_range": "16"' in about
+
+
+def test_a_pair_is_saved_where_the_node_runs_too(make_bench, tmp_path, monkeypatch):
+    from ros_bench import Bench
+    monkeypatch.setenv('PYTHONPATH', str(ROOT))
+    monkeypatch.setattr(Bench, 'node_type', staticmethod(
+        partial(NodeProcess, before=['env', f'--chdir={tmp_path}'])))
+    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
+                    'save_directory:=.') as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(LEFT, RIGHT)
+        done, sentence = bench.trigger('save')
+    assert done, sentence
+    (folder,) = tmp_path.glob('disparity_node_*')
+    assert (folder / 'about.json').exists()
 
 
 def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, tmp_path):

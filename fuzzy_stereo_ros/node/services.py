@@ -49,7 +49,7 @@ class Services:
 
     def _write(self, last, about):
         """Write a folder and return (done, sentence)."""
-        if self._folder.parts[0].startswith('~'):
+        if str(self._folder).startswith('~'):
             return False, (f'the last pair cannot be saved to {self._folder}: there is no home; '
                            'set save_directory to another folder')
         when = datetime.now().strftime('%Y-%m-%d_%H-%M-%S.%f')
