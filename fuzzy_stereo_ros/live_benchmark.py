@@ -72,6 +72,10 @@ class Listener:
             self._executor.spin_once(timeout_sec=0.1)
             progress()
 
+    def settle(self, seconds):
+        """Listen for a while before something is measured for a time in s."""
+        self.spin(min(SETTLED, seconds))
+
     def news(self):
         """Return {key: count} of diagnostics that are newer than this call."""
         self.counts, self._asked = None, self._node.get_clock().now().nanoseconds
@@ -119,7 +123,7 @@ def live_row(case, seconds, log):
     """Return the row of a case of the first table."""
     columns, rows, disparities = case
     with running(NODE, *case, RATE, log) as (listener, process):
-        listener.spin(min(SETTLED, seconds))
+        listener.settle(seconds)
         before, used, started = listener.news(), process.seconds(), time.monotonic()
         listener.ages.clear()
         listener.spin(seconds)
@@ -128,7 +132,7 @@ def live_row(case, seconds, log):
         after, share = listener.news(), process.seconds() - used
         passed = time.monotonic() - started
     with running(PROBED, *case, RATE, log) as (listener, process):
-        listener.spin(min(SETTLED, seconds))
+        listener.settle(seconds)
         listener.late.clear()
         listener.spin(seconds)
         listener.spin(until=lambda: listener.late)
@@ -150,7 +154,7 @@ def memory_rows(frames, seconds, log):
                           progress=lambda: bar.update(len(listener.ages) - bar.n))
             rows.append((len(listener.ages), process.megabytes()))
         listener.leave()
-        listener.spin(min(SETTLED, seconds))
+        listener.settle(seconds)
         used, started = process.seconds(), time.monotonic()
         listener.spin(seconds)
         return rows, 100 * (process.seconds() - used) / (time.monotonic() - started)

@@ -73,14 +73,14 @@ class ReplayPlan(NamedTuple):
         return sinks
 
 
-def planned(arguments, bags):
+def planned(arguments, asked, bags):
     """
     Return the ReplayPlan of a BagReader.
 
-    arguments: as of `fuzzy-stereo replay`, whose outputs were checked.
+    arguments: as of `fuzzy-stereo replay`, whose outputs were checked. asked: `asked_for` them.
     Raises ValueError and OSError for what cannot be done.
     """
-    config, settings, reader = asked_for(arguments)
+    config, settings, reader = asked
     words = (*ALWAYS, *arguments.words)
     topics = chosen_topics(bags, arguments.left, arguments.right, settings['rectify'])
     infos, calibration = chosen_calibration(
@@ -116,9 +116,13 @@ def is_lasting(arguments):
     return arguments.format != NO_BAG or bool(arguments.files)
 
 
-def check_outputs(arguments):
-    """Raise ValueError where nothing would be written, or what a file cannot hold."""
-    config, _, reader = asked_for(arguments)
+def check_outputs(arguments, asked):
+    """
+    Raise ValueError where nothing would be written, or what a file cannot hold.
+
+    asked: `asked_for` the arguments.
+    """
+    config, _, reader = asked
     config = config.at_scale(reader.scale)
     if not is_lasting(arguments):
         if not names_of_views(arguments):

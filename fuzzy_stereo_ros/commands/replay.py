@@ -14,7 +14,8 @@ from fuzzy_stereo_ros.pairs.bag_reading import BagReader, DamagedBag, text_of
 from fuzzy_stereo_ros.pairs.bag_writing import FORMATS
 from fuzzy_stereo_ros.replay import Outputs, replay, Tally
 from fuzzy_stereo_ros.replay_plan import (
-    ALWAYS, BY_CHOICE, check_outputs, is_lasting, NO_BAG, planned, READING, RESULTS, SYNCHRONISING)
+    ALWAYS, asked_for, BY_CHOICE, check_outputs, is_lasting, NO_BAG, planned, READING, RESULTS,
+    SYNCHRONISING)
 from fuzzy_stereo_ros.replay_report import figures_of, no_pair_sentence, sentences, Shown
 from fuzzy_stereo_ros.replay_request import expected_pairs, SECOND
 from fuzzy_stereo_ros.replay_segments import SegmentedReplay
@@ -94,9 +95,10 @@ def run(arguments, stream, progress_stream=None):
     Raises ValueError and OSError for bad input, before anything is written, and for a damaged bag
     or a full disk after everything so far is; KeyboardInterrupt likewise.
     """
-    check_outputs(arguments)
+    asked = asked_for(arguments)
+    check_outputs(arguments, asked)
     with BagReader(arguments.bags) as bags:
-        plan = planned(arguments, bags)
+        plan = planned(arguments, asked, bags)
         if not arguments.json:
             stream.write(
                 f'{plan.topics.left} and {plan.topics.right}, calibrated by {plan.calibration}\n')
