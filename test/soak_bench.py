@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.parameter_table import profile_config
 from node_process import NodeProcess, shifted_pair, SOON
 from ros_bench import Bench
 from sensor_msgs.msg import Image, PointCloud2
-from soak_figures import Sample, Threads
+from soak_figures import is_under_way, Sample, Threads, whole_numbers
 from soak_script import CHANGES, LARGEST, OUTPUTS, TOPICS
 from soak_waits import Waits
 from soaked_node import SAID
@@ -115,10 +115,8 @@ class SoakBench(Bench):
         """Return the counts of diagnostics when all that was sent has come to something."""
         deadline = time.monotonic() + SOON
         while True:
-            counts = {key: int(value) for key, value in self.counts().items()
-                      if value.isdecimal()}
-            under_way = any(counts[f'received {topic}'] + counts[f'lost {topic}'] < number
-                            for topic, number in self.sent.items())
+            counts = whole_numbers(self.counts())
+            under_way = is_under_way(counts, self.sent)
             if time.monotonic() > deadline or not (under_way or counts['pairs waiting']):
                 return {**counts, 'queue_size': QUEUE_SIZE}
             if under_way and self._best_effort:

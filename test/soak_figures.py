@@ -72,13 +72,13 @@ class Threads:
     """
     The threads of a process: which there were when it first was at rest, and which came later.
 
-    most: how many there were at a time.
+    most: how many there were at a time. left: what `left_over` returned last.
     """
 
     def __init__(self, process):
         """Begin with nothing seen; process: its id."""
         self._process, self._first, self._since = process, None, {}
-        self.most, self._left = 0, []
+        self.most, self.left = 0, []
 
     def note(self, event):
         """Look which threads there are after an event."""
@@ -86,11 +86,6 @@ class Threads:
         self.most = max(self.most, len(found))
         for number in found:
             self._since.setdefault(number, event)
-
-    @property
-    def left(self):
-        """What `left_over` returned last."""
-        return self._left
 
     def left_over(self, names):
         """
@@ -105,15 +100,15 @@ class Threads:
         if self._first is None:
             self._first = found
         more = Counter(found.values()) - Counter(self._first.values())
-        self._left = []
+        self.left = []
         for number, name in found.items():
             if number not in self._first and more[name]:
                 more[name] -= 1
-                self._left.append(f"{name} (since {self._since.get(number, 'a sample')})")
-        return self._left
+                self.left.append(f"{name} (since {self._since.get(number, 'a sample')})")
+        return self.left
 
     def __str__(self):
-        left = ', '.join(f'{times} x {name}' for name, times in Counter(self._left).items())
+        left = ', '.join(f'{times} x {name}' for name, times in Counter(self.left).items())
         return f"{len(self._first)}, up to {self.most} after events; left over: {left or 'none'}"
 
 
@@ -138,6 +133,23 @@ def losses_told(log):
         elif found := REFUSED.search(line):
             told['pairs refused'] += int(found[1] or 1)
     return told
+
+
+def losses_of(counts):
+    """Return those of the counts of diagnostics that a log must tell, as `losses_told` does."""
+    return {key: number for key, number in counts.items() if number and (
+        key in ('pairs dropped', 'pairs refused') or key.startswith(('unmatched ', 'lost ')))}
+
+
+def whole_numbers(diagnostics):
+    """Return {key: number} of {key: text}, of those that are whole numbers."""
+    return {key: int(text) for key, text in diagnostics.items() if text.isdecimal()}
+
+
+def is_under_way(counts, sent):
+    """Return whether messages that were sent have neither come nor been lost; as `broken_sums`."""
+    return any(counts[f'received {topic}'] + counts[f'lost {topic}'] < messages
+               for topic, messages in sent.items())
 
 
 def faults_of(log):
@@ -174,16 +186,14 @@ def promises_of(run, limits):
     """
     Return the Promises of a Run.
 
-    limits: {'memory': %, 'resident': %, 'latency': %, 'work': %,
-    'wait': s}.
+    limits: {'memory': %, 'resident': %, 'latency': %, 'work': %, 'wait': s}.
     """
     held, objects, resident, latency, share, work = zip(*run.samples)
     counts, log, broken, code = run.counts, run.log, run.broken, run.code
     waits = ', '.join(f'{what} {wait.seconds:.2f} s ({wait.event})'
                       for what, wait in run.waits.items())
     told = losses_told(log)
-    lost = {key: number for key, number in counts.items() if number and (
-        key in ('pairs dropped', 'pairs refused') or key.startswith(('unmatched ', 'lost ')))}
+    lost = losses_of(counts)
     faults = faults_of(log)
     return [
         Promise('sent = matched + dropped + refused + unmatched + lost',

@@ -9,6 +9,7 @@ from node_process import shifted_pair, values_of
 import numpy as np
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from soak_figures import is_under_way, whole_numbers
 from soak_script import TOPICS
 
 SHIFT = 3
@@ -75,10 +76,8 @@ class SpoiltPairs:
         """Return the counts of diagnostics when all that was sent has come to something."""
         def settled():
             counts = self._counts()
-            under_way = counts['pairs waiting'] or any(
-                counts[f'received {topic}'] + counts[f'lost {topic}'] < number
-                for topic, number in self.sent.items())
-            return None if under_way else counts
+            waited_for = counts['pairs waiting'] or is_under_way(counts, self.sent)
+            return None if waited_for else counts
 
         self.pairs = 0
         return self._bench.until(settled, f'{self.sent} are received or lost')
@@ -88,8 +87,7 @@ class SpoiltPairs:
             self.sent[topic] += 1
 
     def _counts(self):
-        return {key: int(value) for key, value in self._bench.counts().items()
-                if value.isdecimal()}
+        return whole_numbers(self._bench.counts())
 
 
 def put(drawn, message, stamped):
