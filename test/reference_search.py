@@ -86,15 +86,16 @@ def jump_costs(chromosome, small, across, down):
 # ---- partition crossover ----
 
 
-def partition_crossover(cost_of, mother, father, advantage=0):
+def partition_crossover(cost_of, mother, father, advantage=0, apart=0):
     """
     Try each region of differing genes in the whole mother; keep it where that costs less.
 
-    cost_of: the cost of a whole chromosome; advantage: by how much less a cell. Returns the
-    child.
+    cost_of: the cost of a whole chromosome; advantage: by how much less a cell; apart: genes
+    that differ by no more are alike. Returns the child.
     """
     child = mother.copy()
-    for region in components(mother != father, lambda place, near: True):
+    differ = abs(mother.astype(float) - father) > apart
+    for region in components(differ, lambda place, near: True):
         tried = mother.copy()
         places = tuple(np.transpose(region))
         tried[places] = father[places]

@@ -5,10 +5,13 @@ from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.kernels import dense_map, surface_cost
 from fuzzy_stereo_ros.matching.kernels.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.region_crossover import cross_regions
 from fuzzy_stereo_ros.matching.surface_fitness import Steps, SurfaceFitness
+from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 import reference_quality as twins
+from reference_search import partition_crossover
 
 SHAPES = [(1, 1), (1, 9), (9, 1), (8, 11)]
 BY_COLOUR = np.exp(-np.arange(766) / 20).astype(np.float32)
@@ -19,21 +22,26 @@ def surface_of(shape, seed=0, limit=8):
     return random_map(shape, 16 * limit, seed, np.float32) / np.float32(16)
 
 
+@pytest.mark.parametrize('labels', [1, 8, 255, 256, 257, 512])
 @pytest.mark.parametrize('shape', SHAPES)
-def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape):
-    surface, colours = surface_of(shape), random_map((*shape, 3), 60, 1)
+def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape, labels):
+    """The map reaches from label to label, whose places the histogram just holds."""
+    surface, colours = random_map(shape, labels, 0, np.float32), random_map((*shape, 3), 60, 1)
+    surface = np.minimum(surface + surface_of(shape, 3, 1), np.float32(labels - 1))
     selected = random_map(shape, 2, 2)
     distance = np.exp(-np.arange(-3, 4)**2 / 8).astype(np.float32)
     result = np.zeros_like(surface)
     dense_map.weighted_median(surface, selected, colours, 3, BY_COLOUR, distance,
-                              np.zeros(4 * 8 + 2, np.float32), result, 0, shape[0])
+                              np.zeros(dense_map.BINS * labels + 1, np.float32), result, 0,
+                              shape[0])
     np.testing.assert_allclose(result, twins.weighted_median(
         surface, selected, colours, 3, BY_COLOUR, distance, dense_map.BINS), atol=1e-5)
 
 
+@pytest.mark.parametrize('nearest', [0, 254, 509])
 @pytest.mark.parametrize('shape', SHAPES)
-def test_local_planes_are_those_of_the_twin(shape):
-    surface, colours = surface_of(shape, limit=3), random_map((*shape, 3), 60, 1)
+def test_local_planes_are_those_of_the_twin(shape, nearest):
+    surface, colours = surface_of(shape, limit=3) + nearest, random_map((*shape, 3), 60, 1)
     result = np.zeros_like(surface)
     dense_map.local_planes(surface, colours, 2, BY_COLOUR, np.float32(1), np.float32(0.25),
                            result, 0, shape[0])
@@ -50,10 +58,10 @@ def test_a_plane_stays_itself_under_local_planes():
     np.testing.assert_allclose(result[5:-5, 5:-5], plane[5:-5, 5:-5], atol=1e-3)
 
 
-@pytest.mark.parametrize('disparities', [1, 2, 7])
+@pytest.mark.parametrize('disparities', [1, 2, 7, 32])
 def test_costs_between_labels_lie_between_theirs(disparities):
     cells = random_map((1, 1, 32), FULL, disparities, np.uint16)
-    for disparity in np.linspace(-1, 8, 19, dtype=np.float32):
+    for disparity in np.linspace(-1, disparities + 1, 19, dtype=np.float32):
         assert surface_cost.cost_at(cells, 0, 0, disparity, disparities) == pytest.approx(
             twins.cost_at(cells[0, 0], disparity, disparities), abs=1e-3)
 
@@ -113,3 +121,40 @@ def test_genes_that_hardly_differ_stay_those_of_the_mother():
     kept = mother.copy()
     fitness.join(Crew(1), mother, mother + np.float32(0.3), STEPS)
     np.testing.assert_array_equal(mother, kept)
+
+
+@st.composite
+def crossings(draw):
+    """Return mother, father, what their genes cost, weights of steps; all without rounding."""
+    shape, seed = (draw(st.integers(1, 9)), draw(st.integers(1, 9))), draw(st.integers(0, 10**6))
+    mother, father = (surface_of(shape, seed + k, draw(st.sampled_from([1, 3, 512])))
+                      for k in range(2))
+    agree = random_map(shape, 10, seed + 2) < draw(st.sampled_from([0, 3, 6, 9]))
+    father[agree] = mother[agree]
+    most = draw(st.sampled_from([1, 16, 200]))
+    across, down = (random_map(shape, 9, seed + k, np.float32) / np.float32(8) for k in (5, 6))
+    return mother, father, *(random_map(shape, most, seed + k, np.float32) for k in (3, 4)), \
+        across, down
+
+
+@settings(max_examples=200, deadline=None)
+@given(crossings(), st.sampled_from([0, 0.25, 1]), st.sampled_from([0, 0.125, 0.5]))
+def test_each_region_is_that_of_the_fitter_parent_as_found_by_trying_them_all(
+        crossing, free, apart):
+    mother, father, mother_costs, father_costs, across, down = crossing
+    numbers = [np.float32(number) for number in (8, free, 20)]
+
+    def cost(surface, genes=None):
+        genes = np.where(surface == mother, mother_costs, father_costs) if genes is None else genes
+        return twins.surface_cost(surface, genes, across, down, *numbers)
+
+    child, costs = mother.copy(), mother_costs.copy()
+    parent, change = np.full(mother.size // 2 + 2, -7, np.int32), np.full(mother.size // 2 + 2, 7.)
+    saved, dearer = cross_regions(
+        child, costs, father, father_costs, across, down, *numbers, np.float32(apart),
+        np.full(mother.shape, -7, np.int32), parent, change)
+    np.testing.assert_array_equal(child, partition_crossover(cost, mother, father, apart=apart))
+    np.testing.assert_array_equal(costs, np.where(child == mother, mother_costs, father_costs))
+    assert saved == cost(mother) - cost(child)
+    if apart == 0:
+        assert dearer == cost(father) - cost(mother)
