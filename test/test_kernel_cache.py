@@ -117,6 +117,61 @@ def test_processors_share_a_folder_but_no_kernel_and_get_the_same_bits(package):
         assert (told['result'], told['hits']) == (2.1, hits)
 
 
+def test_times_of_the_sources_which_an_image_of_a_container_changes_do_not_matter(package):
+    assert run(package)['hits'] == 0
+    for source in package.glob('*.py'):
+        os.utime(source, (1, 1))
+    assert run(package)['hits'] == 1
+
+
+@pytest.fixture
+def strange_home(package, tmp_path):
+    """Return the home of a user who can only read what root has compiled beside the code."""
+    told = run(package)
+    subprocess.run(['chmod', '-R', 'a+rX', tmp_path], check=True)
+    home = tmp_path / 'home'
+    home.mkdir(mode=0o777)
+    home.chmod(0o777)
+    return home, Path(told['folder'])
+
+
+def files(folder):
+    """Return the bytes of what is kept in a folder: {path: bytes}."""
+    return {file.relative_to(folder): file.read_bytes()
+            for file in folder.rglob('*') if file.is_file() and file.name != 'lock'}
+
+
+def test_what_another_user_compiled_beside_the_code_is_copied_to_the_users_cache(
+        package, strange_home):
+    home, compiled = strange_home
+    told = run(package, before=as_stranger(), HOME=home)
+    assert (told['result'], told['hits'], told['remarks']) == (2, 1, [])
+    assert Path(told['folder']) == home / '.cache' / 'fuzzy_stereo_ros' / compiled.name
+    assert files(Path(told['folder'])) == files(compiled) != {}
+    told = run(package, 0.5, before=as_stranger(), HOME=home)
+    assert (told['result'], told['hits'], told['remarks']) == (2.5, 0, [])
+    assert run(package, 0.5, before=as_stranger(), HOME=home)['hits'] == 1
+
+
+def test_what_does_not_fit_on_the_disk_is_not_copied_but_compiled(package, strange_home):
+    home, compiled = strange_home
+    (next(compiled.iterdir()) / 'large.nbc').write_bytes(bytes(1 << 20))
+    done = subprocess.run(
+        [*mounting({home: 'size=512k,mode=777'}), *as_stranger(), 'sh', '-c',
+         f'"$@" && ls -A {home}/.cache/fuzzy_stereo_ros', 'sh', *words(0)],
+        capture_output=True, text=True, env=environment(package, HOME=home),
+        cwd=package.parents[2])
+    assert (done.returncode, done.stderr) == (0, '')
+    told, name = done.stdout.splitlines()
+    assert (json.loads(told)['hits'], json.loads(told)['remarks'], name) == (0, [], compiled.name)
+
+
+def test_what_is_compiled_beside_the_code_and_can_be_replaced_there_is_not_copied(
+        package, tmp_path):
+    run(package)
+    assert run(package, NUMBA_CACHE_DIR=tmp_path / 'cache')['hits'] == 0
+
+
 @pytest.fixture
 def closed(package):
     """Return a package beside whose code nothing can be kept."""

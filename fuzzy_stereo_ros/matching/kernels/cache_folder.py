@@ -13,6 +13,7 @@ import sys
 import tempfile
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.keeping import locked
 import numba
 
 NAME = 'fuzzy_stereo_ros'
@@ -37,13 +38,16 @@ def choose_folder():
     """
     Return the Choice for this process; the folder is made, and those long not used are removed.
 
-    It is in what NUMBA_CACHE_DIR names, else beside the kernels, else in the user's cache.
+    It is in what NUMBA_CACHE_DIR names, else beside the kernels, else in the user's cache. A new
+    one starts with what was compiled in another of these that can only be read.
     """
     wanted = [Path(numba.config.CACHE_DIR) / NAME] if numba.config.CACHE_DIR else []
+    places = [*wanted, SOURCES / '__pycache__', *_user_cache()]
+    folders = [place.absolute() / f'{_installation()}{_content()}' for place in places]
     refused = []
-    for place in (*wanted, SOURCES / '__pycache__', *_user_cache()):
-        folder = place.absolute() / f'{_installation()}{_content()}'
+    for place, folder in zip(places, folders):
         try:
+            _copy_read_only(folders, folder)
             make_folder(folder)
             os.utime(folder)    # it is in use
         except OSError as error:
@@ -64,6 +68,24 @@ def make_folder(folder):
     with tempfile.TemporaryFile(dir=folder, buffering=0) as probe:
         if probe.write(PROBE) < len(PROBE):
             probe.write(PROBE)      # tells why
+
+
+def _copy_read_only(folders, folder):
+    """Fill a folder that is not there from the first that is and is not writable; or leave it."""
+    filled = (other for other in folders if other.is_dir() and not os.access(other, os.W_OK))
+    source = next(filled, None)
+    if source is None or folder.exists():
+        return
+    new = folder.with_name(f'{folder.name}.{os.getpid()}')
+    try:
+        for part in source.iterdir():
+            (new / part.name).mkdir(parents=True)
+            with locked(part, 'LOCK_SH'):
+                for file in part.glob('*.nb?'):
+                    shutil.copyfile(file, new / part.name / file.name)
+        new.rename(folder)
+    except OSError:
+        shutil.rmtree(new, ignore_errors=True)
 
 
 def _user_cache():

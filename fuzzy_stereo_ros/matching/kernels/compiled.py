@@ -61,7 +61,9 @@ def _kept(dispatcher):
     if FOLDER not in Path(dispatcher.stats.cache_path).parents:
         return None
     # Not numba's public interface, in which an error of the cache comes out of whatever calls a
-    # kernel, or compiles another one that calls it.
+    # kernel, or compiles another one that calls it. Older versions take a source for another one
+    # when its time is, which images of containers cut to seconds; FOLDER's name says enough.
+    dispatcher._cache._cache_file._source_stamp = None
     dispatcher._cache = Kept(dispatcher._cache, dispatcher.py_func)
     return dispatcher
 

@@ -7,7 +7,7 @@ numba writes an index and then the code that it names. Two that do so at the sam
 that is full in between, could leave an index that names the code of other types.
 """
 from collections import deque
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, ExitStack, suppress
 from pathlib import Path
 
 try:
@@ -34,6 +34,23 @@ def remarks():
     return told
 
 
+@contextmanager
+def locked(folder, how):
+    """
+    Keep other processes out of a folder of kernels, as far as the file system can.
+
+    how: a name of fcntl's. In a folder that can only be read, the lock of those who write is held.
+    """
+    with ExitStack() as opened:
+        for mode in 'ab', 'rb':
+            with suppress(OSError):
+                lock = opened.enter_context(open(folder / 'lock', mode))
+                if fcntl is not None:
+                    fcntl.flock(lock, getattr(fcntl, how))
+                break
+        yield
+
+
 class Kept:
     """numba's cache of one kernel: what cannot be read is compiled, what cannot be kept is not."""
 
@@ -48,7 +65,7 @@ class Kept:
     def load_overload(self, signature, context):
         """Return what was compiled for a signature, None where nothing sound is there."""
         try:
-            with self._locked('LOCK_SH'):
+            with locked(self._folder, 'LOCK_SH'):
                 return self._cache.load_overload(signature, context)
         except OSError:
             return None
@@ -59,7 +76,7 @@ class Kept:
     def save_overload(self, signature, compiled):
         """Keep what was compiled for a signature, or note why it cannot be kept."""
         try:
-            with self._locked('LOCK_EX'):
+            with locked(self._folder, 'LOCK_EX'):
                 self._cache.save_overload(signature, compiled)
         except OSError as error:
             self._drop()
@@ -69,20 +86,6 @@ class Kept:
 
     def _drop(self):
         """Remove what is kept of this kernel: an index may name what is not there any more."""
-        with suppress(OSError), self._locked('LOCK_EX'):
+        with suppress(OSError), locked(self._folder, 'LOCK_EX'):
             for file in self._folder.glob(self._files):
                 file.unlink(missing_ok=True)
-
-    @contextmanager
-    def _locked(self, how):
-        """Keep other processes out, as far as the file system can; how: a name of fcntl's."""
-        try:
-            lock = open(self._folder / 'lock', 'ab')        # noqa: SIM115
-        except OSError:
-            yield
-            return
-        with lock:
-            if fcntl is not None:
-                with suppress(OSError):
-                    fcntl.flock(lock, getattr(fcntl, how))
-            yield
