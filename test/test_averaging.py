@@ -69,7 +69,7 @@ def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     ages = chance.integers(0, 10, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))
-    share = choose_tiles(differences, ages, noise / 4, RULES, choices, new_ages, sizes)
+    share = choose_tiles(differences, ages, noise / 4, tuple(RULES), choices, new_ages, sizes)
     expected = twins.chosen_tiles(differences, ages, noise / 4, RULES)
     np.testing.assert_array_equal(choices, expected[0])
     np.testing.assert_array_equal(new_ages, expected[1])

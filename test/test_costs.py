@@ -4,7 +4,7 @@
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
 from fuzzy_stereo_ros.matching.kernels.costs import (
-    beyond, box_row, cost_rows, layout_of, match_cost, raw_row)
+    beyond, box_row, cost_rows, match_cost, raw_row)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
 from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of, ScanlineGuess
 from hypothesis import given, settings, strategies as st
@@ -135,19 +135,16 @@ def test_a_prior_says_nothing_in_its_dead_zone_and_no_more_beyond_its_cut():
 @njit
 def candidate_costs(features, costs):
     """Write what `match_cost` says of all candidates: (R, C, D)."""
-    census, target_census = features.census, features.target_census
-    slopes, target_slopes = features.slopes, features.target_slopes
-    layout = layout_of(features)
     for row, column, label in np.ndindex(costs.shape):
-        costs[row, column, label] = match_cost(
-            census, target_census, slopes, target_slopes, layout, row, column, label)
+        costs[row, column, label] = match_cost(features, row, column, label)
 
 
 @pytest.mark.parametrize('min_disparity', [-200, -20, -3, 2])
 def test_the_cost_of_one_candidate_is_that_of_its_row(min_disparity):
     left, right = small_pair(5, 40, disparity=6)
     costs = np.zeros((5, 40, 40), np.int64)
-    candidate_costs(seen(left, right, 40, min_disparity).features, costs)
+    possibility = seen(left, right, 40, min_disparity)
+    candidate_costs(possibility.features, costs)
     np.testing.assert_array_equal(costs, twin_costs(left, right, 40, min_disparity))
 
 

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Freed memory goes back to the system, and changes of parameters do not pile it up."""
 import ctypes
-import gc
 from queue import SimpleQueue
 import subprocess
 import sys
@@ -14,6 +13,7 @@ from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from node_process import ROOT, shifted_pair, START
+from numba._dispatcher import compute_fingerprint
 from numba.core.dispatcher import Dispatcher
 import pytest
 
@@ -66,6 +66,21 @@ memory.give_back_memory()
 print(MeasuredProcess(os.getpid()).own_megabytes() - before)
 end.set()
 thread.join()
+"""
+# What is in use once all is compiled and Python's own lists of free objects are full, and later.
+MATCHES = 500
+MATCHING = f"""
+import sys
+sys.path.insert(0, 'test')
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from node_process import shifted_pair
+from soaked_node import held
+
+matcher = StereoMatcher(MatcherConfig(disparities=24, threads=1, generations=2))
+for _ in range(2):
+    for _ in range({MATCHES}):
+        matcher.match(*shifted_pair(3, 96, 192))
+    print(held()['megabytes'])
 """
 HAS_TRIM = hasattr(ctypes.CDLL(None), 'malloc_trim')
 
@@ -134,15 +149,49 @@ def test_of_two_image_sizes_a_matcher_holds_one_at_a_time():
     assert matcher.search is not None
 
 
-@pytest.mark.parametrize('profile', ['realtime', 'quality', 'paper'])
-def test_numba_keeps_nothing_of_a_match(profile):
-    matcher = StereoMatcher(MatcherConfig.from_profile(profile, disparities=16))
-    pair = shifted_pair(3, 48, 64)
+CONFIGS = [MatcherConfig(disparities=16), MatcherConfig(disparities=16, generations=3),
+           MatcherConfig.from_profile('quality', disparities=16),
+           MatcherConfig.from_profile('paper', disparities=16, population=4, generations=2)]
+AT_ONCE = 40        # bytes of an argument's fingerprint that numba before 0.60 remembers
 
-    def kept_after(times):
-        for _ in range(times):
-            matcher.match(*pair)
-        return sum(len(one._types_active_call) for one in gc.get_objects()
-                   if isinstance(one, Dispatcher))
 
-    assert kept_after(5) == kept_after(2)
+class Watched:
+    """A kernel, or a module of them, that notes the fingerprints of tuples it is called with."""
+
+    def __init__(self, wrapped, found):
+        self._wrapped, self._found = wrapped, found
+
+    def __getattr__(self, name):
+        inner = getattr(self._wrapped, name)
+        return Watched(inner, self._found) if isinstance(inner, Dispatcher) else inner
+
+    def __call__(self, *arguments):
+        self._found |= {(self._wrapped.__name__, compute_fingerprint(one))
+                        for one in arguments if isinstance(one, tuple)}
+        return self._wrapped(*arguments)
+
+
+@pytest.mark.parametrize('config', CONFIGS)
+def test_kernels_are_called_with_no_tuple_that_older_numba_would_keep_for_ever(
+        config, monkeypatch):
+    found = set()
+    for name, module in [*sys.modules.items()]:
+        if name.startswith('fuzzy_stereo_ros.matching.') and '.kernels' not in name:
+            for place, one in vars(module).items():
+                if isinstance(one, Dispatcher) or (
+                        '.matching.kernels.' in getattr(one, '__name__', '')):
+                    monkeypatch.setattr(module, place, Watched(one, found))
+    matcher = StereoMatcher(config)
+    for _ in range(2):
+        matcher.match(*shifted_pair(3, 48, 64))
+    assert found or config.search == 'paper'
+    assert [one for one in found if len(one[1]) > AT_ONCE] == []
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), 'mallinfo2'),
+                    reason='the C library does not tell what is in use')
+def test_a_match_leaves_nothing_behind():
+    done = subprocess.run([sys.executable, '-c', MATCHING], cwd=ROOT, text=True,
+                          capture_output=True, check=True)
+    before, after = map(float, done.stdout.split())
+    assert (after - before) * 1e6 < 100 * MATCHES

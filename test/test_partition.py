@@ -25,19 +25,22 @@ sizes = st.integers(1, 9)
 
 
 def scene_of(shape, disparities, min_disparity, seed=0):
-    """Return a Scene with a random verdict, and the twin's cost of its chromosomes."""
+    """Return a possibility and a Scene of random verdict, and the twin's cost of chromosomes."""
     left, right = small_pair(*shape, seed=seed)
     dtype = gene_type(disparities)
     possibility = seen(left, right, disparities, min_disparity)
     verdict, target = random_map(shape, 3, seed + 1), random_map(
         (shape[0], possibility.right.columns), 256, seed + 2)
-    nothing = np.zeros(shape, np.uint8)
     inside = min_disparity, min_disparity + shape[1] - 1
-    scene = Scene(possibility.features, Penalties(3, nothing, nothing), verdict, target,
-                  inside, HIDDEN, CONTRADICTED)
+    scene = Scene(verdict, target, inside, HIDDEN, CONTRADICTED)
     volume = twin_costs(left, right, disparities, min_disparity)
-    return scene, dtype, lambda chromosome: twins.gene_costs(
+    return (possibility, scene), dtype, lambda chromosome: twins.gene_costs(
         volume, chromosome, verdict, target, inside, HIDDEN, CONTRADICTED)
+
+
+def fields(scene):
+    """Return the features of a possibility and a Scene, as kernels take them."""
+    return tuple(scene[0].features), tuple(scene[1])
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (1, 40), (5, 1), (2, 2), (4, 40)])
@@ -48,7 +51,7 @@ def test_genes_cost_what_the_twin_says(shape, disparities, min_disparity):
     for seed, spread in enumerate((disparities, min(disparities, 20))):
         chromosome = random_map(shape, spread, seed, dtype)
         costs = np.full(shape, 99, np.uint8)
-        gene_costs(scene, chromosome, costs, 1, 0, shape[0])
+        gene_costs(*fields(scene), chromosome, costs, 1, 0, shape[0])
         np.testing.assert_array_equal(costs, twin(chromosome))
 
 
@@ -57,7 +60,7 @@ def test_the_genes_of_some_cells_cost_what_they_do_among_all():
     mother, father = (random_map((6, 30), 3, seed, dtype) for seed in (1, 2))
     cells, costs = np.zeros(181, np.int32), np.full((6, 30), 99, np.uint8)
     number = differing_cells(mother, father, cells)
-    cell_costs(scene, father, cells[:number], costs)
+    cell_costs(*fields(scene), father, cells[:number], costs)
     np.testing.assert_array_equal(costs, np.where(mother == father, 99, twin(father)))
 
 
@@ -66,7 +69,7 @@ def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, look
     scene, dtype, twin = scene_of((9, 30), 25, 0)
     chromosome = random_map((9, 30), 9, 1, dtype)
     costs = np.full((9, 30), 99, np.uint8)
-    gene_costs(scene, chromosome, costs, 4, first, last)
+    gene_costs(*fields(scene), chromosome, costs, 4, first, last)
     expected = np.full((9, 30), 99)
     expected[looked_at] = twin(chromosome)[looked_at]
     np.testing.assert_array_equal(costs, expected)
@@ -78,9 +81,9 @@ def test_a_refused_gene_is_hidden_behind_what_is_nearer_and_contradicts_what_is_
         disparities, nearer, cost):
     label = disparities - 10
     scene, dtype, _ = scene_of((1, 320), disparities, 0)
-    scene.verdict[:], scene.target[:] = REFUSED, (label + nearer) % 256
+    scene[1].verdict[:], scene[1].target[:] = REFUSED, (label + nearer) % 256
     costs = np.zeros((1, 320), np.uint8)
-    gene_costs(scene, np.full((1, 320), label, dtype), costs, 1, 0, 1)
+    gene_costs(*fields(scene), np.full((1, 320), label, dtype), costs, 1, 0, 1)
     assert np.all(costs[0, label:] == cost)
     assert np.all(costs[0, :label] == HIDDEN)       # outside of the target
 
@@ -120,8 +123,8 @@ def crossed(crossing, advantage=0):
     number = differing_cells(mother, father, cells)
     np.testing.assert_array_equal(cells[:number], np.flatnonzero(mother != father))
     saved, dearer = partition_crossover(
-        penalties, child, costs, father, father_costs, cells[:number], advantage, regions, parent,
-        change, size)
+        *penalties, child, costs, father, father_costs, cells[:number], advantage, regions,
+        parent, change, size)
     assert not regions.any()
     return child, costs, saved, dearer
 

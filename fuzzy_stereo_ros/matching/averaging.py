@@ -111,8 +111,8 @@ class Averaging:
             noise = min(_quiet(seen.differences[:number, 0].min(axis=0)),
                         ROUGH * _quiet(seen.rough))
             shares.append(choose_tiles(
-                seen.differences[:number], seen.ages_then, noise, RULES, seen.choices, seen.ages,
-                seen.sizes))
+                seen.differences[:number], seen.ages_then, noise, tuple(RULES), seen.choices,
+                seen.ages, seen.sizes))
             self.noise = max(self.noise, noise)
         return shares
 

@@ -29,12 +29,11 @@ class CensusFitness:
         self._bands = cut_bands(rows)
         self.dearest = possibility.model.largest
         penalties = possibility.penalties
-        self._scene = gene_cost.Scene(
-            possibility.features, penalties._replace(
-                small=penalties.small // SMOOTHNESS, across=np.zeros_like(penalties.across),
-                down=np.zeros_like(penalties.down)),
-            verdict, target, (0, columns - 1), HIDDEN, CONTRADICTED)
-        self._penalties = penalties
+        self._possibility = possibility     # whose features are addresses
+        self._scene = gene_cost.Scene(verdict, target, (0, columns - 1), HIDDEN, CONTRADICTED)
+        self.penalties = penalties._replace(
+            small=penalties.small // SMOOTHNESS, across=np.zeros_like(penalties.across),
+            down=np.zeros_like(penalties.down))
         self._costs, self._other_costs = (np.zeros((rows, columns), np.uint8) for _ in range(2))
         self._regions = np.zeros((rows, columns), np.int32)
         self._cells = np.zeros(rows * columns + 1, np.int32)
@@ -43,15 +42,10 @@ class CensusFitness:
         self._histogram = np.zeros(256, np.int64)
         self._known = False         # whether the costs are those of all of the mother's genes
 
-    @property
-    def penalties(self):
-        """What changes of disparity cost."""
-        return self._scene.penalties
-
     def look(self, crew, inside):
         """Take in a new frame. inside: first and last column of the target that exist."""
         self._scene = self._scene._replace(inside=inside)
-        scaled, full = self._scene.penalties, self._penalties
+        scaled, full = self.penalties, self._possibility.penalties
 
         def scale(band):
             rows = slice(band[1], band[2])
@@ -71,9 +65,9 @@ class CensusFitness:
 
         def measure(band):
             gene_cost.gene_costs(
-                self._scene, chromosome, self._costs, every, band[1], band[2])
+                *self._seen(), chromosome, self._costs, every, band[1], band[2])
             totals[band[0]] = gene_cost.row_costs(
-                self._scene.penalties, chromosome, self._costs, every, band[1], band[2])
+                *self.penalties, chromosome, self._costs, every, band[1], band[2])
         crew.each(measure, self._bands)
         total, number = totals.sum(axis=0)
         return 1 - int(total) / (self.dearest * int(number))
@@ -90,11 +84,11 @@ class CensusFitness:
         def price(band):
             mine = cells[share * band[0]:share * (band[0] + 1)]
             if not self._known:
-                gene_cost.cell_costs(self._scene, mother, mine, self._costs)
-            gene_cost.cell_costs(self._scene, father, mine, self._other_costs)
+                gene_cost.cell_costs(*self._seen(), mother, mine, self._costs)
+            gene_cost.cell_costs(*self._seen(), father, mine, self._other_costs)
         crew.each(price, self._bands)
         saved, dearer = partition_crossover(
-            self._scene.penalties, mother, self._costs, father, self._other_costs, cells,
+            *self.penalties, mother, self._costs, father, self._other_costs, cells,
             ADVANTAGE, self._regions, self._parent, self._change, self._size)
         largest = self.dearest * mother.size
         return saved / largest, -dearer / largest
@@ -103,7 +97,7 @@ class CensusFitness:
         """Return what each gene costs without its jumps: uint8 (R, C), overwritten next time."""
         self._known = False
         crew.each(lambda band: gene_cost.gene_costs(
-            self._scene, chromosome, self._costs, 1, band[1], band[2]), self._bands)
+            *self._seen(), chromosome, self._costs, 1, band[1], band[2]), self._bands)
         return self._costs
 
     def possibility_of(self, crew, chromosome):
@@ -114,7 +108,7 @@ class CensusFitness:
         """
         costs = np.empty_like(self._costs)
         crew.each(lambda band: gene_cost.gene_costs(
-            self._scene, chromosome, costs, 1, band[1], band[2]), self._bands)
+            *self._seen(), chromosome, costs, 1, band[1], band[2]), self._bands)
         return 1 - costs / np.float32(self.dearest)
 
     def aim(self, crew, mother, rate):
@@ -131,3 +125,7 @@ class CensusFitness:
         """Paint patches on the least possible cells of a copy of the mother: those aimed at."""
         aimed_mutation.mutate_patches(mother, self._costs, child, self._dear, radius, reach,
                                       patches, key)
+
+    def _seen(self):
+        """Return what genes are measured against, as kernels take it."""
+        return tuple(self._possibility.features), tuple(self._scene)

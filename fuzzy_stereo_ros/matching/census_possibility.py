@@ -10,6 +10,7 @@ of their 5 x 5 census and with the difference of their gradients (Zabih and Wood
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels import features
+from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.costs import Features
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.volume import Penalties
@@ -96,7 +97,7 @@ class CensusPossibility:
         self.right = View(rows, columns + extra, True, reach)
         self.features = Features(
             columns, disparities, model.near_weight, model.census_cut, model.slope_cut,
-            *(plane.reshape(-1) for view in (self.left, self.right)
+            *(address_of(plane) for view in (self.left, self.right)
               for plane in (view.census, view.slopes)),
             self.left.census.shape[2], self.left.slopes.shape[1], self.right.census.shape[2])
         self.penalties = Penalties(model.small, np.zeros((rows, columns), np.uint8),

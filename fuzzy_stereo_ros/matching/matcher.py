@@ -9,7 +9,6 @@ from fuzzy_stereo_ros.matching.checks import checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve
 from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
-from fuzzy_stereo_ros.matching.kernels.compiled import forget_calls
 from fuzzy_stereo_ros.matching.paper_search import PaperSearch
 from fuzzy_stereo_ros.matching.thorough_search import ThoroughSearch
 import numpy as np
@@ -87,7 +86,6 @@ class StereoMatcher:
         self.state = search.finish(stamp, frame, disparity, confidence)
         if self.config.reference == 'right':
             disparity, confidence = _mirrored(disparity), _mirrored(confidence)
-        forget_calls()
         times = dict(search.times, total=(time.perf_counter_ns() - started) / 1e6)
         return Match(disparity, confidence, history, times, search.warm)
 

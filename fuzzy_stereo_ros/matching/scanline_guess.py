@@ -8,6 +8,7 @@ passes (Hirschmueller, 2008) are a memetic step done once for all rows and colum
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
 from fuzzy_stereo_ros.matching.kernels import sweep
+from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.polish import polish_rows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -94,14 +95,15 @@ class ScanlineGuess:
 
     def _search_band(self, search, band, first, last):
         """Sweep down and up through one row of tiles after the other."""
-        scratch, start, priced = self._scratch[band], max(first - OVERLAP, 0), first
-        sweep.outside(search, scratch, start, first, True)
+        given = tuple(search), tuple(self._scratch[band])
+        start, priced = max(first - OVERLAP, 0), first
+        sweep.outside(*given, start, first, True)
         for strip in range(first, last, self.tile):
             end = min(strip + self.tile, last)
             below = min(end + OVERLAP, search.rows)
-            sweep.downwards(search, scratch, start, priced, min(below, last))
-            sweep.outside(search, scratch, max(priced, min(below, last)), below, False)
-            sweep.upwards(search, scratch, strip, end, below - 1)
+            sweep.downwards(*given, start, priced, min(below, last))
+            sweep.outside(*given, max(priced, min(below, last)), below, False)
+            sweep.upwards(*given, strip, end, below - 1)
             priced = below
 
     def search_by(self, half_prior, previous_prior):
@@ -110,12 +112,12 @@ class ScanlineGuess:
         penalties, windows, chosen = self.possibility.penalties, self.windows, self.chosen
         return Search(
             *chosen.labels.shape, seen.disparities, chosen.labels.itemsize, model.box,
-            seen.near_weight, seen.census_cut, seen.slope_cut, penalties.small, *map(_address, (
-                penalties.across, penalties.down, seen.census, seen.slopes, seen.target_census,
-                seen.target_slopes)),
+            seen.near_weight, seen.census_cut, seen.slope_cut, penalties.small,
+            *map(address_of, (penalties.across, penalties.down)),
+            seen.census, seen.slopes, seen.target_census, seen.target_slopes,
             seen.census_stride, seen.slope_stride, seen.target_stride,
             chosen.target.shape[1], *_leaning(half_prior), *_leaning(previous_prior), self.tile,
-            windows.low.shape[1], *map(_address, windows), *map(_address, chosen))
+            windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
 
     def polish(self, crew, penalties, chromosome):
         """
@@ -125,20 +127,13 @@ class ScanlineGuess:
         """
         for parity in (0, 1):
             crew.each(lambda band, parity=parity: polish_rows(
-                self._last, self._scratch[band[0]], penalties, chromosome, parity, band[1],
-                band[2], self._winners[band[0]]), self.bands)
-
-
-def _address(array):
-    """Return where an array begins that kernels are to walk through."""
-    if not array.flags.c_contiguous:
-        raise ValueError(f'an array {array.shape} of strides {array.strides} is not contiguous')
-    return array.ctypes.data
+                tuple(self._last), tuple(self._scratch[band[0]]), *penalties, chromosome, parity,
+                band[1], band[2], self._winners[band[0]]), self.bands)
 
 
 def _leaning(prior):
     """Return what a Search holds of a prior."""
-    return (*map(_address, (prior.labels, prior.weights, prior.table)), prior.reach)
+    return (*map(address_of, (prior.labels, prior.weights, prior.table)), prior.reach)
 
 
 def _scratch(columns, target_columns, blocks, height, kept):

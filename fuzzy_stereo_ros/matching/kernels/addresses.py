@@ -10,6 +10,13 @@ from numba import types
 from numba.extending import intrinsic
 
 
+def address_of(array):
+    """Return where an array begins that kernels are to walk through; whoever asks keeps it."""
+    if not array.flags.c_contiguous:
+        raise ValueError(f'an array {array.shape} of strides {array.strides} is not contiguous')
+    return array.ctypes.data
+
+
 @intrinsic
 def peek(typing, array, index):
     """Return one element of a flat array, or a byte at an address."""

@@ -14,36 +14,22 @@ FOLDER, _remark = choose_folder()
 if _remark:
     note(_remark)
 _setting = threading.Lock()
-_hoarders = []      # kernels of a numba that keeps the types of every call
 
 
 def kernel(function=None, **options):
     """
     Compile a function that Python calls: without the GIL, and kept for the next process.
 
-    options: more of them for njit.
+    options: more of them for njit. What Python calls it with are no named tuples but their fields,
+    which the kernel names again. numba reads all names at each call; before 0.60 it then forgets
+    the first 40 bytes of what it has read, and keeps that call for ever.
     """
     if function is None:
         return partial(kernel, **options)
     dispatcher = njit(nogil=True, **options)(function)
-    if config.DISABLE_JIT:
+    if config.DISABLE_JIT or FOLDER is None:
         return dispatcher
-    if FOLDER is not None:
-        dispatcher = _kept(dispatcher) or njit(nogil=True, **options)(function)
-    if isinstance(getattr(dispatcher, '_types_active_call', None), list):
-        _hoarders.append(dispatcher)
-    return dispatcher
-
-
-def forget_calls():
-    """
-    Have numba let go of what it keeps of calls; to be called between two matches.
-
-    Before 0.60 it keeps the type of each named tuple that a kernel is called with, in a list that
-    grows by some 100 bytes a call.
-    """
-    for dispatcher in _hoarders:
-        dispatcher._types_active_call.clear()
+    return _kept(dispatcher) or njit(nogil=True, **options)(function)
 
 
 def inlined(function):

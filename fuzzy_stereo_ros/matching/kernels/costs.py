@@ -20,17 +20,17 @@ import numpy as np
 
 
 class Features(NamedTuple):
-    """What costs are made of; see features.py. The target's arrays are mirrored."""
+    """What costs are made of, by address; see features.py. The target's are mirrored."""
 
     columns: int
     disparities: int
     near_weight: int              # how often the nearest eight neighbours count: once or twice
     census_cut: int
     slope_cut: int
-    census: np.ndarray            # uint8 (R * 3 * census_stride,)
-    slopes: np.ndarray            # uint8 (R * slope_stride,)
-    target_census: np.ndarray     # uint8 (R * 3 * target_stride,)
-    target_slopes: np.ndarray     # uint8 (R * target_stride,)
+    census: int                   # of uint8 (R, 3, census_stride)
+    slopes: int                   # of uint8 (R, slope_stride)
+    target_census: int            # of uint8 (R, 3, target_stride)
+    target_slopes: int            # of uint8 (R, target_stride)
     census_stride: int
     slope_stride: int
     target_stride: int
@@ -211,32 +211,21 @@ def box_row(search, above, here, below, blocks, costs, at):
             left, middle = middle, right
 
 
-@kernel
-def layout_of(features):
-    """Return the whole numbers that match_cost needs."""
-    return (features.columns, features.census_stride, features.slope_stride,
-            features.target_stride, features.near_weight, features.census_cut,
-            features.slope_cut)
-
-
 @inlined
-def match_cost(census, target_census, slopes, target_slopes, layout, row, column, label):
-    """
-    Return the cost of one candidate without priors, as cost_rows has it.
-
-    The arrays are those of the features, unpacked by the caller outside of its loop: unpacking
-    an array counts references, which is slow.
-    """
-    columns, stride, slope_stride, target_stride, near_weight, census_cut, slope_cut = layout
-    mirrored = columns - 1 - column + label
+def match_cost(features, row, column, label):
+    """Return the cost of one candidate without priors, as cost_rows has it."""
+    mirrored = features.columns - 1 - column + label
+    stride, target_stride = features.census_stride, features.target_stride
     base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored
     word = np.uint32(0)
     for plane in range(3):
-        code = census[base + plane * stride] ^ target_census[candidate + plane * target_stride]
+        code = (peek(features.census, base + plane * stride)
+                ^ peek(features.target_census, candidate + plane * target_stride))
         word |= np.uint32(code) << np.uint32(8 * plane)
-    difference = abs(np.int64(slopes[row * slope_stride + column])
-                     - np.int64(target_slopes[row * target_stride + mirrored]))
+    difference = abs(
+        np.int64(peek(features.slopes, row * features.slope_stride + column))
+        - np.int64(peek(features.target_slopes, row * target_stride + mirrored)))
     distance = count_bits_of_word(word)
-    if near_weight > 1:
+    if features.near_weight > 1:
         distance += count_bits_of_word(word & np.uint32(255))
-    return min(distance, census_cut) + min(difference, slope_cut)
+    return min(distance, features.census_cut) + min(difference, features.slope_cut)

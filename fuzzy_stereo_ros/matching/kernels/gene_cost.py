@@ -11,17 +11,14 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.costs import Features, layout_of, match_cost
+from fuzzy_stereo_ros.matching.kernels.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.regions import row_of
-from fuzzy_stereo_ros.matching.kernels.volume import Penalties
 import numpy as np
 
 
 class Scene(NamedTuple):
     """What the fitness of a chromosome is measured against."""
 
-    features: Features
-    penalties: Penalties      # the fitness's own, smaller than those of the passes
     verdict: np.ndarray       # uint8 (R, C), which pixels are refused
     target: np.ndarray        # uint8 (R, extra + C), the target's labels modulo 256
     inside: tuple             # first and last column of the target that exist, from -extra on
@@ -39,62 +36,58 @@ def jump_cost(one, other, small, jump):
 
 
 @inlined
-def _gene_cost(scene, features, layout, wide, label, row, column):
-    """Return the data cost of one gene; features: the four arrays that match_cost reads."""
+def _gene_cost(features, scene, label, row, column):
+    """Return the data cost of one gene."""
     pointed = column - label
     if pointed < scene.inside[0] or pointed > scene.inside[1]:
         return scene.hidden
     if scene.verdict[row, column] == REFUSED:
         extra = scene.target.shape[1] - scene.verdict.shape[1]
         nearer = np.int64(scene.target[row, pointed + extra]) - label
-        if wide:
+        if features.disparities > 256:
             nearer = ((nearer + 128) & 255) - 128
         if nearer > 1:
             return scene.hidden
         if nearer < -1:
             return scene.contradicted
-    census, target_census, slopes, target_slopes = features
-    return match_cost(census, target_census, slopes, target_slopes, layout, row, column, label)
+    return match_cost(features, row, column, label)
 
 
 @kernel
-def gene_costs(scene, chromosome, costs, every, first, last):
+def gene_costs(features, scene, chromosome, costs, every, first, last):
     """
     Write the data cost of all genes of each row of first .. last - 1 that `every` divides.
 
-    chromosome: (R, C) labels; costs: uint8 (R, C).
+    features: the fields of Features; scene: those of a Scene; chromosome: (R, C) labels; costs:
+    uint8 (R, C).
     """
-    seen = scene.features
-    features = seen.census, seen.target_census, seen.slopes, seen.target_slopes
-    layout, wide = layout_of(seen), seen.disparities > 256
+    features, scene = Features(*features), Scene(*scene)
     for row in range(first + -first % every, last, every):
         for column in range(chromosome.shape[1]):
             costs[row, column] = _gene_cost(
-                scene, features, layout, wide, np.int64(chromosome[row, column]), row, column)
+                features, scene, np.int64(chromosome[row, column]), row, column)
 
 
 @kernel
-def cell_costs(scene, chromosome, cells, costs):
+def cell_costs(features, scene, chromosome, cells, costs):
     """Write the data cost of the genes of some cells: int32, row * C + column, ascending."""
-    seen, columns = scene.features, chromosome.shape[1]
-    features = seen.census, seen.target_census, seen.slopes, seen.target_slopes
-    layout, wide = layout_of(seen), seen.disparities > 256
-    row = 0
+    features, scene = Features(*features), Scene(*scene)
+    row, columns = 0, chromosome.shape[1]
     for cell in cells:
         row = row_of(cell, row, columns)
         column = cell - row * columns
         costs[row, column] = _gene_cost(
-            scene, features, layout, wide, np.int64(chromosome[row, column]), row, column)
+            features, scene, np.int64(chromosome[row, column]), row, column)
 
 
 @kernel
-def row_costs(penalties, chromosome, costs, every, first, last):
+def row_costs(small, across, down, chromosome, costs, every, first, last):
     """
     Return what the genes of each row whose number `every` divides cost, and how many there are.
 
-    costs: uint8 (R, C), their data costs; the jumps to the left and up are added.
+    small, across, down: Penalties; costs: uint8 (R, C), their data costs; the jumps to the left
+    and up are added.
     """
-    small, across, down = penalties.small, penalties.across, penalties.down
     total = number = 0
     for row in range(first + -first % every, last, every):
         for column in range(chromosome.shape[1]):

@@ -37,19 +37,18 @@ def differing_cells(mother, father, cells):
 
 
 @kernel
-def partition_crossover(penalties, mother, mother_costs, father, father_costs, cells, advantage,
-                        regions, parent, change, size):
+def partition_crossover(small, across, down, mother, mother_costs, father, father_costs, cells,
+                        advantage, regions, parent, change, size):
     """
     Give the mother each region of differing genes in which the father is fitter.
 
-    mother, father: (R, C) labels; mother_costs, father_costs: uint8 (R, C), what the genes cost
-    where they differ; cells: int32, where that is, ascending; advantage: cost a cell by which a
-    region must be the cheaper one to be taken; regions: int32 (R, C), all 0 before and after;
-    parent, change, size: int32 (R * C // 2 + 2,), working memory. Returns the cost saved, and what
-    the father costs more than the mother did.
+    small, across, down: Penalties; mother, father: (R, C) labels; mother_costs, father_costs:
+    uint8 (R, C), what the genes cost where they differ; cells: int32, where that is, ascending;
+    advantage: cost a cell by which a region must be the cheaper one to be taken; regions: int32
+    (R, C), all 0 before and after; parent, change, size: int32 (R * C // 2 + 2,), working memory.
+    Returns the cost saved, and what the father costs more than the mother did.
     """
     rows, columns = mother.shape
-    small, penalties_across, penalties_down = penalties.small, penalties.across, penalties.down
     known, row = 1, 0
     for cell in cells:
         row = row_of(cell, row, columns)
@@ -65,19 +64,19 @@ def partition_crossover(penalties, mother, mother_costs, father, father_costs, c
         old, new = np.int64(mother[row, column]), np.int64(father[row, column])
         dearer = np.int64(father_costs[row, column]) - np.int64(mother_costs[row, column])
         if column > 0:
-            jump = penalties_across[row, column]
+            jump = across[row, column]
             dearer += (jump_cost(new, np.int64(father[row, column - 1]), small, jump)
                        - jump_cost(old, np.int64(mother[row, column - 1]), small, jump))
         if row > 0:
-            jump = penalties_down[row, column]
+            jump = down[row, column]
             dearer += (jump_cost(new, np.int64(father[row - 1, column]), small, jump)
                        - jump_cost(old, np.int64(mother[row - 1, column]), small, jump))
         # The jumps to the right and down are counted there, if genes differ there.
         if column + 1 < columns and mother[row, column + 1] == father[row, column + 1]:
-            after, jump = np.int64(mother[row, column + 1]), penalties_across[row, column + 1]
+            after, jump = np.int64(mother[row, column + 1]), across[row, column + 1]
             dearer += jump_cost(new, after, small, jump) - jump_cost(old, after, small, jump)
         if row + 1 < rows and mother[row + 1, column] == father[row + 1, column]:
-            below, jump = np.int64(mother[row + 1, column]), penalties_down[row + 1, column]
+            below, jump = np.int64(mother[row + 1, column]), down[row + 1, column]
             dearer += jump_cost(new, below, small, jump) - jump_cost(old, below, small, jump)
         change[region] += dearer
         size[region] += 1

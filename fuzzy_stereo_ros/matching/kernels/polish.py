@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.gene_cost import jump_cost
 from fuzzy_stereo_ros.matching.kernels.scanlines import carry, clear, step
 from fuzzy_stereo_ros.matching.kernels.simd import (
     at_most, choose, equal, lane_numbers, LANES, load, saturating_add, splat, store, subtract)
-from fuzzy_stereo_ros.matching.kernels.volume import row_start, window_of
+from fuzzy_stereo_ros.matching.kernels.volume import row_start, Scratch, Search, window_of
 import numpy as np
 
 
@@ -71,17 +71,16 @@ def _trace_back(search, row, penalties_across, small, paths, winners, chromosome
 
 
 @kernel
-def polish_rows(search, scratch, penalties, chromosome, parity, first, last, winners):
+def polish_rows(search, scratch, small, across, down, chromosome, parity, first, last, winners):
     """
     Sweep the rows of a parity among first .. last of a chromosome, in place.
 
-    search: a Search, the last one; scratch: a Scratch; penalties: those of the fitness; winners:
-    int64 (C,), working memory.
+    search, scratch: the fields of the last Search and of a Scratch; small, across, down: the
+    Penalties of the fitness; winners: int64 (C,), working memory.
     """
-    rows, columns = chromosome.shape
-    across, down, penalty = penalties.across, penalties.down, splat(np.uint8(penalties.small))
-    small, running, pixel, paths = (np.uint8(penalties.small), scratch.chains, scratch.labels,
-                                    scratch.down)
+    search, scratch = Search(*search), Scratch(*scratch)
+    (rows, columns), small = chromosome.shape, np.uint8(small)
+    running, pixel, paths, penalty = scratch.chains, scratch.labels, scratch.down, splat(small)
     for row in range(first + (first + parity) % 2, last, 2):
         fill_costs(search, scratch, row, True)
         tile_row, row_at, previous = row // search.tile, row_start(search, scratch, row), -1

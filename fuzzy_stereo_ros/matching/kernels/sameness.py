@@ -138,12 +138,13 @@ def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
     Decide which tiles show the same as in the picture before, and after which shift.
 
     differences: float32 (N, 4, tile rows, tile columns), by shift, see compare_tiles; ages:
-    float32 (N, tile rows, tile columns), moved alike; noise: in grey levels; rules: see Rules;
+    float32 (N, tile rows, tile columns), moved alike; noise: in grey levels; rules: the fields
+    of Rules;
     choices: int8, the shift that differs least, -1 where the tile is another; new_ages: float32,
     the frames that it is the mean of from now on; sizes: float32, how much it differs. Returns
     the share of the tiles that are the same.
     """
-    number = 0
+    number, rules = 0, Rules(*rules)
     for row in range(choices.shape[0]):
         for column in range(choices.shape[1]):
             best = 0

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines import carry, clear, copy
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.upward_sweep import choose_tile
-from fuzzy_stereo_ros.matching.kernels.volume import columns_of, window_of
+from fuzzy_stereo_ros.matching.kernels.volume import columns_of, Scratch, Search, window_of
 
 
 @inlined
@@ -50,8 +50,10 @@ def outside(search, scratch, first, last, is_above):
     """
     Fill the costs of the rows first .. last - 1, outside of a band.
 
-    is_above: whether the downward paths start there and run through them.
+    search, scratch: the fields of a Search and of a Scratch; is_above: whether the downward paths
+    start there and run through them.
     """
+    search, scratch = Search(*search), Scratch(*scratch)
     if is_above:
         clear(scratch.down, 0, peek_long(search.row_size, first // search.tile) // LANES)
     for row in range(first, last):
@@ -68,6 +70,7 @@ def outside(search, scratch, first, last, is_above):
 @kernel
 def downwards(search, scratch, start, row, until):
     """Fill the sums of the rows row .. until - 1; `start` is the first row of all."""
+    search, scratch = Search(*search), Scratch(*scratch)
     while row < until:
         tile_row = row // search.tile
         if row > start and row % search.tile == 0:
@@ -83,6 +86,7 @@ def downwards(search, scratch, start, row, until):
 @kernel
 def upwards(search, scratch, first, last, start):
     """Choose the labels of the rows first .. last - 1, by paths that start at row `start`."""
+    search, scratch = Search(*search), Scratch(*scratch)
     for tile in range(search.tile_columns):
         begin, end = columns_of(search, tile)
         blocks = window_of(search, start // search.tile, tile)[1]
