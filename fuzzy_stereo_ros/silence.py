@@ -15,12 +15,17 @@ def large_messages_pass():
 
 @dataclass(frozen=True)
 class TopicState:
-    """What is known of an input topic: messages received, publishers now, incompatible QoS."""
+    """
+    What is known of an input topic: messages received, publishers now, incompatible QoS.
+
+    held: whether a message from before is good for every pair.
+    """
 
     name: str
     received: int
     publishers: int
     incompatible: str = ''
+    held: bool = False
 
 
 def no_pair_report(seconds, topics, difference, approximate):
@@ -35,7 +40,7 @@ def no_pair_report(seconds, topics, difference, approximate):
     report = f'no stereo pair for {seconds:.0f} s; messages since then: {counts}'
     if difference is not None:
         report += f'; the latest stamps differ by up to {difference / 1e6:.3f} ms'
-    silent = [topic for topic in topics if not topic.received]
+    silent = [topic for topic in topics if not (topic.received or topic.held)]
     remedies = [f'{topic.name} is offered with an incompatible QoS ({topic.incompatible}): set '
                 f'qos_overrides.{topic.name}.subscription.{topic.incompatible}'
                 for topic in topics if topic.incompatible]

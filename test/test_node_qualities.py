@@ -95,3 +95,22 @@ def test_calibrations_that_are_published_once_are_used_for_every_pair(make_bench
         assert np.mean(np.abs(values_of(message.image)[:, 15:] - SHIFT) < 0.5) > 0.95
         assert bench.match(*PAIR, change=without_infos).f == 200.0
         assert 'WARN' not in bench.node.log()
+
+
+def test_a_calibration_that_is_kept_is_not_reported_as_missing(make_bench):
+    def left_image_alone(messages):
+        for topic in set(messages) - {'left/image_rect'}:
+            del messages[topic]
+
+    with make_bench(*SMALL, '-p', 'cache_camera_info:=true', '-p',
+                    'no_pair_seconds:=3.0') as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        mark = bench.node.mark()
+        bench.match(*PAIR)
+        bench.until(lambda: bench.rig.publish(*PAIR, change=left_image_alone)
+                    and 'no stereo pair for' in bench.node.log(mark), 'the report')
+        report = bench.node.logged('no stereo pair for', mark)
+        assert report.endswith(
+            'nothing arrives from the publishers of /right/image_rect: they may be silent')

@@ -25,6 +25,10 @@ def states(**changes):
      "set to this package's config/fastdds.xml"),
     (states(at2={'received': 0}), {'profile': 1},
      'nothing arrives from the publishers of /right/image_rect: they may be silent'),
+    (states(at1={'received': 0, 'publishers': 0, 'held': True},
+            at3={'received': 0, 'held': True}), {},
+     'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
+     'or a larger queue_size'),
     (states(), {},
      'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
      'or a larger queue_size'),

@@ -79,7 +79,7 @@ class Inputs:
             TopicState(subscription.topic_name,
                        self.synchroniser.received[topic] - self._received_before[topic],
                        self._node.count_publishers(subscription.topic_name),
-                       self._incompatible.get(topic, ''))
+                       self._incompatible.get(topic, ''), self.synchroniser.holds(topic))
             for topic, subscription in self._topics.items()]
         return no_pair_report(
             seconds, topics, self.synchroniser.difference(), self._settings['approximate_sync'])

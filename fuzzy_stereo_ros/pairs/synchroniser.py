@@ -91,6 +91,10 @@ class Synchroniser:
         """Return how many messages of a topic, which is not held, wait for the others."""
         return len(self._queues[topic])
 
+    def holds(self, topic):
+        """Return whether a topic is held and has a message."""
+        return self._held.get(topic) is not None
+
     def difference(self):
         """Return the ns between the latest stamps of two topics at most; None before two came."""
         stamps = [stamp for stamp in self.latest.values() if stamp is not None]
