@@ -114,3 +114,21 @@ def test_a_calibration_that_is_kept_is_not_reported_as_missing(make_bench):
         report = bench.node.logged('no stereo pair for', mark)
         assert report.endswith(
             'nothing arrives from the publishers of /right/image_rect: they may be silent')
+
+
+def test_an_override_of_one_topic_changes_no_other_one(make_bench):
+    from rclpy.qos import qos_profile_sensor_data
+    from sensor_msgs.msg import Image
+    overrides = ('-p', 'qos_overrides./left/image_rect.subscription.reliability:=reliable',
+                 '-p', 'qos_overrides./disparity.publisher.durability:=transient_local',
+                 '-p', 'qos_overrides./disparity.publisher.reliability:=reliable')
+    with make_bench(*SMALL, '-p', 'output_qos:=sensor_data', *overrides,
+                    best_effort=True, reliable=True) as bench:
+        bench.collect(Image, 'confidence', bench.confidences, qos_profile_sensor_data)
+        bench.connect()
+        assert subscribed_with(bench, '/left/image_rect')[:2] == ('RELIABLE', 'VOLATILE')
+        assert published_with(bench, '/disparity') == ('RELIABLE', 'TRANSIENT_LOCAL')
+        for topic in ('/left/camera_info', '/right/image_rect', '/right/camera_info'):
+            assert subscribed_with(bench, topic)[:2] == ('BEST_EFFORT', 'VOLATILE')
+        for topic in ('/confidence', '/preview'):
+            assert published_with(bench, topic) == ('BEST_EFFORT', 'VOLATILE')

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Quality of service: what the words of the parameters mean, and what may be overridden."""
+from copy import copy
+
 from rclpy.qos import (
     DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSPresetProfiles, QoSProfile,
     ReliabilityPolicy)
@@ -32,11 +34,11 @@ OUTPUTS = {
 
 
 def input_quality(settings):
-    """Return the QoSProfile of the inputs, by the settings of the node."""
+    """Return a QoSProfile for one of the inputs, by the settings of the node."""
     word = 'system_default' if settings['use_system_default_qos'] else settings['input_qos']
-    return INPUTS[word]
+    return copy(INPUTS[word])      # rclpy writes the overrides of a topic into it
 
 
 def output_quality(settings):
-    """Return the QoSProfile of the outputs, by the settings of the node."""
-    return OUTPUTS[settings['output_qos']]
+    """Return a QoSProfile for one of the outputs, by the settings of the node."""
+    return copy(OUTPUTS[settings['output_qos']])
