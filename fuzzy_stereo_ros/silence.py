@@ -43,7 +43,7 @@ def no_pair_report(seconds, topics, difference, approximate):
     silent = [topic for topic in topics if not (topic.received or topic.held)]
     remedies = [f'{topic.name} is offered with an incompatible QoS ({topic.incompatible}): set '
                 f'qos_overrides.{topic.name}.subscription.{topic.incompatible}'
-                for topic in topics if topic.incompatible]
+                for topic in silent if topic.incompatible and topic.publishers]
     unpublished = [topic.name for topic in silent if not topic.publishers]
     if unpublished:
         remedies.append(f"nobody publishes {', '.join(unpublished)}: start the camera driver, or "

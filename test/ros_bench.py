@@ -87,7 +87,7 @@ class Surroundings:
         sent = self.rig.publish(left, right, stamp, change)
         return self.until(lambda: self.disparities.pop(sent, None), f'disparity of {sent}')
 
-    def first_match(self, left, right):
+    def first_match(self, left, right, change=None):
         """
         Return the DisparityImage of the first pair that gets through.
 
@@ -98,7 +98,7 @@ class Surroundings:
 
         def answer():
             if not sent or time.time_ns() - max(sent) > SECOND // 2:
-                sent.add(self.rig.publish(left, right))
+                sent.add(self.rig.publish(left, right, change=change))
             return next((self.disparities[stamp] for stamp in sent & set(self.disparities)), None)
 
         return self.until(answer, 'a first disparity')

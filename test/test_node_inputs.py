@@ -84,6 +84,29 @@ def test_an_incompatible_qos_is_named(make_bench):
                 'qos_overrides./right/image_rect.subscription.reliability') in report
 
 
+def test_an_incompatible_qos_is_named_by_the_topic_that_has_it(make_bench):
+    reliable = 'qos_overrides./left/image_rect/compressed.subscription.reliability:=reliable'
+    with make_bench(*SMALL, '-p', 'image_transport:=compressed', '-p', reliable,
+                    best_effort=True, compressed=True) as bench:
+        bench.listen()
+        bench.node.logged('a publisher of /left/image_rect/compressed offers an incompatible QoS',
+                          timeout=START)
+
+
+def test_an_incompatible_qos_is_not_named_any_more_when_another_publisher_fits(make_bench):
+    from sensor_msgs.msg import Image
+    topic = 'right/image_rect'
+    reliable = f'qos_overrides./{topic}.subscription.reliability:=reliable'
+    with make_bench(*SMALL, '-p', reliable, best_effort=True) as bench:
+        bench.listen()
+        bench.node.logged(f'a publisher of /{topic} offers an incompatible QoS', timeout=START)
+        other = bench.listener.create_publisher(Image, topic, 10)
+        bench.first_match(*PAIR, change=lambda messages: other.publish(messages[topic]))
+        mark = bench.node.mark()
+        bench.until(lambda: 'no stereo pair for' in bench.node.log(mark), 'the report')
+        assert 'incompatible' not in bench.node.logged('no stereo pair for', mark)
+
+
 def test_with_sim_time_and_no_clock_it_matches_and_still_reports(make_bench):
     with make_bench(*SMALL, '-p', 'use_sim_time:=true') as bench:
         bench.listen()

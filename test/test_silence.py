@@ -19,6 +19,11 @@ def states(**changes):
     (states(at0={'received': 0, 'incompatible': 'reliability'}), {},
      '/left/image_rect is offered with an incompatible QoS (reliability): set '
      'qos_overrides./left/image_rect.subscription.reliability'),
+    (states(at0={'incompatible': 'reliability'}), {},
+     'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
+     'or a larger queue_size'),
+    (states(at0={'received': 0, 'publishers': 0, 'incompatible': 'reliability'}), {'profile': 0},
+     'nobody publishes /left/image_rect: start the camera driver, or remap the topic'),
     (states(at2={'received': 0}), {},
      'nothing arrives from the publishers of /right/image_rect: they may be silent, and Fast DDS '
      'loses large best-effort images unless both sides run with FASTRTPS_DEFAULT_PROFILES_FILE '

@@ -94,7 +94,7 @@ class Inputs:
             kind, name, partial(self._receive_numbered, topic), input_quality(self._settings),
             event_callbacks=SubscriptionEventCallbacks(
                 incompatible_qos=partial(self._note_incompatible, topic),
-                matched=lambda event: self._gaps.begin(topic)),
+                matched=partial(self._note_publisher, topic)),
             qos_overriding_options=OVERRIDABLE)
 
     def _latched_info(self, topic):
@@ -104,10 +104,16 @@ class Inputs:
             event_callbacks=SubscriptionEventCallbacks(
                 incompatible_qos=lambda event: None, use_default_callbacks=False))
 
+    def _note_publisher(self, topic, event):
+        """Take note that a publisher came, from which messages arrive, or went."""
+        self._gaps.begin(topic)
+        if event.current_count:
+            self._incompatible.pop(topic, None)
+
     def _note_incompatible(self, topic, event):
         self._incompatible[topic] = qos_policy_name_from_kind(event.last_policy_kind).lower()
         self._node.get_logger().warning(
-            f'a publisher of {self._node.resolve_topic_name(topic)} offers an incompatible QoS '
+            f'a publisher of {self._topics[topic].topic_name} offers an incompatible QoS '
             f'({self._incompatible[topic]}); nothing arrives from it')
 
     def _receive_numbered(self, topic, message, about):
