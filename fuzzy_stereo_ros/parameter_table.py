@@ -75,8 +75,9 @@ NODE_PARAMETERS = (
               choices=tuple(PROFILES)),
     Parameter('image_transport', 'raw', 'how both images come in',
               choices=('raw', 'compressed'), read_only=True),
-    Parameter('queue_size', 5, 'messages of a topic that wait for the others', 1, LONGEST_QUEUE,
-              read_only=True),
+    Parameter('queue_size', 5,
+              'messages of a topic that wait for the others; with approximate_sync two at least',
+              1, LONGEST_QUEUE, read_only=True),
     Parameter('approximate_sync', False,
               'join messages with the nearest stamps, not only with equal ones; a pair then '
               'waits until the next message shows that it is the nearest', read_only=True),

@@ -200,6 +200,20 @@ def test_cameras_a_millisecond_apart_are_joined_with_a_tolerance():
     assert {found.spread for found in sets} == {MILLISECOND}
 
 
+def test_a_queue_of_one_joins_nearest_stamps_as_a_queue_of_two():
+    events = []
+    for late in (1, -1):
+        for frame in range(3):
+            left = 100 * late + 10 * frame
+            stamps = dict.fromkeys(TOPICS[:2], left) | dict.fromkeys(TOPICS[2:], left + late)
+            events += sorted(stamps.items(), key=lambda event: event[1])
+    one, two = (Synchroniser(TOPICS, queue_size, tolerance=0) for queue_size in (1, 2))
+    sets = play(one, events)
+    assert sets == play(two, events)
+    assert stamps_of(sets) == [100, 110, -100, -90]
+    check_every_message_is_accounted_for(one)
+
+
 def test_equal_stamps_wait_for_nothing_with_a_tolerance():
     assert stamps_of(play(Synchroniser(TOPICS, tolerance=0), whole(7))) == [7]
 

@@ -4,6 +4,7 @@
 from typing import NamedTuple
 
 WAIT = 'wait'
+FEWEST_JOINED = 2       # messages of a queue in which nearest stamps are found
 
 
 class MatchedSet(NamedTuple):
@@ -41,7 +42,7 @@ class Synchroniser:
         Make empty queues.
 
         topics: names; held: those of them that are held, not the first.
-        queue_size: messages kept waiting by topic, >= 1.
+        queue_size: messages kept waiting by topic, >= 1; with a tolerance `FEWEST_JOINED` or more.
         tolerance: ns, 0 = any distance, None = equal stamps only.
         """
         if queue_size < 1:
@@ -53,7 +54,7 @@ class Synchroniser:
         self.unmatched = dict.fromkeys(self.topics, 0)
         self.matched = 0
         self.jumps_back = 0
-        self._queue_size = queue_size
+        self._queue_size = queue_size if tolerance is None else max(queue_size, FEWEST_JOINED)
         self._tolerance = tolerance
         self._held = dict.fromkeys(held)
         self._queued = [topic for topic in self.topics if topic not in self._held]
