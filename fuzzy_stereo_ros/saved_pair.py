@@ -66,7 +66,7 @@ class SavedPair:
         for name in ('disparity', 'confidence'):
             check_array(name, getattr(self.match, name), np.float32, shape)
         if self.state is not None:
-            _check_state(self.state)
+            _check_state(self.state, self.config)
         if self.match.warm and (self.state is None or not self.state.fits(
                 shape, self.config, self.pair.stamp)):
             raise ValueError('the previous frame took part in the match, but the state is '
@@ -110,8 +110,9 @@ def read_saved_pair(folder):
     if not folder.is_dir():
         raise ValueError(f'{folder} is no folder; give one that holds a saved pair')
     parts = {**_read_about(folder), 'pair': _read_pair(folder),
-             'config': _read_config(folder / 'parameters.json'),
-             'state': _read_state(folder / 'state.npz'), 'match': _read_match(folder)}
+             'config': _read_config(folder / 'parameters.json')}
+    parts['state'] = _read_state(folder / 'state.npz', parts['config'])
+    parts['match'] = _read_match(folder)
     try:
         return SavedPair(**parts)
     except ValueError as error:
@@ -192,20 +193,22 @@ def _read_config(path):
         raise ValueError(f'{path}: {error}') from error
 
 
-def _read_state(path):
-    """Return the FrameState of a file, None where there is none."""
+def _read_state(path, config):
+    """Return the FrameState of a file, whose reference is the MatcherConfig's; None without."""
     if not path.exists():
         return None
     arrays = read_arrays(path)
     if not isinstance(arrays, dict):
         raise ValueError(f'{path} is damaged: it holds a single array')
-    check_names(path, arrays, [parameter.name for parameter in fields(FrameState)])
+    check_names(path, arrays, [parameter.name for parameter in fields(FrameState)
+                               if parameter.name != 'reference'])
     for name in STATE_NUMBERS:
         check_array(f'{path}: {name}', arrays[name], np.int64, ())
         arrays[name] = int(arrays[name])
     stamp = arrays['stamp']
     check_array(f'{path}: stamp', stamp, np.int64, (1,) if stamp.size else (0,))
-    return FrameState(**{**arrays, 'stamp': int(stamp[0]) if stamp.size else None})
+    return FrameState(**{**arrays, 'stamp': int(stamp[0]) if stamp.size else None},
+                      reference=config.reference)
 
 
 def _read_match(folder):
@@ -228,8 +231,11 @@ def _layout(state):
             'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles))}
 
 
-def _check_state(state):
+def _check_state(state, config):
     for name, (kind, shape) in _layout(state).items():
         check_array(f'{name} of the state', getattr(state, name), kind, shape)
     if (state.labels >= state.disparities).any() or not (state.ages >= 1).all():
         raise ValueError('the state holds labels or ages that no frame has')
+    if state.reference != config.reference:
+        raise ValueError(f'the state is of the {state.reference} image, the match of the '
+                         f'{config.reference} one')

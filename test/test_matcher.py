@@ -518,8 +518,9 @@ def test_a_state_is_not_changed_by_later_frames():
         np.testing.assert_array_equal(getattr(state, name), copy)
 
 
-@pytest.mark.parametrize('changes', [{'disparities': 25}, {'min_disparity': 1}])
-def test_a_state_of_another_range_of_disparities_is_not_used(changes):
+@pytest.mark.parametrize('changes', [
+    {'disparities': 25}, {'min_disparity': 1}, {'reference': 'right'}])
+def test_a_state_of_other_disparities_is_not_used(changes):
     pair, matcher = scene(), StereoMatcher(CONFIG)
     matcher.match(pair.left, pair.right)
     other = StereoMatcher(replace(CONFIG, **changes))

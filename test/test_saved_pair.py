@@ -148,7 +148,8 @@ def saved_pairs(draw):
             values(np.uint8, rows, columns), values(np.uint16, 2, rows, columns),
             values(np.float32, 2, 1, -(-columns // 16), elements=st.integers(1, 8)),
             draw(st.one_of(st.none(), STAMPS, st.integers(1, 9).map(lambda ns: pair.stamp - ns))),
-            draw(st.integers(0, 99)), config.disparities, config.min_disparity)
+            draw(st.integers(0, 99)), config.disparities, config.min_disparity,
+            config.reference)
     fits = state is not None and state.fits((rows, columns), config, pair.stamp)
     history = [Generation(number + 1, *(draw(FLOATS) for _ in range(4)), draw(NUMBERS))
                for number in range(draw(st.integers(0, 2)))]
@@ -442,6 +443,8 @@ def test_what_could_not_be_read_again_is_not_written():
     *_, saved = running()
     with pytest.raises(ValueError, match='the state is missing'):
         replace(saved, state=None)
+    with pytest.raises(ValueError, match='the state is of the right image, the match of the left'):
+        replace(saved, state=replace(saved.state, reference='right'))
     with pytest.raises(ValueError, match='disparity is float64'):
         replace(saved, match=replace(
             saved.match, disparity=saved.match.disparity.astype(np.float64)))

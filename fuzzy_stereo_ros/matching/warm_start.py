@@ -33,7 +33,7 @@ class FrameState:
     labels: uint8 or uint16 (R, C), the best chromosome; verdict: uint8 (R, C), 0 = consistent;
     pictures: uint16 (2, R, C), fine grey of both views, averaged, the right one mirrored; ages:
     float32 (2, tile rows, tile columns), of how many frames; stamp: ns or None; frame: its
-    number; disparities, min_disparity: what labels mean.
+    number; disparities, min_disparity, reference: what labels mean, and of which image.
     """
 
     labels: np.ndarray
@@ -44,11 +44,13 @@ class FrameState:
     frame: int
     disparities: int
     min_disparity: int
+    reference: str
 
     def fits(self, shape, config, stamp):
         """Return whether a pair of a shape, taken at a stamp, may start from this frame."""
-        if self.labels.shape != shape or (self.disparities, self.min_disparity) != (
-                config.disparities, config.min_disparity):
+        if self.labels.shape != shape or (
+                self.disparities, self.min_disparity, self.reference) != (
+                config.disparities, config.min_disparity, config.reference):
             return False
         if stamp is None or self.stamp is None:
             return stamp is self.stamp
@@ -105,4 +107,4 @@ class WarmStart:
         """Return the state of this frame for the next one."""
         return FrameState(labels.copy(), verdict.copy(), self._averaging.pictures,
                           self._averaging.ages, stamp, frame, config.disparities,
-                          config.min_disparity)
+                          config.min_disparity, config.reference)
