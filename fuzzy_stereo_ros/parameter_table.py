@@ -89,7 +89,7 @@ NODE_PARAMETERS = (
               'that do not change, published once or seldom', read_only=True),
     Parameter('input_qos', 'sensor_data',
               'QoS of the subscriptions: best effort and the last 5, reliable and the last 5, '
-              'what the publishers offer when it subscribes, or that of the middleware; '
+              'what the publishers offer, later ones too, or that of the middleware; '
               'qos_overrides change single policies',
               choices=('sensor_data', 'reliable', 'best_available', 'system_default'),
               read_only=True),

@@ -132,3 +132,18 @@ def test_an_override_of_one_topic_changes_no_other_one(make_bench):
             assert subscribed_with(bench, topic)[:2] == ('BEST_EFFORT', 'VOLATILE')
         for topic in ('/confidence', '/preview'):
             assert published_with(bench, topic) == ('BEST_EFFORT', 'VOLATILE')
+
+
+def test_best_available_takes_what_cameras_that_start_later_offer(make_bench):
+    from fuzzy_stereo_ros.fake_rig import FakeRig
+    with make_bench(*SMALL, '-p', 'input_qos:=best_available', best_effort=True,
+                    reliable=True) as bench:
+        bench.listen()
+        bench.connect()
+        bench.first_match(*PAIR)
+        assert subscribed_with(bench, '/left/image_rect')[0] == 'RELIABLE'
+        late = FakeRig('late', '', [], 200.0, 0.12, 30.0, context=bench.context)
+        bench.until(lambda: late.publish(*PAIR) and set(late.sent) & set(bench.disparities),
+                    'a pair of the later cameras')
+        late.destroy_node()
+        assert 'incompatible' not in bench.node.log()

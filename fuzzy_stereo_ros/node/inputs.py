@@ -5,7 +5,8 @@ from functools import partial
 import time
 
 from fuzzy_stereo_ros.gaps import Gaps
-from fuzzy_stereo_ros.node.quality_of_service import input_quality, LATCHED, OVERRIDABLE
+from fuzzy_stereo_ros.node.quality_of_service import (
+    input_quality, is_best_available, LATCHED, OVERRIDABLE)
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.silence import no_pair_report, TopicState
@@ -111,10 +112,17 @@ class Inputs:
             self._incompatible.pop(topic, None)
 
     def _note_incompatible(self, topic, event):
-        self._incompatible[topic] = qos_policy_name_from_kind(event.last_policy_kind).lower()
+        policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
+        subscription = self._topics[topic]
+        if is_best_available(subscription.qos_profile, policy):
+            # It was fixed when it subscribed, by the publishers of then.
+            self._node.destroy_subscription(subscription)
+            self._topics[topic] = self._subscription(topic)
+            return
+        self._incompatible[topic] = policy
         self._node.get_logger().warning(
-            f'a publisher of {self._topics[topic].topic_name} offers an incompatible QoS '
-            f'({self._incompatible[topic]}); nothing arrives from it')
+            f'a publisher of {subscription.topic_name} offers an incompatible QoS ({policy}); '
+            'nothing arrives from it')
 
     def _receive_numbered(self, topic, message, about):
         self._gaps.note(topic, about['publication_sequence_number'],

@@ -42,3 +42,8 @@ def input_quality(settings):
 def output_quality(settings):
     """Return a QoSProfile for one of the outputs, by the settings of the node."""
     return copy(OUTPUTS[settings['output_qos']])
+
+
+def is_best_available(quality, policy):
+    """Return whether the publishers decide on a policy of a QoSProfile, by its name."""
+    return getattr(getattr(quality, policy, None), 'name', '') == 'BEST_AVAILABLE'
