@@ -145,6 +145,15 @@ def test_only_what_outputs_names_is_advertised_and_depth_may_be_millimetres(make
             '/disparity', '/depth/image_rect', '/depth/camera_info'}
 
 
+def test_an_output_that_is_named_twice_is_advertised_once(make_bench):
+    from sensor_msgs.msg import PointCloud2
+    with make_bench(*SMALL, '-p', 'outputs:=points2 disparity points2') as bench:
+        bench.listen(confidence=False)
+        bench.connect()
+        assert bench.listener.count_publishers('/points2') == 1
+        answer(bench, PointCloud2, 'points2')
+
+
 def test_an_incompatible_subscriber_of_an_output_is_told(make_bench):
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from stereo_msgs.msg import DisparityImage

@@ -28,7 +28,8 @@ class Outputs:
             lambda kind, **fields: TYPES[kind](**fields), settings)
         self._publishers = {
             topic: self._publisher(TYPES[kind], topic)
-            for word in settings['outputs'].split() for topic, kind in TOPICS[word]}
+            for word in dict.fromkeys(settings['outputs'].split())
+            for topic, kind in TOPICS[word]}
         self._told_of_others = False
 
     def wanted(self):
