@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Several rigs: two nodes in one process take turns at its one worker."""
-from fuzzy_stereo_ros.fake_rig import FakeRig
 from node_process import own_domain, shifted_pair, START, values_of
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ def rig_arguments(namespace):
 @pytest.fixture
 def around(make_bench):
     """Return a bench of one process with two nodes, each with a fake rig and a dict of answers."""
+    from fuzzy_stereo_ros.fake_rig import FakeRig
     from ros_bench import BASELINE, Bench, FOCAL
     from stereo_msgs.msg import DisparityImage
     with own_domain() as domain:

@@ -73,7 +73,7 @@ def test_a_block_in_registers_advances_as_by_a_step(numbers, jump, small):
 def test_bytes_are_widened_to_words_that_repeat_them(begin, end):
     numbers, words = np.arange(256, dtype=np.uint8), np.full(300, 7, np.uint32)
     widen(numbers, begin, end, words.ctypes.data, 3)
-    repeated = [int.from_bytes(bytes([number] * 4)) for number in range(begin, end)]
+    repeated = [int.from_bytes(bytes([number] * 4), 'big') for number in range(begin, end)]
     assert words.tolist() == [7] * 3 + repeated + [7] * (297 - len(repeated))
 
 
