@@ -159,6 +159,21 @@ def test_of_a_single_scene_the_page_shows_that_one(tmp_path):
     assert len(page.images) == 5
 
 
+def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path):
+    for seed, name in enumerate('ab'):
+        write_named(tmp_path / 'data' / name, pair(seed))
+    (tmp_path / 'mine').mkdir()
+    write_disparity(tmp_path / 'mine' / 'a.pfm', pair(0).truth)
+    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', '--results',
+                 str(tmp_path / 'mine'), '--html', str(tmp_path / 'page.html')]) == 0
+    page = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
+    with_result, without = (heading for heading in page.headings if 'left, right' in heading)
+    assert with_result.endswith('disparities, figures: nonocc')
+    assert without.endswith('disparities')
+    assert [image['alt'] for image in page.images if image['under'] == without] == [
+        'left image', 'truth']
+
+
 @pytest.mark.parametrize(('limit', 'kept'), [(0, ''), (1, 'x'), (2, 'bw'), (3, 'bwx')])
 def test_of_many_scenes_the_page_shows_the_best_and_the_worst(tmp_path, limit, kept):
     for seed, name in enumerate('abc'):

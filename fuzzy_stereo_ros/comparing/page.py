@@ -102,9 +102,10 @@ def _scene(result, gallery, before=''):
         columns.append(_column(name, _figures(result, outcome), f'disparity by {name}',
                                shown.of_matchers[name][0], f'error of {name}',
                                shown.of_matchers[name][1]))
+    told = [result.found.layout, size, f'{result.disparities} disparities',
+            *(f'figures: {name}' for name in result.masks[:1])]     # none where all left it out
     return (f'<div class="scene">\n<h3>{escape(before + result.found.name)} <span class="faint">'
-            f'{escape(result.found.layout)}, {size}, {result.disparities} disparities, figures: '
-            f'{escape(result.masks[0])}</span></h3>\n<div class="views">\n'
+            f'{escape(", ".join(told))}</span></h3>\n<div class="views">\n'
             + '\n'.join(columns) + '\n</div>\n</div>')
 
 
