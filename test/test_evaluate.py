@@ -297,6 +297,22 @@ def test_a_sequence_without_a_truth_has_flicker_and_time_alone(tmp_path, capsys)
     assert 'the default' in told['settings']['disparities']
 
 
+def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(tmp_path, capsys):
+    several = frames(2)
+    write_frames(tmp_path, several)
+    for side in ('left', 'right'):
+        write_image(tmp_path / f'{side}_08.png', getattr(several[1], side)[:, 1:])
+    sentence = (f'the frames of {tmp_path.name} are no sequence: 08 is {WIDTH - 1}x{ROWS}, the '
+                f'first {WIDTH}x{ROWS}')
+    assert main(['evaluate', str(tmp_path), '--matcher', 'opencv:bm']) == 2
+    assert capsys.readouterr().err.splitlines()[-1] == f'fuzzy-stereo: {sentence}'
+    write_disparity(tmp_path / 'groundtruth_07.npy', several[0].truth)
+    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')
+    assert told['left_out'] == [sentence]
+    assert {(record['kind'], record['name']) for record in told['records']} == {
+        ('scene', f'{tmp_path.name}/07'), ('mean', MIDDLEBURY)}
+
+
 def test_repeating_a_frame_changes_no_map_of_a_warm_player():
     several = frames(4)
     contestant = contestant_of('ours', 'realtime', {'threads': 1})

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.command_parts import check_outputs, for_json
 from fuzzy_stereo_ros.comparing.contestants import contestant_of, USUAL
 from fuzzy_stereo_ros.comparing.gallery import Gallery
 from fuzzy_stereo_ros.comparing.layouts import search
-from fuzzy_stereo_ros.comparing.measuring import measure_scene, measure_sequence
+from fuzzy_stereo_ros.comparing.measuring import measure_scene, measure_sequence, NoSequence
 from fuzzy_stereo_ros.comparing.page import page_of
 from fuzzy_stereo_ros.comparing.progress import follow
 from fuzzy_stereo_ros.comparing.records import csv_of, records_of
@@ -110,8 +110,14 @@ def run(arguments, stream, progress_stream=None):
     with opencv_threads(arguments.threads):
         results = [measure_scene(scene, contestants, *asked, show)
                    for scene in progress(found.scenes, 'scenes')]
-        sequences = [measure_sequence(sequence, contestants, *asked)
-                     for sequence in progress(found.sequences, 'sequences')]
+        sequences = []
+        for sequence in progress(found.sequences, 'sequences'):
+            try:
+                sequences.append(measure_sequence(sequence, contestants, *asked))
+            except NoSequence as error:
+                found.skipped.append(str(error))
+    if not results and not sequences:
+        raise ValueError(found.skipped[-1])
     report = Report(
         'evaluate', 'Evaluation',
         settings_of(results, sequences, contestants, arguments.threads, arguments.repeats),

@@ -10,9 +10,14 @@ from fuzzy_stereo_ros.comparing.found import Found
 from fuzzy_stereo_ros.comparing.pair_files import MASKS
 from fuzzy_stereo_ros.evaluation import flicker, Score, score
 from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
 TRUTHS_LARGEST = "the truth's largest, rounded up"
+
+
+class NoSequence(ValueError):
+    """Numbered frames that do not follow one another; a sentence."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +104,11 @@ def measure_scene(scene, contestants, disparities=None, repeats=1, show=None):
 
 
 def measure_sequence(sequence, contestants, disparities=None, repeats=1):
-    """Return the `Result` of a sequence, from each start of each contestant."""
+    """
+    Return the `Result` of a sequence, from each start of each contestant.
+
+    Raises NoSequence where its frames are not of one size.
+    """
     with_truth = [files for files in sequence.frames.values() if files.truth is not None]
     size = next(iter(sequence.frames.values())).read().left.shape[:2]
     disparities, told_by = searched(sequence, (files.read().truth for files in with_truth),
@@ -129,6 +138,10 @@ def _outcome(sequence, play, task):
     scores, times, flickers, covered, before = [], [], [], [], None
     for number, files in sequence.frames.items():
         known = files.read()
+        if known.left.shape[:2] != task.size:
+            raise NoSequence(f'the frames of {sequence.name} are no sequence: {number} is '
+                             f'{width_by_height(known.left)}, the first {task.size[1]}x'
+                             f'{task.size[0]}')
         drawn = play(f'{sequence.name}/{number}', known)
         if drawn is None:
             return None
