@@ -1,11 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The folder that a replay writes: begun, replaced or continued, and never anybody else's."""
+from contextlib import suppress
 import json
 from pathlib import Path
 import shutil
 
+from fuzzy_stereo_ros.pairs.bag_parts import METADATA, part_paths
+from fuzzy_stereo_ros.pairs.bag_writing import FORMATS, UNFINISHED
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.replay_sinks import CALIBRATION
+from fuzzy_stereo_ros.result_topics import DISPARITY
 
 RECORD = 'replay.json'      # what the outputs were made of; it marks a folder as a replay's
 
@@ -55,18 +60,29 @@ class ReplayFolder:
             self.continued = True
 
     def begin(self):
-        """Make the folder, without what was in it unless that is continued."""
+        """Make the folder, without what a replay before wrote to it unless that is continued."""
         if self.continued or self.path is None:
             return
-        if self.path.exists():
-            shutil.rmtree(self.path)
-        self.path.mkdir()
+        self.path.mkdir(exist_ok=True)
+        self._clear()
         write_whole(self.path / RECORD, (json.dumps(self._record, indent=2) + '\n').encode())
 
     def discard(self):
-        """Remove a folder in which nothing came of anything, unless it is continued."""
+        """Remove what was written where nothing came of anything, unless it is continued."""
         if not self.continued and self.path is not None and (self.path / RECORD).is_file():
-            shutil.rmtree(self.path)
+            self._clear()
+            with suppress(OSError):     # it holds other files, is a link or a file system
+                self.path.rmdir()
+
+    def _clear(self):
+        """Remove what replays write, and nothing else; last the mark that it may be removed."""
+        parts = [part for storage in FORMATS for part in part_paths(self.path, storage)]
+        names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, RECORD
+        for path in (*parts, *(self.path / name for name in names)):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
 
     def _check_record(self):
         path = self.path / RECORD

@@ -17,6 +17,7 @@ from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.result_topics import DISPARITY, ResultMessages, TOPICS
 
 MARK = f'/{DISPARITY}'      # topic of which each pair that is done has a message
+CALIBRATION = 'calibration.json'
 STAMP_DIGITS = 19           # of ns since 1970, so that names stand in the order of time
 
 
@@ -96,7 +97,7 @@ class FileSink:
         """Write the disparities of a pair: float (R, C), px, not corrected by the offset."""
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration
-            write_whole(self._folder / 'calibration.json', (json.dumps(
+            write_whole(self._folder / CALIBRATION, (json.dumps(
                 {'formula': 'Z = focal * baseline / (disparity - offset)',
                  **asdict(self._calibration),
                  'left': self._calibration.left._asdict()}, indent=2) + '\n').encode())

@@ -330,6 +330,37 @@ def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder
     assert 'there is no folder missing' in refusal(capsys, 'bag', output='missing/out')
 
 
+def test_replacing_an_output_leaves_alone_what_others_put_beside_it(folder):
+    write_bag(folder / 'bag')
+    write_bag(folder / 'short', pairs=scene(2))
+    options = ['--files', 'npy', '--overwrite']
+    assert replay('bag', options=[*options, '--format', 'sqlite3']) == 0
+    (folder / 'out' / 'notes').mkdir()
+    (folder / 'out' / 'notes' / 'letter.txt').write_text('dear')
+    assert replay('short', options=options) == 0
+    assert (folder / 'out' / 'notes' / 'letter.txt').read_text() == 'dear'
+    assert {path.name for path in (folder / 'out').iterdir()} == {
+        'calibration.json', 'disparity', 'metadata.yaml', 'notes', 'out_0.mcap', 'replay.json'}
+    assert len(list((folder / 'out' / 'disparity').iterdir())) == 2
+
+
+@pytest.mark.parametrize('output', ['.', '../link'])
+def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, capsys, monkeypatch, output):
+    write_bag(folder / 'bag')
+    write_bag(folder / 'bad', change=lambda number, messages: setattr(
+        messages[TOPICS[0]], 'encoding', 'nonsense'))
+    (folder / 'place').mkdir()
+    (folder / 'link').symlink_to('place')
+    monkeypatch.chdir(folder / 'place')
+    refusal(capsys, '../bad', output=output)
+    assert list((folder / 'place').iterdir()) == []
+    for options in ([], ['--overwrite'], ['--resume']):
+        assert replay('../bag', output=output, options=options) == 0
+        assert {path.name for path in (folder / 'place').iterdir()} == {
+            'metadata.yaml', 'place_0.mcap', 'replay.json'}
+        assert list(disparities(folder / 'place')) == stamps()
+
+
 def test_an_output_never_replaces_what_is_read(folder, capsys):
     write_bag(folder / 'bag')
     assert replay('bag', options=['--keep']) == 0

@@ -62,8 +62,12 @@ def _hash_of(path, reader, connection):
 
 def read_parts(folder, storage):
     """Return the Part of each file of a bag folder, in order."""
-    files = sorted(folder.glob(f'*_*{SUFFIXES[storage]}'), key=number_of)
-    return [part for part in map(read_part, files) if part is not None]
+    return [part for part in map(read_part, part_paths(folder, storage)) if part is not None]
+
+
+def part_paths(folder, storage):
+    """Return the paths of the files that are taken for parts of a bag folder, in order."""
+    return sorted(folder.glob(f'*_*{SUFFIXES[storage]}'), key=number_of)
 
 
 def number_of(path):

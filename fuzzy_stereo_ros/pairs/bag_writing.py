@@ -81,7 +81,8 @@ class BagFolder:
 
         number = 1 + max((number_of(Path(part.name)) for part in self._parts), default=-1)
         shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)    # without a message in it
-        path = self._folder / UNFINISHED / f'{self._folder.name}_{number}'
+        name = f'{self._folder.resolve().name}_{number}'     # `.` has no name of its own
+        path = self._folder / UNFINISHED / name
         writer = Writer(path, version=Writer.VERSION_LATEST,
                         storage_plugin=StoragePlugin[self._storage.upper()])
         writer.open()
