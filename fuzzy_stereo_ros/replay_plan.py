@@ -68,8 +68,9 @@ class ReplayPlan(NamedTuple):
         self.folder.begin()
         sinks = [FileSink(self.folder.path, suffix) for suffix in self.suffixes]
         if self.storage is not None:
-            sinks.insert(0, BagSink(self.folder.path, self.storage, self.words, self.settings,
-                                    self.copies))
+            # Last: --resume takes a pair for done that is in the bag.
+            sinks.append(BagSink(self.folder.path, self.storage, self.words, self.settings,
+                                 self.copies))
         return sinks
 
 

@@ -115,11 +115,12 @@ def done_before(path, storage, suffixes, pairs=WARM_PAIRS):
     Return (logged, stamp) of the last few pairs of an interrupted replay.
 
     path: of the folder, whose unfinished bag is made readable. storage: of the bag, None where
-    there is none. suffixes: of the files of disparities. pairs: how many, if there are so many.
+    there is none. suffixes: of the files of disparities, in the order in which those of a pair
+    are written. pairs: how many, if there are so many.
     logged is None where only files are.
     """
     if storage is None:
-        names = sorted((path / DISPARITY).glob(f'*.{suffixes[0]}'))
+        names = sorted((path / DISPARITY).glob(f'*.{suffixes[-1]}'))
         return tuple((None, int(name.stem)) for name in names[-pairs:])
     if not BagFolder(path, storage).counts[MARK]:
         return ()

@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever ends a replay, what was matched is a bag, it says up to where, and can go on."""
+import errno
 import json
 import os
 import signal
 
+from fuzzy_stereo_ros import replay_sinks
 from fuzzy_stereo_ros.interruption import Interruption
 from fuzzy_stereo_ros.pairs.bag_writing import UNFINISHED
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.replay_report import Shown
 from fuzzy_stereo_ros.replay_request import WARM_PAIRS
 from fuzzy_stereo_ros.replay_sinks import BagSink
@@ -277,6 +280,24 @@ def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, capsys):
     assert [line for line in before if 'compiled kernels' not in line] == []
     assert last == 'fuzzy-stereo: File too large; 0 pairs were written to out'
     assert list((folder / 'out').glob('disparity/*')) == []
+
+
+@pytest.mark.parametrize(('options', 'suffix'), [
+    (['npy'], 'npy'), (['npy', 'pfm', '--format', 'none'], 'pfm')])
+def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, options, suffix):
+    def without_room(path, disparity):
+        if path.suffix == f'.{suffix}' and path.stem == f'{stamps()[3]:019d}':
+            raise OSError(errno.ENOSPC, 'No space left on device')
+        write_disparity(path, disparity)
+
+    write_bag(folder / 'bag')
+    monkeypatch.setattr(replay_sinks, 'write_disparity', without_room)
+    assert 'No space left on device' in refusal(capsys, 'bag', options=['--files', *options])
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert replay('bag', options=['--files', *options, '--resume']) == 0
+    assert sorted(path.stem for path in (folder / 'out').glob(f'disparity/*.{suffix}')) == [
+        f'{stamp:019d}' for stamp in stamps()]
 
 
 def test_a_folder_that_cannot_be_made_is_told_as_that(folder, capsys):
