@@ -90,10 +90,17 @@ def run_cleanly(parser, argv):
         arguments = parser.parse_args(argv)
         return arguments.run(arguments) or 0
     except (ValueError, OSError) as error:
-        print(f'{parser.prog}: {error}', file=sys.stderr)
+        print(f'{parser.prog}: {_sentence(error)}', file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _sentence(error):
+    """Return what an exception says, without the number that an OSError of the system has."""
+    if getattr(error, 'errno', None) is None:
+        return str(error)
+    return error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
 
 
 if __name__ == '__main__':

@@ -44,7 +44,7 @@ def read_truth(arguments, shape):
 
 def check_outputs(outputs, inputs):
     """
-    Raise ValueError where an output has no folder, or is an input or another output.
+    Raise ValueError where an output has no folder, or is one, an input or another output.
 
     outputs: {option without --: Path}. inputs: paths; None among them is ignored.
     """
@@ -52,6 +52,8 @@ def check_outputs(outputs, inputs):
     for name, path in outputs.items():
         if not path.parent.is_dir():
             raise ValueError(f'--{name} is {path}, but there is no folder {path.parent}')
+        if path.is_dir():
+            raise ValueError(f'--{name} is {path}, which is a folder; name a file')
         if path.resolve() in taken:
             raise ValueError(f'--{name} is {path}, which is {taken[path.resolve()]} too')
         taken[path.resolve()] = f'--{name}'

@@ -167,6 +167,8 @@ def _checked(path):
         raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed is .rrd")
     if not path.parent.is_dir():
         raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
+    if path.is_dir():
+        raise ValueError(f'{path} is a folder; name a file')
     return path
 
 

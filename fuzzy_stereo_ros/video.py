@@ -20,6 +20,8 @@ def check_video(path, rate=RATES[0]):
                          f"{', '.join(CODECS)}")
     if not path.parent.is_dir():
         raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
+    if path.is_dir():
+        raise ValueError(f'{path} is a folder; name a file')
     if not RATES[0] <= rate <= RATES[1]:
         raise ValueError(f'the rate of {path} is {rate}; allowed are numbers from {RATES[0]:g} '
                          f'to {RATES[1]:g} frames per second')

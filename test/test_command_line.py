@@ -190,6 +190,8 @@ BAD_INPUT = {
     'an unknown suffix': (match_arguments(output='out.tiff'), 'allowed are .pfm, .npy, .png'),
     'a missing folder': (match_arguments(output='none/out.pfm'), 'there is no folder none'),
     'no picture format': (match_arguments(picture='out.docx'), 'no image format'),
+    'a folder as output': (match_arguments(output='folder.pfm'),
+                           '--output is folder.pfm, which is a folder; name a file'),
     'an input as output': (match_arguments(output='left.png'), 'which is an input too'),
     'one file twice': (match_arguments(output='out.png', picture='./out.png'),
                        'which is --output too'),
@@ -211,7 +213,8 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     arguments, words = BAD_INPUT[case]
     if case != 'too many disparities':
         monkeypatch.setattr(match_command, 'StereoMatcher', None)
-    before = {name: (folder / name).read_bytes() for name in os.listdir(folder)}
+    (folder / 'folder.pfm').mkdir()
+    before = contents_of(folder)
     try:
         code = main(arguments)
     except SystemExit as ended:
@@ -221,13 +224,21 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     assert told.out == ''
     assert re.fullmatch(r'fuzzy-stereo( match)?: [^\n]+\n', told.err), told.err
     assert words in told.err
-    assert {name: (folder / name).read_bytes() for name in os.listdir(folder)} == before
+    assert contents_of(folder) == before
 
 
-def test_an_output_that_cannot_be_written_leaves_nothing(folder, capsys):
-    (folder / 'out.pfm').mkdir()
+def contents_of(folder):
+    """Return {path: its bytes, None of a folder} of all below a folder."""
+    return {path: path.read_bytes() if path.is_file() else None for path in folder.rglob('*')}
+
+
+def test_an_output_that_cannot_be_written_is_named_and_leaves_nothing(
+        folder, capsys, monkeypatch):
+    """Here because somebody has made a folder of that name in the meantime."""
+    monkeypatch.setattr(match_command, 'write_disparity', lambda path, disparity: (
+        path.mkdir(), write_disparity(path, disparity)))
     assert main(match_arguments()) == 2
-    assert 'out.pfm' in capsys.readouterr().err
+    assert capsys.readouterr().err.endswith('fuzzy-stereo: out.pfm: Is a directory\n')
     assert os.listdir(folder / 'out.pfm') == []
     assert not [name for name in os.listdir(folder) if name.endswith('.part')]
 

@@ -214,6 +214,9 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
     assert np.array_equal(read_disparity('b.pfm'), np.ones((2, 2)))
     assert converted('a.npy', './a.npy', '--overwrite') == 2
     assert 'a.npy is an input too' in capsys.readouterr().err
+    Path('c.pfm').mkdir()
+    assert converted('a.npy', 'c.pfm', '--overwrite') == 2
+    assert capsys.readouterr().err == 'fuzzy-stereo: c.pfm is a folder; name a file\n'
 
 
 @pytest.mark.parametrize('words, sentence', [

@@ -477,7 +477,7 @@ def scene(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     made = pair()
     write_named(tmp_path / 'scene', made)
-    for name in ('good', 'small', 'grey', 'many', 'empty', 'damaged'):
+    for name in ('good', 'small', 'grey', 'many', 'empty', 'damaged', 'folder.csv'):
         (tmp_path / name).mkdir()
     write_disparity('good/scene.pfm', made.truth)
     write_disparity('small/scene.pfm', made.truth[1:])
@@ -505,6 +505,8 @@ def scene(tmp_path, monkeypatch):
     (['scene', '--pictures', '-1'], '--pictures is -1'),
     (['scene', '--truth-scale', '-2'], '--truth-scale is -2.0; allowed are numbers above 0'),
     (['scene', '--csv', 'out.txt'], "out.txt, which has the suffix '.txt'; it takes a file"),
+    (['scene', '--csv', 'folder.csv', '--overwrite'],
+     '--csv is folder.csv, which is a folder; name a file'),
     (['scene', '--html', 'no/out.html'], '--html is no/out.html, but there is no folder no'),
     (['scene', '--results', 'nothing'], '--results names nothing, but there is no such folder'),
     (['scene', '--results', 'empty'], 'empty has no result of any scene; the one of scene would '

@@ -164,6 +164,12 @@ def test_a_file_that_is_there_is_neither_lost_nor_continued(refused, folder, opt
     assert (folder / name).read_text() == 'the one before'
 
 
+@pytest.mark.parametrize(('option', 'name'), [('--video', 'video.avi'), ('--view', 'out.rrd')])
+def test_a_folder_is_never_replaced_by_a_file(refused, folder, option, name):
+    (folder / name).mkdir()
+    assert refused(option, name, '--overwrite') == f'{name} is a folder; name a file'
+
+
 def test_a_video_is_replaced_where_that_is_asked_for(folder):
     (folder / 'video.avi').write_text('the one before')
     assert replay('bag', options=['--video', 'video.avi', '--overwrite']) == 0

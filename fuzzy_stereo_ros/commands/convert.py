@@ -102,6 +102,8 @@ def _check_output(arguments, target):
     if output.resolve() in (Path(path).resolve() for path in (
             arguments.input, arguments.image, *(arguments.camera_info or ())) if path):
         raise ValueError(f'{output} is an input too; name another file')
+    if output.is_dir():
+        raise ValueError(f'{output} is a folder; name a file')
     if output.exists() and not arguments.overwrite:
         raise ValueError(f'{output} exists; give --overwrite to replace it, or name another file')
 

@@ -162,8 +162,9 @@ def _checked_outputs(arguments):
         if path.suffix != SUFFIXES[name]:
             raise ValueError(f"--{name} is {path}, which has the suffix '{path.suffix}'; "
                              f'it takes a file that ends with {SUFFIXES[name]}')
-        if path.is_dir() or path.exists() and not arguments.overwrite:
+    check_outputs(outputs, [])
+    for name, path in outputs.items():
+        if path.exists() and not arguments.overwrite:
             raise ValueError(f'--{name} is {path}, which exists; give --overwrite to replace it, '
                              'or name another file')
-    check_outputs(outputs, [])
     return outputs

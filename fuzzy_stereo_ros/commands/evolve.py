@@ -94,8 +94,6 @@ def _checked_outputs(arguments):
     if 'video' in outputs:
         check_video(outputs['video'])
     for name, path in outputs.items():
-        if path.is_dir():
-            raise ValueError(f'--{name} is {path}, which is a folder; name a file')
         if path.exists() and not arguments.overwrite:
             raise ValueError(f'--{name} is {path}, which exists; --overwrite replaces it')
         if find_spec('matplotlib') is None:

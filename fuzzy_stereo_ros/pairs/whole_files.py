@@ -9,7 +9,8 @@ def write_whole(path, content):
     """
     Write bytes to a file: on an error what was there before stays, and nothing is left behind.
 
-    path: str or Path; an existing file is replaced. Raises OSError where it cannot be written.
+    path: str or Path; an existing file is replaced. Raises OSError, which names the file, where
+    it cannot be written.
     """
     path = Path(path)
     part = path.with_name(f'.{path.name}.{os.getpid()}.part')
@@ -18,5 +19,9 @@ def write_whole(path, content):
         with open(part, 'xb') as file:      # never through a link that somebody else has put there
             file.write(content)
         part.replace(path)
+    except OSError as error:
+        if error.errno is not None:     # the system names the unfinished file, or none
+            error.filename, error.filename2 = str(path), None
+        raise
     finally:
         part.unlink(missing_ok=True)
