@@ -5,19 +5,22 @@ The command `fuzzy-stereo`.
 
 Exit codes: 0 done; 1 a saved pair does not come out as it was; 2 bad input, said in one sentence
 on standard error, nothing written, but for a bag that is damaged, or a disk that is full, in the
-middle of a replay; 130 interrupted by the user.
+middle of a replay; 130 interrupted by the user; 141 nobody read what was printed to its end.
 """
 import argparse
 from functools import partial
+import os
 import sys
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+NO_READER = 141     # as of a process that a closed pipe ends
 WITHOUT_KERNELS = 'synthesise', 'convert'
 
 
 def main(argv=None):
     """Run `fuzzy-stereo` with the arguments (None: those of the process); return its exit code."""
+    _open_what_is_closed()
     try:
         parser = _parser()
     except KeyboardInterrupt:
@@ -87,13 +90,46 @@ def run_cleanly(parser, argv):
     A ValueError or OSError is bad input: its text is the one sentence the user reads.
     """
     try:
+        return _flushed(parser, _run(parser, argv))
+    except SystemExit as ended:     # of --help, and of words that are no options
+        raise SystemExit(_flushed(parser, ended.code)) from None
+
+
+def _run(parser, argv):
+    """Parse the arguments, call what they set as `run`, and return the exit code."""
+    try:
         arguments = parser.parse_args(argv)
         return arguments.run(arguments) or 0
+    except BrokenPipeError:
+        return NO_READER
     except (ValueError, OSError) as error:
         print(f'{parser.prog}: {_sentence(error)}', file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _flushed(parser, code):
+    """Return the exit code, or another one where what was printed cannot be written."""
+    try:
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        failed = NO_READER
+    except OSError as error:
+        print(f'{parser.prog}: standard output cannot be written: {error.strerror}',
+              file=sys.stderr)
+        failed = BAD_INPUT
+    # Python tries once more at its end, and would tell of that at length.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return code or failed
+
+
+def _open_what_is_closed():
+    """Let standard output and error that were closed swallow what is written."""
+    for name in ('stdout', 'stderr'):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))
 
 
 def _sentence(error):
