@@ -146,6 +146,17 @@ def test_a_folder_of_something_else_is_never_replaced(capsys):
     assert files() == ['scene/left/mine.png']
 
 
+def test_a_recording_is_never_replaced(capsys):
+    pytest.importorskip('rosbags')
+    from made_bags import write_bag
+
+    recorded = write_bag(Path('scene'))
+    before = files()
+    assert synthesised(*SMALL, '--overwrite', '--format', 'bag') == 2
+    assert 'which holds what is no made sequence' in capsys.readouterr().err
+    assert files() == before and recorded.is_dir()
+
+
 def test_an_empty_folder_is_taken():
     os.mkdir('scene')
     assert synthesised(*SMALL, '--frames', '1') == 0

@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.pairs.sequence_bag import write_sequence_bag
+from fuzzy_stereo_ros.pairs.sequence_bag import is_sequence_bag, write_sequence_bag
 from fuzzy_stereo_ros.scene_options import (
     add_scene_options, scene_calibration, scene_pairs, scene_values)
 import numpy as np
@@ -89,14 +89,9 @@ def _check_target(name, target, overwrite):
     if there and not overwrite:
         raise ValueError(f'--output is {name}, which exists; give --overwrite to replace it, or '
                          'name another folder')
-    if there and there != IMAGES and not _is_bag(there):
+    if there and there != IMAGES and not is_sequence_bag(target):
         raise ValueError(f'--output is {name}, which holds what is no made sequence; name '
                          'another folder')
-
-
-def _is_bag(names):
-    return 'metadata.yaml' in names and all(
-        name == 'metadata.yaml' or name.endswith('.mcap') for name in names)
 
 
 def _watched(pairs, frames, stream):

@@ -3,8 +3,10 @@
 """A sequence of rectified pairs as a ROS 2 bag (mcap)."""
 from contextlib import closing
 
+from fuzzy_stereo_ros.pairs.bag_parts import METADATA
 from fuzzy_stereo_ros.pairs.bag_writing import BagFolder, Messages
 from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
+from fuzzy_stereo_ros.pairs.yaml_texts import read_yaml
 import numpy as np
 
 ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}
@@ -39,6 +41,17 @@ def write_sequence_bag(path, pairs, calibration, rate):
                     header.stamp.sec, header.stamp.nanosec = divmod(stamp, 1_000_000_000)
                     header.frame_id = FRAME
                     bag.write(topic, kind, messages.typestore, messages.content(message), stamp)
+
+
+def is_sequence_bag(folder):
+    """Return whether a folder (Path) holds a bag of `write_sequence_bag`, and nothing else."""
+    try:
+        told = read_yaml((folder / METADATA).read_bytes())['rosbag2_bagfile_information']
+        first = told['starting_time']['nanoseconds_since_epoch']
+        names = {METADATA, *told['relative_file_paths']}
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return first == START and {entry.name for entry in folder.iterdir()} == names
 
 
 def _image(image):
