@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.node_options import node_settings
 from fuzzy_stereo_ros.pairs.bag_copying import Copies
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from fuzzy_stereo_ros.pairs.stereo_topics import StereoTopics
+from fuzzy_stereo_ros.pairs.stereo_topics import are_raw_by_name, StereoTopics
 from fuzzy_stereo_ros.parameter_table import OUTPUTS, profile_config, sync_tolerance
 from fuzzy_stereo_ros.replay_folder import ReplayFolder
 from fuzzy_stereo_ros.replay_request import (
@@ -57,6 +57,14 @@ class ReplayPlan(NamedTuple):
     def config_at_scale(self):
         """The MatcherConfig of the images that are matched."""
         return self.config.at_scale(self.reader.scale)
+
+    @property
+    def remarks(self):
+        """Sentences on what can be done but is hardly meant."""
+        if self.settings['rectify'] or not are_raw_by_name(self.topics):
+            return []
+        return [f'{self.topics.left} and {self.topics.right} are matched as they come: give '
+                '--rectify unless they are rectified']
 
     def source(self, bags, read, copied=()):
         """Return a ReplaySource of a BagReader; read, copied: as there."""

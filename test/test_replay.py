@@ -145,8 +145,12 @@ def test_raw_images_are_rectified_where_that_is_asked_for(folder, capsys):
             messages[topic].d = np.array([-0.3, 0.1, 0, 0, 0])
 
     write_bag(folder / 'bag', topics=topics, change=distort)
-    assert replay('bag', output='plain') == 0
-    assert replay('bag', output='rectified', options=['--rectify']) == 0
+    remark = ('/left/image_raw and /right/image_raw are matched as they come: give --rectify '
+              'unless they are rectified')
+    assert figures(capsys, 'bag', output='plain')['remarks'] == [remark]
+    assert replay('bag', output='plain', options=['--overwrite']) == 0
+    assert remark in capsys.readouterr().err.splitlines()
+    assert figures(capsys, 'bag', output='rectified', options=['--rectify'])['remarks'] == []
     plain, rectified = (disparities(folder / name) for name in ('plain', 'rectified'))
     assert_matched(plain, scene())
     assert not np.array_equal(plain[BEGIN], rectified[BEGIN])

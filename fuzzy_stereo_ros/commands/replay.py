@@ -21,6 +21,7 @@ from fuzzy_stereo_ros.replay_request import expected_pairs, SECOND
 from fuzzy_stereo_ros.replay_segments import SegmentedReplay
 from fuzzy_stereo_ros.replay_sinks import BagSink, MARK
 from fuzzy_stereo_ros.replay_views import add_view_options, names_of_views, views_of
+from fuzzy_stereo_ros.reports import kind_of
 from fuzzy_stereo_ros.rig import Rig
 
 SUFFIXES = 'npy', 'pfm', 'png'
@@ -124,6 +125,9 @@ def _replayed(arguments, bags, plan, progress_stream):
         shown = opened.enter_context(Shown(
             expected_pairs(bags, plan.topics, plan.selection), progress_stream,
             arguments.progress))
+        for remark in plan.remarks:
+            tally.remarks[kind_of(remark)] = remark
+            shown.tell(remark)
         cluster = opened.enter_context(
             opened_cluster(arguments, plan.config_at_scale, shown.tell))
         (cluster or rig).warm_up()

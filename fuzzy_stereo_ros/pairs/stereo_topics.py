@@ -45,6 +45,13 @@ def find_stereo_topics(name, topics, left=None, right=None, rectify=False):
     return StereoTopics(chosen[0], infos[0], chosen[1], infos[1])
 
 
+def are_raw_by_name(topics):
+    """Return whether the images of StereoTopics are called raw and not rectified, as image_raw."""
+    names = [topic.removesuffix('/compressed').split('/')[-1]
+             for topic in (topics.left, topics.right)]
+    return any('raw' in name and 'rect' not in name for name in names)
+
+
 def _only_pair(name, topics, images, left, right, rectify):
     """Return the one pair of image topics that differ only in the words for the sides."""
     pairs = [(one, twin) for one in sorted(images) for twin in _twins(one)
