@@ -81,7 +81,11 @@ class BagSink:
 
 
 class FileSink:
-    """A file of disparities for each pair, named by its stamp in ns, and calibration.json."""
+    """
+    A file of disparities for each pair, named by its stamp in ns, and calibration.json.
+
+    replaced: how many files were replaced by that of a later pair with the same stamp.
+    """
 
     def __init__(self, folder, suffix):
         """
@@ -90,7 +94,7 @@ class FileSink:
         suffix: 'npy', 'pfm' or 'png', as of pairs/disparity_files.py.
         """
         self._folder, self._suffix, self._calibration = folder, suffix, None
-        self._place = folder / DISPARITY
+        self._place, self._newest, self.replaced = folder / DISPARITY, -1, 0
         self._place.mkdir(exist_ok=True)
 
     def take(self, matched):
@@ -101,8 +105,11 @@ class FileSink:
                 {'formula': 'Z = focal * baseline / (disparity - offset)',
                  **asdict(self._calibration),
                  'left': self._calibration.left._asdict()}, indent=2) + '\n').encode())
-        name = f'{matched.pair.stamp:0{STAMP_DIGITS}d}.{self._suffix}'
-        write_disparity(self._place / name, matched.match.disparity)
+        stamp = matched.pair.stamp
+        path = self._place / f'{stamp:0{STAMP_DIGITS}d}.{self._suffix}'
+        self.replaced += stamp <= self._newest and path.exists()
+        self._newest = max(self._newest, stamp)
+        write_disparity(path, matched.match.disparity)
 
     def close(self):
         """Do nothing: each file is whole."""

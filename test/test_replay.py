@@ -303,6 +303,16 @@ def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
         np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
 
 
+def test_files_that_are_replaced_by_those_of_later_pairs_are_told(folder, capsys):
+    write_bag(folder / 'bag', pairs=scene(7), change=loop)
+    told = figures(capsys, 'bag', options=['--files', 'npy', 'pfm'])['remarks']
+    assert told == ['3 pairs have the stamp of an earlier one, whose files theirs replaced']
+    assert len(list((folder / 'out').glob('disparity/*.npy'))) == 4
+    assert figures(capsys, 'bag', output='other')['remarks'] == []
+    write_bag(folder / 'plain')
+    assert figures(capsys, 'plain', output='third', options=['--files', 'npy'])['remarks'] == []
+
+
 def test_remarks_on_a_calibration_are_told_once(folder, capsys):
     def differ(number, messages):
         messages[TOPICS[3]].p[6] += 5 + number

@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.replay_plan import (
 from fuzzy_stereo_ros.replay_report import figures_of, no_pair_sentence, sentences, Shown
 from fuzzy_stereo_ros.replay_request import expected_pairs, SECOND
 from fuzzy_stereo_ros.replay_segments import SegmentedReplay
-from fuzzy_stereo_ros.replay_sinks import BagSink, MARK
+from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK
 from fuzzy_stereo_ros.replay_views import add_view_options, names_of_views, views_of
 from fuzzy_stereo_ros.reports import kind_of
 from fuzzy_stereo_ros.rig import Rig
@@ -58,8 +58,9 @@ def add_arguments(parser):
                         help='topics to be copied into the bag; without a name all of them')
     parser.add_argument('--files', choices=SUFFIXES, nargs='+', default=[],
                         help='also a file of disparities for each pair, in DIR/disparity, named '
-                             'by its stamp in ns: npy (invalid: NaN), pfm (inf) or png (16 bits '
-                             'as KITTI, 0); DIR/calibration.json makes metres of them')
+                             'by its stamp in ns (of several with one stamp the last): npy '
+                             '(invalid: NaN), pfm (inf) or png (16 bits as KITTI, 0); '
+                             'DIR/calibration.json makes metres of them')
     parser.add_argument('--overwrite', action='store_true',
                         help='replace what an earlier replay wrote to DIR, and the files of '
                              '--video and --view')
@@ -126,8 +127,7 @@ def _replayed(arguments, bags, plan, progress_stream):
             expected_pairs(bags, plan.topics, plan.selection), progress_stream,
             arguments.progress))
         for remark in plan.remarks:
-            tally.remarks[kind_of(remark)] = remark
-            shown.tell(remark)
+            _remark(remark, tally, shown)
         cluster = opened.enter_context(
             opened_cluster(arguments, plan.config_at_scale, shown.tell))
         (cluster or rig).warm_up()
@@ -141,7 +141,17 @@ def _replayed(arguments, bags, plan, progress_stream):
                 ahead, cluster, tally, stopped, bags.messages(
                     plan.copies.topics, plan.selection.start, plan.selection.stop))
         replay(source, rig, outputs, tally, stopped, shown.tell, shown.step)
+        replaced = [sink.replaced for sink in outputs.sinks or () if isinstance(sink, FileSink)]
+        if any(replaced):
+            _remark(f'{replaced[0]} pairs have the stamp of an earlier one, whose files theirs '
+                    'replaced', tally, shown)
     return outputs, tally, source
+
+
+def _remark(sentence, tally, shown):
+    """Note a sentence in the figures and show it."""
+    tally.remarks[kind_of(sentence)] = sentence
+    shown.tell(sentence)
 
 
 def _end_without_pairs(bags, folder, source, tally, settings):
