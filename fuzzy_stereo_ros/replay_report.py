@@ -80,8 +80,8 @@ def figures_of(tally, synchroniser, begin):
     return figures
 
 
-def sentences(figures):
-    """Return the figures as a person reads them."""
+def sentences(figures, approximate):
+    """Return the figures as a person reads them; approximate: whether stamps may differ."""
     pairs, messages = figures['pairs'], figures['messages']
     lines = [f"{pairs['matched']} pairs matched"]
     if 'segments' in figures:
@@ -98,6 +98,8 @@ def sentences(figures):
         lines.append('messages without partner: ' + ', '.join(
             f"{topic} {number} of {messages['received'][topic]}"
             for topic, number in unmatched.items()))
+    if any(2 * number > messages['received'][topic] for topic, number in unmatched.items()):
+        lines.append(f'to match more of them, {_remedy(approximate)}')
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
         f"pair; {100 * figures['share_not_matching']:.1f} % of the time was not matching")
@@ -122,10 +124,16 @@ def no_pair_sentence(name, tally, synchroniser, approximate):
     difference = synchroniser.difference()
     if difference:
         sentence += f'; the latest stamps differ by up to {difference / 1e6:.3f} ms'
+    return f'{sentence}; {_remedy(approximate)}'
+
+
+def _remedy(approximate):
+    """Return what lets more messages find their partners."""
     if approximate:
-        return f'{sentence}; raise --tolerance or --queue-size'
-    return (f'{sentence}; give --approximate if the cameras do not stamp alike, '
-            '--cache-camera-info if camera_info comes seldom, or a larger --queue-size')
+        return ('raise --tolerance or --queue-size, or give --cache-camera-info if camera_info '
+                'comes seldom')
+    return ('give --approximate if the cameras do not stamp alike, --cache-camera-info if '
+            'camera_info comes seldom, or a larger --queue-size')
 
 
 def _ended(tally):

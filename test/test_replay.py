@@ -181,6 +181,9 @@ def test_a_camera_info_that_came_once_is_kept_where_that_is_asked_for(folder, ca
             del messages[topic]
 
     write_bag(folder / 'bag', change=only_once)
+    assert replay('bag', output='one') == 0
+    assert ('\nto match more of them, give --approximate if the cameras do not stamp alike, '
+            '--cache-camera-info if camera_info comes seldom') in capsys.readouterr().out
     found = figures(capsys, 'bag', options=['--start', start, '--cache-camera-info'])
     first = round(start * 1e9 / STEP)
     # The first images come before the camera_info of their pair.
@@ -273,6 +276,7 @@ def test_bad_pairs_are_counted_and_told_once_and_the_others_matched(folder, caps
     assert printed.err.count('message refused: a message of /right/image_rect cannot be read') == 1
     assert '3 refused: damaged message 1, encoding 2' in printed.out
     assert 'messages without partner: /left/image_rect 1 of 8' in printed.out
+    assert 'to match more of them' not in printed.out
 
 
 def loop(number, messages):

@@ -112,8 +112,9 @@ def run(arguments, stream, progress_stream=None):
                    'topics': plan.topics._asdict(), 'calibration': plan.calibration,
                    **figures_of(tally, source.synchroniser, bags.begin)}
         where = ', '.join(filter(None, (arguments.output, *names_of_views(arguments))))
+        told = sentences(figures, plan.settings['approximate_sync'])
         stream.write((json.dumps(figures, indent=2) if arguments.json
-                      else f'{where}: {sentences(figures)}') + '\n')
+                      else f'{where}: {told}') + '\n')
         _end(bags, arguments, outputs, tally, progress_stream or sys.stderr)
 
 
