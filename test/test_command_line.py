@@ -40,6 +40,7 @@ def folder(tmp_path, monkeypatch, pair):
     write_disparity('truth.pfm', pair.truth)
     write_image('visible.png', np.where(pair.visible, 255, 128).astype(np.uint8))
     write_image('small.png', pair.right[:, :-1])
+    write_image('row.png', pair.left[:1])
     (tmp_path / 'text.png').write_text('no image')
     return tmp_path
 
@@ -187,6 +188,8 @@ BAD_INPUT = {
                  'text.png is not an image'),
     'two sizes': (['match', 'left.png', 'small.png', *match_arguments()[3:]],
                   'left.png is 80x48 and small.png is 79x48'),
+    'one row': (['match', 'row.png', 'row.png', *match_arguments()[3:]],
+                'the images are 80 x 1; at least 2 x 2 pixels are needed'),
     'an unknown suffix': (match_arguments(output='out.tiff'), 'allowed are .pfm, .npy, .png'),
     'a missing folder': (match_arguments(output='none/out.pfm'), 'there is no folder none'),
     'no picture format': (match_arguments(picture='out.docx'), 'no image format'),
@@ -211,7 +214,7 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
         folder, capsys, monkeypatch, case):
     """And it is told before the work begins, but for what only the matcher knows."""
     arguments, words = BAD_INPUT[case]
-    if case != 'too many disparities':
+    if case not in ('too many disparities', 'one row'):
         monkeypatch.setattr(match_command, 'StereoMatcher', None)
     (folder / 'folder.pfm').mkdir()
     before = contents_of(folder)

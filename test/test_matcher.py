@@ -410,6 +410,12 @@ def test_a_deadline_far_away_changes_nothing():
     assert_same(matched(pair), matched(pair, deadline_ms=3600000.0))
 
 
+@pytest.mark.parametrize(('rows', 'columns'), [(1, 1), (1, 30), (20, 1), (0, 30), (2**16, 2**15)])
+def test_warming_up_for_a_size_that_cannot_be_matched_is_refused(rows, columns):
+    with pytest.raises(ValueError, match=f'^the images are {columns} x {rows}; at '):
+        StereoMatcher(replace(CONFIG, disparities=1)).warm_up(rows, columns)
+
+
 def test_warming_up_keeps_the_previous_frame():
     frames = list(made_sequence(60, 100, 24, 2, noise=2.0))
     warmed, plain = StereoMatcher(CONFIG), StereoMatcher(CONFIG)

@@ -35,11 +35,7 @@ def checked_pair(left, right, config):
         raise ValueError(f'the left image is {left.dtype}, the right one {right.dtype}; '
                          'give two images of one depth')
     rows, columns = left.shape[:2]
-    if rows < FEWEST_ROWS or columns < FEWEST_COLUMNS:
-        raise ValueError(f'the images are {_size(left)}; '
-                         f'at least {FEWEST_COLUMNS} x {FEWEST_ROWS} pixels are needed')
-    if rows * columns > MOST_PIXELS:
-        raise ValueError(f'the images are {_size(left)}; at most {MOST_PIXELS} pixels are allowed')
+    check_size(rows, columns)
     if config.disparities > columns:
         raise ValueError(
             f'{config.disparities} disparities are more than the {columns} columns of the images; '
@@ -47,6 +43,16 @@ def checked_pair(left, right, config):
     if left.ndim != right.ndim:
         left, right = _grey(left), _grey(right)
     return np.ascontiguousarray(left), np.ascontiguousarray(right)
+
+
+def check_size(rows, columns):
+    """Raise ValueError where images of a size are smaller or larger than kernels can take."""
+    if rows < FEWEST_ROWS or columns < FEWEST_COLUMNS:
+        raise ValueError(f'the images are {columns} x {rows}; '
+                         f'at least {FEWEST_COLUMNS} x {FEWEST_ROWS} pixels are needed')
+    if rows * columns > MOST_PIXELS:
+        raise ValueError(f'the images are {columns} x {rows}; at most {MOST_PIXELS} pixels are '
+                         'allowed')
 
 
 def checked_stamp(stamp):

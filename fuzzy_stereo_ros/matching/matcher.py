@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import time
 
 import cv2
-from fuzzy_stereo_ros.matching.checks import checked_pair, checked_stamp
+from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve
 from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
@@ -102,7 +102,9 @@ class StereoMatcher:
         Compile the kernels, or load them from the cache, and take memory for images of a size.
 
         Every kind of image is matched, cold and warm, on a matcher that is thrown away.
+        Raises ValueError for a size that cannot be matched.
         """
+        check_size(rows, columns)
         small = replace(self.config, warm_start=True, deadline_ms=0.0,
                         population=min(self.config.population, 4),
                         generations=min(self.config.generations, 2))
