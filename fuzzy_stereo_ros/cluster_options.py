@@ -77,6 +77,7 @@ def _cluster(arguments, config, told, opened):
     try:
         import dask
         from distributed import Client
+        from distributed.comm import get_address_host_port
         from distributed.utils import silence_logging_cmgr
     except ImportError:
         raise ValueError('there is no distributed, which shares work among processes: '
@@ -91,6 +92,7 @@ def _cluster(arguments, config, told, opened):
     else:
         name = arguments.scheduler
         try:
+            get_address_host_port(name)     # or else half a Client is left, which ends at length
             client = Client(name, timeout=ANSWER_SECONDS, set_as_default=False)
         except (OSError, ValueError) as error:
             raise ClusterFault(f'--scheduler is {name}, where no scheduler of Dask answers: '

@@ -9,12 +9,17 @@ from dask_processes import dask_processes
 from fuzzy_stereo_ros import __version__, cluster_options, replay_cluster
 from made_bags import disparities, write_bag
 import pytest
-from replayed import refusal, replay
+from replayed import refusal, replay, run
 
 OTHER_VERSION = "import fuzzy_stereo_ros; fuzzy_stereo_ros.__version__ = '0.0.7'"
 WITHOUT_PACKAGE = "import sys; sys.modules['fuzzy_stereo_ros'] = None"
 OTHER_OPENCV = "import cv2; cv2.__version__ = '4.0'"
 INTERRUPTED = 130
+PLAIN = """\
+import sys
+from fuzzy_stereo_ros.command_line import main
+sys.exit(main(sys.argv[2:]))
+"""
 DEADLY = """\
 import os
 from fuzzy_stereo_ros.rig import Rig
@@ -59,6 +64,12 @@ def test_without_dask_it_says_what_to_install(refused, monkeypatch):
 def test_an_address_without_scheduler_is_refused(refused, address):
     assert refused('--scheduler', address).startswith(
         f'--scheduler is {address}, where no scheduler of Dask answers: ')
+
+
+def test_an_address_that_is_none_leaves_nothing_that_ends_at_length(folder):
+    ended = run(PLAIN, 0, 'bag', '--scheduler', 'nothing')
+    sentence, = (line for line in ended.stderr.splitlines() if 'compiled kernels' not in line)
+    assert sentence.endswith("answers: missing port number in address 'nothing'")
 
 
 def test_workers_that_cannot_match_are_refused(folder, refused, tmp_path_factory, capfd):
