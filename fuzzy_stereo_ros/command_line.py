@@ -5,27 +5,32 @@ The command `fuzzy-stereo`.
 
 Exit codes: 0 done; 1 a saved pair does not come out as it was; 2 bad input, said in one sentence
 on standard error, nothing written, but for a bag that is damaged, or a disk that is full, in the
-middle of a replay; 130 interrupted by the user; 141 nobody read what was printed to its end.
+middle of a replay; 130 interrupted by the user; 141 nobody read what was printed to its end; 143
+terminated.
 """
 import argparse
 from functools import partial
 import os
 import sys
 
+from fuzzy_stereo_ros.interruption import terminated_as_by_hand
+
 BAD_INPUT = 2
 INTERRUPTED = 130
 NO_READER = 141     # as of a process that a closed pipe ends
+TERMINATED = 143
 WITHOUT_KERNELS = 'synthesise', 'convert'
 
 
 def main(argv=None):
     """Run `fuzzy-stereo` with the arguments (None: those of the process); return its exit code."""
     _open_what_is_closed()
-    try:
-        parser = _parser()
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    return run_cleanly(parser, argv)
+    with terminated_as_by_hand() as terminated:
+        try:
+            code = run_cleanly(_parser(), argv)
+        except KeyboardInterrupt:
+            code = INTERRUPTED
+        return TERMINATED if code == INTERRUPTED and terminated() else code
 
 
 def commands():

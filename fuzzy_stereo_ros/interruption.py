@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C as something to be looked at between two pieces of work."""
+"""Ctrl-C as something to be looked at between two pieces of work, and SIGTERM as Ctrl-C."""
 from contextlib import contextmanager
 import signal
 import threading
@@ -46,3 +46,28 @@ def undisturbed():
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def terminated_as_by_hand():
+    """
+    Let SIGTERM, as a service or a container is stopped by, do what Ctrl-C does.
+
+    Yields a function that returns whether it came. Where Ctrl-C does nothing, as in the
+    background of a script, SIGTERM still ends the process at once.
+    """
+    came = []
+
+    def interrupt(number, frame):
+        came.append(number)
+        signal.raise_signal(signal.SIGINT)
+
+    if (threading.current_thread() is not threading.main_thread()
+            or signal.getsignal(signal.SIGINT) is signal.SIG_IGN):
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield lambda: bool(came)
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_bags import DISPARITIES
 
 ROOT = Path(__file__).parents[1]
-INTERRUPTED = 130
+INTERRUPTED, TERMINATED = 130, 143
 RESTRICTED = """\
 import resource, sys
 from fuzzy_stereo_ros.command_line import main

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.rig import Rig
 from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
 import pytest
-from replayed import figures, INTERRUPTED, matches, refusal, replay, RESTRICTED, run
+from replayed import figures, INTERRUPTED, matches, refusal, replay, RESTRICTED, run, TERMINATED
 
 
 @pytest.fixture
@@ -61,14 +61,15 @@ def chain(pairs, first):
             for match in matches(pairs[first:], stamps(len(pairs))[first:])]
 
 
-@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+@pytest.mark.parametrize(('storage', 'number', 'code'), [
+    ('mcap', signal.SIGINT, INTERRUPTED), ('sqlite3', signal.SIGTERM, TERMINATED)])
 def test_an_interrupted_replay_is_a_bag_and_goes_on_to_the_same_bits(
-        folder, capsys, interrupt, storage):
+        folder, capsys, interrupt, storage, number, code):
     write_bag(folder / 'bag', pairs=scene(8), more=chatter)
     options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence']
     assert replay('bag', output='whole', options=options) == 0
-    interrupt(5)
-    assert replay('bag', options=options) == INTERRUPTED
+    interrupt(5, number)
+    assert replay('bag', options=options) == code
     assert 'interrupted: out holds 5 pairs, up to 0.140 s into the bag; --resume goes on' in \
         capsys.readouterr().err
     whole = disparities(folder / 'whole')
@@ -182,6 +183,12 @@ def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkey
     assert list(disparities(folder / 'out')) == stamps(len(taken))
 
 
+def test_a_termination_where_ctrl_c_is_ignored_ends_the_replay_at_once(folder):
+    write_bag(folder / 'bag')
+    ended = run(IGNORING, int(signal.SIGTERM), 'bag')
+    assert (ended.returncode, ended.stderr) == (-signal.SIGTERM, '')
+
+
 def test_an_interruption_while_the_command_is_loaded_is_no_traceback(folder):
     ended = run(LOADING, 'fuzzy_stereo_ros.commands.replay', 'bag')
     assert (ended.returncode, ended.stderr) == (INTERRUPTED, '')
@@ -215,6 +222,14 @@ class Finder:
 sys.meta_path.insert(0, Finder)
 from fuzzy_stereo_ros.command_line import main
 sys.exit(main(sys.argv[2:]))
+"""
+IGNORING = """\
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.replay_report import Shown
+Shown.step = lambda shown: os.kill(os.getpid(), int(sys.argv[1]))
+main(sys.argv[2:])
 """
 KILLED = """\
 import os, signal, sys
