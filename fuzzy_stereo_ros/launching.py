@@ -101,7 +101,7 @@ def given_parameters(context):
 
 def camera_remappings(left_namespace, right_namespace, image='image_rect'):
     """Return the remappings of the four inputs to two cameras; image: name of their images."""
-    return [(f'{side}/{topic}', f'{namespace}/{there}')
+    return [(f'{side}/{topic}', f"{namespace.rstrip('/')}/{there}")
             for side, namespace in zip(SIDES, (left_namespace, right_namespace))
             for topic, there in (('image_rect', image), ('camera_info', 'camera_info'))]
 

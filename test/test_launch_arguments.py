@@ -153,3 +153,10 @@ def test_without_an_installed_package_python_runs_the_module(monkeypatch, tmp_pa
     assert programs() == [sys.executable] * 2
     monkeypatch.delenv('AMENT_PREFIX_PATH')
     assert programs() == [sys.executable] * 2
+
+
+@pytest.mark.parametrize(('namespace', 'topic'), [
+    ('cam', 'cam/image_rect'), ('/cam/', '/cam/image_rect'), ('/', '/image_rect')])
+def test_a_namespace_of_a_camera_may_end_with_a_slash_or_be_the_root(namespace, topic):
+    from fuzzy_stereo_ros.launching import camera_remappings    # imports launch
+    assert camera_remappings(namespace, 'right')[0] == ('left/image_rect', topic)
