@@ -279,6 +279,13 @@ def test_a_peek_reads_one_element_and_a_poke_writes_it_cut_to_its_bits(kind):
     assert array.tolist() == [250, 251, np.iinfo(kind).max, 253, 9, 255]
 
 
+def test_an_array_with_gaps_has_no_address_to_walk_from():
+    rows = np.zeros((4, 6), np.uint8)
+    assert addresses.address_of(rows[1:]) == rows.ctypes.data + 6
+    with pytest.raises(ValueError, match=r'strides \(6, 2\) is not contiguous'):
+        addresses.address_of(rows[:, ::2])
+
+
 def test_single_numbers_are_read_and_written_at_addresses():
     numbers = np.random.default_rng(7).integers(-2**63, 2**63, 9)
     address = numbers.ctypes.data
