@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Options that say on which workers a replay is matched, and the workers they ask for."""
-import asyncio
 from contextlib import contextmanager, ExitStack
 import logging
 from multiprocessing import resource_tracker
@@ -136,9 +135,11 @@ def _loop_without_interrupts():
 
 def _check(client, name, told):
     """Raise ClusterFault where the scheduler or a worker cannot do what it will be asked for."""
+    import distributed
+
     try:
         client.wait_for_workers(1, timeout=ANSWER_SECONDS)
-    except (TimeoutError, asyncio.TimeoutError):      # two before Python 3.11
+    except distributed.TimeoutError:    # before Python 3.11 not the one of Python
         raise ClusterFault(f'{name} has no workers: start some with `dask worker {name}`, where '
                            f'{PACKAGE} is installed') from None
     found = client.run(versions, on_error='return')
