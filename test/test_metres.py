@@ -64,7 +64,7 @@ def test_depth_is_infinite_where_a_valid_pixel_is_too_far(offset, disparity, dep
     (65.5344, 65534), (65.535, 65535), (65.536, 0), (70.0, 0), (131.07, 0), (2.2e6, 0),
     (1e30, 0)])
 def test_millimetres_are_rounded_and_zero_where_there_are_none(depth, millimetres):
-    for shape in ((1, 1), (1, 5), (3, 37)):
+    for shape in ((1, 1), (1, 5), (4, 1), (1, 4), (3, 37)):
         found = millimetres_of(np.full(shape, depth, np.float32))
         np.testing.assert_array_equal(found, np.full(shape, millimetres, np.uint16))
         assert found.dtype == np.uint16

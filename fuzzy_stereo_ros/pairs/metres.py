@@ -43,7 +43,8 @@ def millimetres_of(depth):
     """
     near = cv2.threshold(depth, LARGEST_MILLIMETRES / 1000, 0, cv2.THRESH_TOZERO_INV)[1]
     cv2.patchNaNs(near, 0.0)    # what NaN rounds to is the processor's choice
-    return cv2.multiply(near, 1000.0, dtype=cv2.CV_16U)
+    # No multiply by a number: OpenCV 4 takes a number beside 4 x 1 values for four of them.
+    return cv2.addWeighted(near, 1000.0, near, 0.0, 0.0, dtype=cv2.CV_16U)
 
 
 def write_points(depth, left, points):
