@@ -35,7 +35,9 @@ class DaskProcesses:
         with socket.create_server((LOOPBACK, 0)) as free:
             port = free.getsockname()[1]
         self._folder, self._started = folder, started
-        self._environment = {**os.environ, 'PYTHONPATH': str(ROOT), **environment}
+        # What was there may hold the metadata of the package: colcon puts its folder there.
+        places = os.pathsep.join(filter(None, [str(ROOT), os.environ.get('PYTHONPATH')]))
+        self._environment = {**os.environ, 'PYTHONPATH': places, **environment}
         self.address = f'tcp://{LOOPBACK}:{port}'
         self._start(before, 'scheduler', '--port', port, '--no-show')
         self.client = started.enter_context(
