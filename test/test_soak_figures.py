@@ -169,6 +169,8 @@ def running(times=1):
         end.set()
         for thread in threads:
             thread.join()
+        while threads_of(os.getpid()).keys() & {thread.native_id for thread in threads}:
+            os.sched_yield()    # the system's thread ends a little after Python's
 
 
 def test_a_thread_that_comes_later_is_left_over_with_its_name_and_since_when():
