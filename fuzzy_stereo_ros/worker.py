@@ -155,8 +155,8 @@ class Lane:
             else:
                 self._work(pair)
         except Exception as error:      # noqa: B902  whatever it is, the next pair is matched
-            self._count('failed', task)
             self._tell(pair, error)
+            self._count('failed', task)
         else:
             self._count('done', task)
 

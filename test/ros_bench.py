@@ -146,6 +146,16 @@ class Bench(Surroundings):
         self.until(self.rig.subscribed, 'the node subscribes to the rig')
 
     def counts(self):
+        """
+        Return a dict of the values of diagnostics when all pairs have come to something.
+
+        A disparity is heard of before the node has noted its pair.
+        """
+        return self.until(
+            lambda: counts if (counts := self.counts_now())['pairs waiting'] == '0' else None,
+            'no pair waits')
+
+    def counts_now(self):
         """Return a dict of the values of a diagnostics message that is newer than this call."""
         self.diagnostics.clear()
         asked = self.listener.get_clock().now().nanoseconds

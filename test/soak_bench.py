@@ -115,7 +115,7 @@ class SoakBench(Bench):
         """Return the counts of diagnostics when all that was sent has come to something."""
         deadline = time.monotonic() + SOON
         while True:
-            counts = whole_numbers(self.counts())
+            counts = whole_numbers(self.counts_now())
             under_way = is_under_way(counts, self.sent)
             if time.monotonic() > deadline or not (under_way or counts['pairs waiting']):
                 return {**counts, 'queue_size': QUEUE_SIZE}
@@ -216,7 +216,7 @@ class SoakBench(Bench):
     def _change(self, **values):
         done, reason = self.set_parameters(**values)
         assert done, reason
-        self.until(lambda: not self.counts()['change of parameters'].startswith('being'),
+        self.until(lambda: not self.counts_now()['change of parameters'].startswith('being'),
                    'parameters are prepared')
 
     def _held(self):

@@ -43,7 +43,8 @@ class SoakStage(SoakBench):
             '--frames', '4', '--rate', str(self._rate),
             *([] if self._best_effort else ['--reliable']), module='fuzzy_stereo_ros.fake_rig')
         try:
-            self.until(lambda: int(self.counts()['pairs matched']) > before['pairs matched'] + 3,
+            enough = before['pairs matched'] + 4
+            self.until(lambda: int(self.counts_now()['pairs matched']) >= enough,
                        'disparities of another camera')
         finally:
             camera.finish(9)

@@ -172,7 +172,6 @@ def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
     came, matched, dropped, refused = (
         int(after[key]) - int(before[key])
         for key in ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused'))
-    assert after['pairs waiting'] == '0'
     assert refused == 0
     assert came == matched + dropped
     assert dropped > 0
