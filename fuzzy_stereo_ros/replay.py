@@ -42,6 +42,11 @@ class Tally:
     segments: int = 0
     workers: int = 0
 
+    def note(self, remark, told):
+        """Keep a remark and tell it, where there was none of its kind before."""
+        if self.remarks.setdefault(kind_of(remark), remark) is remark:
+            told(remark)
+
 
 class Outputs:
     """
@@ -131,8 +136,7 @@ def _match(step, rig, tally, told):
         told(f'{what} refused: {error}')
         return None
     for remark in matched.pair.calibration.remarks:
-        if tally.remarks.setdefault(kind_of(remark), remark) is remark:
-            told(remark)
+        tally.note(remark, told)
     tally.milliseconds += matched.match.times['total']
     tally.warm += matched.match.warm
     tally.again += step.again

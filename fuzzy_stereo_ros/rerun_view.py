@@ -9,6 +9,7 @@ import sys
 import cv2
 from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
 from fuzzy_stereo_ros.pairs.metres import depth_of, write_points
+from fuzzy_stereo_ros.pairs.whole_files import check_place
 import numpy as np
 
 NEAREST_TO_ENDLESS = 1.0    # px; points of smaller disparities are left out, they lie anywhere
@@ -165,10 +166,7 @@ def _checked(path):
     """Return the path of a file; ValueError where it cannot be written so."""
     if path.suffix != '.rrd':
         raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed is .rrd")
-    if not path.parent.is_dir():
-        raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
-    if path.is_dir():
-        raise ValueError(f'{path} is a folder; name a file')
+    check_place(path)
     return path
 
 

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 import cv2
+from fuzzy_stereo_ros.pairs.whole_files import check_place
 from fuzzy_stereo_ros.video_frames import letterboxed, side_by_side
 
 CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
@@ -18,10 +19,7 @@ def check_video(path, rate=RATES[0]):
     if path.suffix not in CODECS:
         raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed are "
                          f"{', '.join(CODECS)}")
-    if not path.parent.is_dir():
-        raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
-    if path.is_dir():
-        raise ValueError(f'{path} is a folder; name a file')
+    check_place(path)
     if not RATES[0] <= rate <= RATES[1]:
         raise ValueError(f'the rate of {path} is {rate}; allowed are numbers from {RATES[0]:g} '
                          f'to {RATES[1]:g} frames per second')

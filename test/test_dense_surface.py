@@ -144,8 +144,8 @@ def test_each_region_is_that_of_the_fitter_parent_as_found_by_trying_them_all(
     mother, father, mother_costs, father_costs, across, down = crossing
     numbers = [np.float32(number) for number in (8, free, 20)]
 
-    def cost(surface, genes=None):
-        genes = np.where(surface == mother, mother_costs, father_costs) if genes is None else genes
+    def cost(surface):
+        genes = np.where(surface == mother, mother_costs, father_costs)
         return twins.surface_cost(surface, genes, across, down, *numbers)
 
     child, costs = mother.copy(), mother_costs.copy()

@@ -5,7 +5,7 @@ from pathlib import Path
 import re
 
 from fuzzy_stereo_ros.comparing.report import markdown
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.pairs.whole_files import check_place, write_whole
 
 HEADING = ('<!-- SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers -->\n'
            '<!-- SPDX-License-Identifier: Apache-2.0 -->\n'
@@ -40,7 +40,6 @@ def check_page(path):
     path = Path(path)
     if path.suffix != '.md':
         raise ValueError(f"{path} has the suffix '{path.suffix}'; a page of benchmarks has .md")
-    if not path.parent.is_dir():
-        raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
+    check_place(path)
     if path.exists() and not path.read_text(encoding='utf-8').startswith(HEADING):
         raise ValueError(f'{path} exists and is no page of benchmarks; name another file')

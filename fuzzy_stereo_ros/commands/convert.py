@@ -12,6 +12,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import (
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.metres import depth_of, disparity_of
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
+from fuzzy_stereo_ros.pairs.whole_files import check_place
 import numpy as np
 
 DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
@@ -97,13 +98,10 @@ def _check_output(arguments, target):
         if arguments.image is not None:
             raise ValueError(f'--image gives colours to a {POINT_SUFFIX}, but {output} holds '
                              f'{target}; leave it out')
-    if not output.parent.is_dir():
-        raise ValueError(f'{output} cannot be written: there is no folder {output.parent}')
+    check_place(output)
     if output.resolve() in (Path(path).resolve() for path in (
             arguments.input, arguments.image, *(arguments.camera_info or ())) if path):
         raise ValueError(f'{output} is an input too; name another file')
-    if output.is_dir():
-        raise ValueError(f'{output} is a folder; name a file')
     if output.exists() and not arguments.overwrite:
         raise ValueError(f'{output} exists; give --overwrite to replace it, or name another file')
 

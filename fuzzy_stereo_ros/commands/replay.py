@@ -21,7 +21,6 @@ from fuzzy_stereo_ros.replay_request import expected_pairs, SECOND
 from fuzzy_stereo_ros.replay_segments import SegmentedReplay
 from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK
 from fuzzy_stereo_ros.replay_views import add_view_options, names_of_views, views_of
-from fuzzy_stereo_ros.reports import kind_of
 from fuzzy_stereo_ros.rig import Rig
 
 SUFFIXES = 'npy', 'pfm', 'png'
@@ -128,7 +127,7 @@ def _replayed(arguments, bags, plan, progress_stream):
             expected_pairs(bags, plan.topics, plan.selection), progress_stream,
             arguments.progress))
         for remark in plan.remarks:
-            _remark(remark, tally, shown)
+            tally.note(remark, shown.tell)
         cluster = opened.enter_context(
             opened_cluster(arguments, plan.config_at_scale, shown.tell))
         (cluster or rig).warm_up()
@@ -144,15 +143,9 @@ def _replayed(arguments, bags, plan, progress_stream):
         replay(source, rig, outputs, tally, stopped, shown.tell, shown.step)
         replaced = [sink.replaced for sink in outputs.sinks or () if isinstance(sink, FileSink)]
         if any(replaced):
-            _remark(f'{replaced[0]} pairs have the stamp of an earlier one, whose files theirs '
-                    'replaced', tally, shown)
+            tally.note(f'{replaced[0]} pairs have the stamp of an earlier one, whose files theirs '
+                       'replaced', shown.tell)
     return outputs, tally, source
-
-
-def _remark(sentence, tally, shown):
-    """Note a sentence in the figures and show it."""
-    tally.remarks[kind_of(sentence)] = sentence
-    shown.tell(sentence)
 
 
 def _end_without_pairs(bags, folder, source, tally, settings):

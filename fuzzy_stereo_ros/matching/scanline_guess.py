@@ -91,16 +91,20 @@ class ScanlineGuess:
         # kept because what was searched last, and is polished by, has only their addresses
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._last = self.search_by(*self._priors)
-        crew.each(lambda band: self._search_band(self._last, *band), self.bands)
+        crew.each(lambda band: self._search_band(*band), self.bands)
 
-    def _search_band(self, search, band, first, last):
+    def _given(self, band):
+        """Return the last search and the memory of a band, as kernels take them."""
+        return tuple(self._last), tuple(self._scratch[band])
+
+    def _search_band(self, band, first, last):
         """Sweep down and up through one row of tiles after the other."""
-        given = tuple(search), tuple(self._scratch[band])
+        given = self._given(band)
         start, priced = max(first - OVERLAP, 0), first
         sweep.outside(*given, start, first, True)
         for strip in range(first, last, self.tile):
             end = min(strip + self.tile, last)
-            below = min(end + OVERLAP, search.rows)
+            below = min(end + OVERLAP, self._last.rows)
             sweep.downwards(*given, start, priced, min(below, last))
             sweep.outside(*given, max(priced, min(below, last)), below, False)
             sweep.upwards(*given, strip, end, below - 1)
@@ -127,8 +131,8 @@ class ScanlineGuess:
         """
         for parity in (0, 1):
             crew.each(lambda band, parity=parity: polish_rows(
-                tuple(self._last), tuple(self._scratch[band[0]]), *penalties, chromosome, parity,
-                band[1], band[2], self._winners[band[0]]), self.bands)
+                *self._given(band[0]), *penalties, chromosome, parity, band[1], band[2],
+                self._winners[band[0]]), self.bands)
 
 
 def _leaning(prior):

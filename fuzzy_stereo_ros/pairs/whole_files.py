@@ -5,6 +5,15 @@ import os
 from pathlib import Path
 
 
+def check_place(path):
+    """Raise ValueError where no file can be written to a path: no folder, or it is one itself."""
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
+    if path.is_dir():
+        raise ValueError(f'{path} is a folder; name a file')
+
+
 def write_whole(path, content):
     """
     Write bytes to a file: on an error what was there before stays, and nothing is left behind.

@@ -43,7 +43,8 @@ def choose_folder():
     """
     wanted = [Path(numba.config.CACHE_DIR) / NAME] if numba.config.CACHE_DIR else []
     places = [*wanted, SOURCES / '__pycache__', *_user_cache()]
-    folders = [place.absolute() / f'{_installation()}{_content()}' for place in places]
+    name = f'{_installation()}{_content()}'
+    folders = [place.absolute() / name for place in places]
     refused = []
     for place, folder in zip(places, folders):
         try:
