@@ -86,6 +86,11 @@ def test_pictures_of_ground_truth_are_read_by_their_scale(tmp_path):
     cv2.imwrite(str(tmp_path / 'sixteen.png'), np.array([[0, 256, 384]], np.uint16))
     assert np.array_equal(read_disparity(tmp_path / 'eight.png', scale=4),
                           np.float32([[NAN, 1, 63.75]]), equal_nan=True)
+    eight = cv2.imread(str(tmp_path / 'eight.png'))
+    assert eight.shape == (1, 3, 3)
+    cv2.imwrite(str(tmp_path / 'three_channels.png'), eight)
+    assert np.array_equal(read_disparity(tmp_path / 'three_channels.png', scale=4),
+                          np.float32([[NAN, 1, 63.75]]), equal_nan=True)
     assert np.array_equal(read_disparity(tmp_path / 'sixteen.png'), [[NAN, 1, 1.5]],
                           equal_nan=True)
     assert np.array_equal(read_disparity(tmp_path / 'sixteen.png', scale=128), [[NAN, 2, 3]],
@@ -126,9 +131,9 @@ def test_a_damaged_or_foreign_file_is_refused_by_name_and_reason(tmp_path, name)
 def test_a_missing_file_and_a_useless_picture_are_refused(tmp_path):
     with pytest.raises(ValueError, match='none.pfm cannot be read: No such file'):
         read_disparity(tmp_path / 'none.pfm')
-    cv2.imwrite(str(tmp_path / 'colour.png'), np.zeros((2, 2, 3), np.uint8))
+    cv2.imwrite(str(tmp_path / 'colour.png'), np.eye(3, dtype=np.uint8)[None])
     with pytest.raises(ValueError, match='colour picture'):
-        read_disparity(tmp_path / 'colour.png')
+        read_disparity(tmp_path / 'colour.png', scale=16)
     cv2.imwrite(str(tmp_path / 'eight.png'), np.zeros((2, 2), np.uint8))
     with pytest.raises(ValueError, match='how many grey levels one pixel'):
         read_disparity(tmp_path / 'eight.png')

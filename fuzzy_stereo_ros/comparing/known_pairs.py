@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation import score
-from fuzzy_stereo_ros.pairs.disparity_files import KITTI_SCALE, read_disparity
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 import numpy as np
 
@@ -54,19 +54,10 @@ def read_truth(path, scale=None):
     """
     Return the disparities of a file: float32 (R, C), pixels, NaN = unknown.
 
-    Reads what `read_disparity` does, and pictures that are grey in three channels.
-    scale: grey levels per pixel of disparity in a picture; None is 256 for 16 bits.
+    scale: as of `read_disparity`, for a picture; files of other kinds do without.
     Raises ValueError where the file cannot be read, or has 8 bits and no scale.
     """
-    if Path(path).suffix.lower() in NUMBERS:
-        return read_disparity(path)
-    levels = read_image(path)
-    levels = levels if levels.ndim == 2 else levels[:, :, 0]
-    if scale is None and levels.dtype == np.uint8:
-        raise ValueError(f'{path} has 8 bits: say with --truth-scale how many grey levels one '
-                         'pixel of disparity is')
-    scale = np.float32(KITTI_SCALE if scale is None else scale)
-    return np.where(levels > 0, levels / scale, np.nan).astype(np.float32)
+    return read_disparity(path, None if Path(path).suffix.lower() in NUMBERS else scale)
 
 
 def read_mask(path):

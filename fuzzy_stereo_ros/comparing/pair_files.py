@@ -8,7 +8,7 @@ import re
 from fuzzy_stereo_ros.comparing.known_pairs import (
     KITTI, KnownPair, NUMBERS, read_mask, read_truth)
 from fuzzy_stereo_ros.comparing.visibility import agreeing, seen_by_both
-from fuzzy_stereo_ros.pairs.image_files import read_pair
+from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
@@ -52,8 +52,10 @@ class PairFiles:
     def check_scale(self):
         """Raise ValueError where the truth is in grey levels whose scale is not known."""
         grey = self.truth.suffix.lower() not in NUMBERS
-        if grey and self.family != KITTI and self.scale is None:
-            read_truth(self.truth)
+        if (grey and self.family != KITTI and self.scale is None
+                and read_image(self.truth).dtype == np.uint8):
+            raise ValueError(f'{self.truth} has 8 bits: say with --truth-scale how many grey '
+                             'levels one pixel of disparity is')
 
     def read(self):
         """

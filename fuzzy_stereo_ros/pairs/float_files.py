@@ -68,12 +68,15 @@ def read_levels(path, scale, usual, unit):
     """
     Return a picture's grey levels over a scale: float32 (R, C), NaN where the level is 0.
 
+    A picture may be grey in three channels, as those of Middlebury are.
     scale: levels per unit; None is the usual one for 16 bits; 8 bits must be told. unit: in words.
     Raises ValueError for a picture in colour, and where the scale is needed or not allowed.
     """
     levels = read_image(path)
-    if levels.ndim != 2:
-        raise ValueError(f'{path} is a colour picture; grey levels are needed')
+    if levels.ndim == 3:
+        if (levels != levels[:, :, :1]).any():
+            raise ValueError(f'{path} is a colour picture; grey levels are needed')
+        levels = levels[:, :, 0]
     if scale is None and levels.dtype == np.uint8:
         raise ValueError(f'{path} has 8 bits: say how many grey levels one {unit} is')
     if scale is not None and not 0 < scale < np.inf:
