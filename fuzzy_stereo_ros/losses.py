@@ -5,7 +5,9 @@
 # By what the keys of counts, as of `reports.counts_of`, begin with.
 KINDS = {
     'pairs dropped': 'newer ones came before they were matched, see scale and disparity_range',
-    'unmatched ': 'their stamps came not on all four topics, see queue_size and approximate_sync',
+    'unmatched ': 'the other topics had not come with their stamps when newer ones came, the '
+                  'stamps went back or nobody listened any more, see queue_size and '
+                  'approximate_sync',
     'lost ': 'they were sent and never arrived, see input_qos and config/fastdds.xml',
 }
 

@@ -164,12 +164,16 @@ def field_names():
             for field in fields(MatcherConfig) if field.name != 'reference'}
 
 
-def nearest(name):
-    """Return ' (is another_name meant?)' for a name that no parameter has, '' if none is near."""
+def nearest(name, names=(), likeness=0.6):
+    """
+    Return ' (is another_name meant?)' for a name that no parameter has, '' if none is near.
+
+    names: those it may be; none are those of the table. likeness: at least, 0 to 1.
+    """
     if name in ROS_NAMES:
         return f' (is {ROS_NAMES[name]} meant?)'
-    names = [row.name for row in NODE_PARAMETERS] + list(field_names())
-    return ''.join(f' (is {near} meant?)' for near in get_close_matches(name, names, 1))
+    names = names or [row.name for row in NODE_PARAMETERS] + list(field_names())
+    return ''.join(f' (is {near} meant?)' for near in get_close_matches(name, names, 1, likeness))
 
 
 def in_ros_words(sentence):

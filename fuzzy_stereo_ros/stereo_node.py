@@ -41,6 +41,7 @@ class DisparityNode(Node):
         self._rig = Rig(self._declared.config, reader, self._prepared)
         self._throttle, self._losses = Throttle(), Losses()
         self._figures, self._remarks = Figures(), set()
+        self._overrides_checked = False     # the inputs have theirs when they are subscribed to
         self._inputs = Inputs(self, settings, self._declared.tolerance(), self._take)
         self._outputs = Outputs(self, settings, self._serve)
         self._diagnosis = Diagnosis(self, self._started)
@@ -52,14 +53,10 @@ class DisparityNode(Node):
                           on_clock_change=False),
             post_callback=self._clock_went_back)
         self._became_ready = self.create_guard_condition(self._serve)
-        if self._declared.ignored:
-            self.get_logger().warning(
-                "parameters of stereo_image_proc's matchers that mean nothing here are ignored: "
-                f"{', '.join(self._declared.ignored)}")
-        if self._declared.unknown:
-            self.get_logger().warning(
-                'no parameters of this node are called so, and they change nothing: '
-                f"{', '.join(self._declared.unknown)}")
+        self._warn_of("parameters of stereo_image_proc's matchers that mean nothing here are "
+                      'ignored: ', self._declared.ignored)
+        self._warn_of('no parameters of this node are called so, and they change nothing: ',
+                      self._declared.unknown)
         self._tell_remarks()
         self.get_logger().info('loading the kernels; the first start on a machine compiles '
                                'them, which takes up to 60 s')
@@ -144,6 +141,11 @@ class DisparityNode(Node):
             if not self.context.ok():
                 return      # it is the end that it failed of
             self._give_up(REFUSED, f'cannot subscribe: {error}')
+            return
+        if self._inputs and not self._overrides_checked:
+            self._overrides_checked = True
+            self._warn_of('no topic of this node has these QoS, and they change nothing: ',
+                          self._declared.unused_overrides())
 
     def _take(self, found, arrived):
         if found.went_back:
@@ -173,6 +175,10 @@ class DisparityNode(Node):
     def _counts(self):
         return counts_of(
             self._inputs.synchroniser, self._lane.counts(), self._inputs.lost)
+
+    def _warn_of(self, sentence, names):
+        if names:
+            self.get_logger().warning(sentence + ', '.join(names))
 
     def _tell_remarks(self):
         for remark in remarks():

@@ -107,6 +107,19 @@ def test_an_incompatible_qos_is_not_named_any_more_when_another_publisher_fits(m
         assert 'incompatible' not in bench.node.logged('no stereo pair for', mark)
 
 
+def test_qos_overrides_that_no_topic_has_are_told_with_what_may_be_meant(make_bench):
+    names = [f'qos_overrides./{name}' for name in (
+        'left/image_rect.subscription.depth', 'left/image_rec.subscription.depth',
+        'disparity.publisher.depth', 'disparity.publisher.lifespan', 'tf.subscription.history')]
+    with make_bench(*SMALL, *(word for name in names for word in ('-p', f'{name}:=2'))) as bench:
+        bench.listen()
+        bench.connect()
+        line = bench.node.logged('no topic of this node has these QoS')
+        assert line.endswith(f'they change nothing: {names[3]}, {names[1]} (is {names[0]} '
+                             f'meant?), {names[4]}')
+        assert bench.node.log().count('no topic of this node') == 1
+
+
 def test_with_sim_time_and_no_clock_it_matches_and_still_reports(make_bench):
     with make_bench(*SMALL, '-p', 'use_sim_time:=true') as bench:
         bench.listen()

@@ -12,6 +12,7 @@ from rcl_interfaces.msg import (
 from rclpy.parameter import Parameter
 
 DECLARED_LATER = 'qos_overrides.'       # with each publisher and subscription
+LONG_ALIKE = 0.9        # of names that are long and begin and end alike anyway
 
 
 class RosParameters:
@@ -38,9 +39,8 @@ class RosParameters:
         self._profile = self.settings.pop('profile')
         self.config = self._declare_matcher(profile_config(self._profile))
         self.ignored = [name for name in IGNORED_PARAMETERS if self._declare_ignored(name)]
-        # rclpy has no public way to see what was set and never declared.
-        self.unknown = [name + nearest(name) for name in sorted(node._parameter_overrides)
-                        if not node.has_parameter(name) and not name.startswith(DECLARED_LATER)]
+        self.unknown = [name + nearest(name) for name in self._never_declared()
+                        if not name.startswith(DECLARED_LATER)]
         node.add_pre_set_parameters_callback(self._spell_out_profile)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
@@ -48,6 +48,17 @@ class RosParameters:
     def tolerance(self):
         """Return the tolerance for a `Synchroniser`, ns; None where stamps must be equal."""
         return sync_tolerance(self.settings)
+
+    def unused_overrides(self):
+        """Return names of QoS that no topic made so far has, with what may be meant."""
+        topics = list(self._node.get_parameters_by_prefix(DECLARED_LATER.rstrip('.')))
+        return [name + nearest(name, [DECLARED_LATER + topic for topic in topics], LONG_ALIKE)
+                for name in self._never_declared() if name.startswith(DECLARED_LATER)]
+
+    def _never_declared(self):
+        # rclpy has no public way to see what was set and never declared.
+        return [name for name in sorted(self._node._parameter_overrides)
+                if not self._node.has_parameter(name)]
 
     def _declare_matcher(self, preset):
         rows = matcher_parameters(preset)
