@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever bytes stand in a bag: what is whole is read, and the rest refused with a sentence."""
-from contextlib import suppress
+from contextlib import closing, contextmanager, suppress
 import resource
+import sqlite3
 
 from fuzzed import damaged, examples
 from fuzzy_stereo_ros.pairs.bag_parts import read_part, rescue
@@ -12,9 +13,12 @@ from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
 from made_bags import FORMATS, scene, TOPICS, write_bag
 import pytest
+import yaml
 
 FILES = {'ros1': 'bag.bag', 'sqlite3': 'bag.db3', 'mcap': 'bag.mcap'}
 MEMORY = 1 << 30        # bytes that reading a bag of a few kilobytes never takes
+ANY_INTEGER = st.integers(-2 ** 63, 2 ** 63 - 1)
+ANY_VALUE = st.one_of(st.none(), st.text(max_size=9), ANY_INTEGER, st.floats())
 
 
 @pytest.fixture(scope='module')
@@ -100,6 +104,92 @@ def test_a_folder_with_any_description_is_read_or_refused(bags, tmp_path, data):
     (folder / 'metadata.yaml').write_bytes(data.draw(
         st.one_of(damaged(bags['metadata.yaml']), st.binary(max_size=60))))
     read_all(folder)
+
+
+def leaves(tree, path=()):
+    """Return the paths to all values of nested maps and lists."""
+    items = (tree.items() if isinstance(tree, dict) else
+             enumerate(tree) if isinstance(tree, list) else ())
+    return [path] * bool(path) + [leaf for key, value in items
+                                  for leaf in leaves(value, (*path, key))]
+
+
+@examples(60)
+@given(data=st.data())
+def test_a_folder_described_by_any_values_is_read_or_refused(bags, tmp_path, data):
+    folder = tmp_path / 'bag'
+    folder.mkdir(exist_ok=True)
+    (folder / 'mcap.mcap').write_bytes(bags['mcap'])
+    description = yaml.safe_load(bags['metadata.yaml'])
+    *way, last = data.draw(st.sampled_from(leaves(description)))
+    place = description
+    for key in way:
+        place = place[key]
+    place[last] = data.draw(st.one_of(ANY_VALUE, st.just([]), st.just({}), st.just(place[last:])
+                                      if isinstance(place, list) else st.booleans()))
+    (folder / 'metadata.yaml').write_text(yaml.safe_dump(description))
+    read_all(folder)
+
+
+@pytest.mark.parametrize('key, value, words', [
+    ('files', 'x', None),
+    ('message_count', 1.5, '1.5 stands where a whole number belongs'),
+])
+def test_a_value_that_rosbags_takes_unseen_of_a_description_is_no_obstacle_or_refused(
+        bags, tmp_path, key, value, words):
+    (tmp_path / 'mcap.mcap').write_bytes(bags['mcap'])
+    description = yaml.safe_load(bags['metadata.yaml'])
+    description['rosbag2_bagfile_information'][key] = value
+    (tmp_path / 'metadata.yaml').write_text(yaml.safe_dump(description))
+    assert read_all(tmp_path) == (0 if words else 12)
+    if words:
+        with pytest.raises(ValueError, match=words):
+            BagReader([tmp_path])
+
+
+@contextmanager
+def any_values(path, table):
+    """Yield a database in which a table takes any values, as where its bytes were damaged."""
+    with closing(sqlite3.connect(path)) as database:
+        columns = ', '.join(row[1] for row in database.execute(f'PRAGMA table_info({table})'))
+        database.executescript(
+            f'PRAGMA synchronous = OFF; CREATE TABLE any_values ({columns});'
+            f'INSERT INTO any_values SELECT * FROM {table}; DROP TABLE {table};'
+            f'ALTER TABLE any_values RENAME TO {table};')
+        yield database
+        database.commit()
+
+
+@examples(60)
+@given(data=st.data())
+def test_a_database_with_any_values_is_read_or_refused(bags, tmp_path, data):
+    path = tmp_path / FILES['sqlite3']
+    path.write_bytes(bags['sqlite3'])
+    table = data.draw(st.sampled_from(['topics', 'messages', 'message_definitions', 'schema']))
+    with any_values(path, table) as database:
+        columns = [row[1] for row in database.execute(f'PRAGMA table_info({table})')]
+        rows = database.execute(f'SELECT count(*) FROM {table}').fetchone()[0]
+        column, row = data.draw(st.sampled_from(columns)), data.draw(st.integers(1, rows))
+        database.execute(f'UPDATE {table} SET {column} = ? WHERE rowid = ?',
+                         (data.draw(st.one_of(ANY_VALUE, st.binary(max_size=9))), row))
+    read_all(path)
+    with suppress(ValueError):
+        read_part(path)
+
+
+@pytest.mark.parametrize('table, column, value, words', [
+    ('topics', 'name', None, 'None stands where a text belongs'),
+    ('messages', 'timestamp', -1, 'recorded at no time that can be'),
+    ('messages', 'data', None, 'a message has no content'),
+])
+def test_a_value_that_rosbags_takes_unseen_of_a_database_is_refused(
+        bags, tmp_path, table, column, value, words):
+    path = tmp_path / FILES['sqlite3']
+    path.write_bytes(bags['sqlite3'])
+    with any_values(path, table) as database:
+        database.execute(f'UPDATE {table} SET {column} = ? WHERE rowid = 1', (value,))
+    with pytest.raises(ValueError, match=words), BagReader([path]) as bag:
+        list(bag.messages(TOPICS))
 
 
 @pytest.mark.parametrize('form', ['sqlite3', 'mcap'])

@@ -12,6 +12,8 @@ from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 SUFFIXES = '.bag', '.mcap', '.db3'
 NO_ROSBAGS = ('there is no rosbags, which reads and writes bags: '
               "pip install 'fuzzy_stereo_ros[bags]'")
+CALLED = {int: 'a whole number', str: 'a text'}
+LATEST = 1 << 63        # ns; no storage takes what is later
 REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), '
           '`mcap recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or '
           '`rosbag reindex` (.bag)')
@@ -61,27 +63,22 @@ class BagReader:
         Raises ValueError with a sentence for what is missing, no bag, or damaged.
         """
         self.names = ', '.join(str(path) for path in paths)
-        self._open = ExitStack()
-        try:
-            self._readers = {}
+        self._readers, self.topics = {}, {}
+        with ExitStack() as opening:
             for path in map(Path, paths):
                 self._readers[path] = opened(path)
-                self._open.callback(self._readers[path].close)
-        except BaseException:
-            self._open.close()
-            raise
-        self.topics = {}
-        for topic, connection in self._connections():
-            before = self.topics.get(topic, BagTopic(connection.msgtype, 0))
-            if connection.msgcount and (topic + connection.msgtype).isprintable():
-                self.topics[topic] = BagTopic(
-                    before.kind, before.messages + connection.msgcount)
-        filled = [reader for reader in self._readers.values() if reader.message_count]
-        if not filled:
-            self._open.close()
-            raise ValueError(f'{self.names}: there is no message in it')
-        self.begin = min(reader.start_time for reader in filled)
-        self.end = max(reader.end_time for reader in filled) - 1
+                opening.callback(self._readers[path].close)
+            for topic, connection in self._connections():
+                before = self.topics.get(topic, BagTopic(connection.msgtype, 0))
+                if connection.msgcount and (topic + connection.msgtype).isprintable():
+                    self.topics[topic] = BagTopic(
+                        before.kind, before.messages + connection.msgcount)
+            filled = [reader for reader in self._readers.values() if reader.message_count]
+            if not filled:
+                raise ValueError(f'{self.names}: there is no message in it')
+            self.begin = min(reader.start_time for reader in filled)
+            self.end = max(reader.end_time for reader in filled) - 1
+            self._open = opening.pop_all()
 
     def __enter__(self):
         return self
@@ -160,12 +157,37 @@ def opened(path):
     if path.is_file() and path.suffix not in SUFFIXES:
         raise ValueError(f"{path} has the suffix '{path.suffix}'; bags have "
                          f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
-    try:
-        reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
-        reader.open()
-    except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
-        raise ValueError(f'{path} cannot be read as a bag: {text_of(error)}; {REPAIR}') from error
+    with ExitStack() as opening:
+        try:
+            reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+            reader.open()
+            _let_close(reader)
+            opening.callback(reader.close)
+            _check_description(reader)
+        except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
+            raise ValueError(
+                f'{path} cannot be read as a bag: {text_of(error)}; {REPAIR}') from error
+        opening.pop_all()
     return reader
+
+
+def _let_close(reader):
+    """Leave out a wrong list of files in metadata.yaml, which rosbags takes, and cannot close."""
+    for part in reader.readers:
+        storage = getattr(part, 'storage', None)        # of ROS 2
+        if not isinstance(getattr(storage, 'files', []), list):
+            storage.files = []
+
+
+def _check_description(reader):
+    """Raise TypeError where what rosbags takes over as it stands is of a wrong type."""
+    of_types = [(reader.message_count, int), (reader.start_time, int), (reader.end_time, int)]
+    for connection in reader.connections:
+        of_types += [(connection.topic, str), (connection.msgtype, str),
+                     (connection.msgcount, int)]
+    for value, kind in of_types:
+        if not isinstance(value, kind):
+            raise TypeError(f'{value!r} stands where {CALLED[kind]} belongs')
 
 
 def _messages(path, reader, topics, start, stop):
@@ -182,4 +204,7 @@ def _messages(path, reader, topics, start, stop):
             return
         except Exception as error:  # and of many kinds here too  # noqa: B902
             raise DamagedBag(f'{path} is damaged: {text_of(error)}') from error
+        if not (isinstance(logged, int) and 0 <= logged < LATEST and isinstance(content, bytes)):
+            raise DamagedBag(f'{path} is damaged: a message has no content or was recorded at no '
+                             'time that can be')
         yield BagMessage(slashed(connection.topic), logged, content, connection, reader)
