@@ -138,10 +138,15 @@ def _open_what_is_closed():
 
 
 def _sentence(error):
-    """Return what an exception says, without the number that an OSError of the system has."""
-    if getattr(error, 'errno', None) is None:
-        return str(error)
-    return error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
+    """
+    Return what an exception says in a line, without the number an OSError of the system has.
+
+    What a terminal would obey is escaped: it may stand in a file that is refused.
+    """
+    said = str(error)
+    if getattr(error, 'errno', None) is not None:
+        said = error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
+    return ''.join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in said)
 
 
 if __name__ == '__main__':

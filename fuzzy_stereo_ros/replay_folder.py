@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 import shutil
 
+from fuzzy_stereo_ros.checked_files import read_json
 from fuzzy_stereo_ros.pairs.bag_parts import METADATA, part_paths
 from fuzzy_stereo_ros.pairs.bag_writing import FORMATS, UNFINISHED
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
@@ -85,11 +86,11 @@ class ReplayFolder:
                 path.unlink(missing_ok=True)
 
     def _check_record(self):
-        path = self.path / RECORD
-        try:
-            before = json.loads(path.read_bytes())
-        except ValueError:
-            raise ValueError(f'{path} is damaged; begin anew with --overwrite') from None
+        path, before = self.path / RECORD, None
+        with suppress(ValueError):
+            before = read_json(path)
+        if not isinstance(before, dict):
+            raise ValueError(f'{path} is damaged; begin anew with --overwrite')
         now = json.loads(json.dumps(self._record))
         different = [name for name in {**before, **now} if before.get(name) != now.get(name)]
         if different:

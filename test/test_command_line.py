@@ -246,6 +246,13 @@ def test_an_output_that_cannot_be_written_is_named_and_leaves_nothing(
     assert not [name for name in os.listdir(folder) if name.endswith('.part')]
 
 
+def test_what_a_terminal_would_obey_is_escaped_in_the_sentence(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    assert main(list(map(str, match_arguments(ground_truth='\x1b[31m\nred é.pfm')))) == 2
+    assert capsys.readouterr().err == (
+        'fuzzy-stereo: \\x1b[31m\\nred é.pfm cannot be read: No such file or directory\n')
+
+
 def test_an_interrupt_ends_quietly_with_code_130(folder, monkeypatch, capsys):
     def interrupted(*arguments):
         raise KeyboardInterrupt

@@ -406,10 +406,11 @@ def test_an_output_never_replaces_what_is_read(folder, capsys):
         '--output is out, which holds the input out/out_0.mcap')
 
 
-def test_a_damaged_record_is_refused(folder, capsys):
+@pytest.mark.parametrize('content', ['{', '[1]', '[' * 100_000])
+def test_a_damaged_record_is_refused(folder, capsys, content):
     write_bag(folder / 'bag')
     assert replay('bag') == 0
-    (folder / 'out' / 'replay.json').write_text('{')
+    (folder / 'out' / 'replay.json').write_text(content)
     assert 'replay.json is damaged; begin anew with --overwrite' in refusal(
         capsys, 'bag', options=['--resume'])
 
