@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever stands in any field of a message: it is read, or refused as BadPair."""
 import math
+import struct
 from types import SimpleNamespace
 import zlib
 
@@ -30,7 +31,7 @@ def read_or_refused(read, *arguments):
     try:
         return read(*arguments)
     except BadPair as refusal:
-        assert refusal.reason in ('encoding', 'size', 'calibration')
+        assert refusal.reason in ('encoding', 'size', 'calibration', 'damaged message')
         assert str(refusal).isprintable()
         assert len(str(refusal)) < 700
         return None
@@ -144,6 +145,20 @@ def test_a_large_image_of_one_grey_is_no_lie(options):
     suffix, *options = options
     content = cv2.imencode(suffix, np.zeros((4000, 6000), np.uint8), options)[1].tobytes()
     assert read_image(compressed(content)).shape == (4000, 6000)
+
+
+@examples(100)
+@given(st.data())
+def test_a_jpeg_that_is_cut_anywhere_is_refused_and_one_that_is_padded_is_read(data):
+    thumbnail = cv2.imencode('.jpg', noise(8, 8))[1].tobytes()
+    whole = cv2.imencode('.jpg', noise(ROWS, COLUMNS))[1].tobytes()
+    whole = (whole[:2] + b'\xff\xe1' + struct.pack('>H', len(thumbnail) + 2) + thumbnail
+             + whole[2:])
+    kept = data.draw(st.integers(0, len(whole) - 1))
+    refusal_of(read_image, compressed(whole[:kept] + bytes(data.draw(st.sampled_from([0, 9])))))
+    padding = data.draw(st.binary(max_size=40))
+    np.testing.assert_array_equal(
+        read_image(compressed(whole + padding)), read_image(compressed(whole)))
 
 
 @pytest.mark.parametrize('before', [

@@ -38,6 +38,13 @@ def test_what_is_no_image_is_refused_by_name(tmp_path):
         read_image(tmp_path / 'float.tiff')
 
 
+def test_a_jpeg_that_is_cut_off_is_refused_by_name(tmp_path):
+    whole = cv2.imencode('.jpg', np.zeros((64, 64), np.uint8))[1].tobytes()
+    (tmp_path / 'cut.jpg').write_bytes(whole[:-2])
+    with pytest.raises(ValueError, match='cut.jpg is cut off: its JPEG has no end'):
+        read_image(tmp_path / 'cut.jpg')
+
+
 def test_a_pair_of_two_sizes_is_refused_with_both_sizes(tmp_path):
     write_image(tmp_path / 'left.png', np.zeros((5, 7), np.uint8))
     write_image(tmp_path / 'right.png', np.zeros((5, 8, 3), np.uint8))

@@ -4,6 +4,7 @@
 from pathlib import Path
 
 import cv2
+from fuzzy_stereo_ros.pairs.image_headers import is_cut_off
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
 
@@ -16,6 +17,8 @@ def read_image(path):
     Raises ValueError where the file is missing, not an image, or of another depth.
     """
     content = read_bytes(path)
+    if is_cut_off(content):
+        raise ValueError(f'{path} is cut off: its JPEG has no end')
     try:
         image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:  # an empty file

@@ -8,7 +8,7 @@ A message is anything with the fields of its ROS type: rclpy's and those read fr
 from contextlib import suppress
 
 import cv2
-from fuzzy_stereo_ros.pairs.image_headers import size_in_header
+from fuzzy_stereo_ros.pairs.image_headers import is_cut_off, size_in_header
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, width_by_height
 import numpy as np
 
@@ -157,6 +157,9 @@ def _decoded(content):
     if rows * columns > most:
         raise BadPair('size', f'the compressed image is {columns}x{rows} by its header; '
                       f'{len(content)} bytes may hold {most} pixels: send smaller or whole ones')
+    if is_cut_off(content):
+        raise BadPair('damaged message', f'the compressed image is cut off: the {len(content)} '
+                      'bytes of its JPEG have no end; send whole ones')
     with suppress(cv2.error):
         return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     return None
