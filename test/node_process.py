@@ -10,13 +10,12 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 
 import numpy as np
 
 ROOT = Path(__file__).parents[1]
 DOMAINS = range(1, 101)     # those whose ports lie below Linux's ephemeral ones
-START = 150.0       # s; the first start on a machine compiles kernels
+START = 500.0       # s; the first start on a machine compiles kernels, at worst a busy one
 SOON = 60.0         # s; events are awaited, this is only when to give up
 
 
@@ -53,7 +52,6 @@ class NodeProcess:
         """Start the module's node in a domain; before: words before those of the process."""
         self._news = threading.Condition()
         self._lines, self._ended = [], False
-        self.started = time.monotonic()
         self._process = subprocess.Popen(
             [*before, sys.executable, '-m', module, *arguments], cwd=ROOT, text=True,
             env={**os.environ, 'ROS_DOMAIN_ID': str(domain)},

@@ -8,7 +8,7 @@ import threading
 from fuzzy_stereo_ros.preparation import FAILED, Preparation, PREPARING, READY
 import pytest
 
-SOON = 5.0      # s; nothing here takes long, events are awaited
+SOON = 60.0     # s; nothing here takes long, events are awaited: when to give up
 KERNELS = Path(__file__).parents[1] / 'fuzzy_stereo_ros'
 
 
