@@ -95,15 +95,27 @@ def test_a_bag_of_any_bytes_is_read_as_far_as_it_goes_or_refused(
     read()
 
 
+@pytest.fixture
+def described(bags, tmp_path):
+    """Return a function of a description, bytes or data, that gives a folder with it."""
+    folder = tmp_path / 'bag'
+    folder.mkdir()
+    (folder / 'mcap.mcap').write_bytes(bags['mcap'])
+
+    def describe(description):
+        if not isinstance(description, bytes):
+            description = yaml.safe_dump(description).encode()
+        (folder / 'metadata.yaml').write_bytes(description)
+        return folder
+
+    return describe
+
+
 @examples(60)
 @given(data=st.data())
-def test_a_folder_with_any_description_is_read_or_refused(bags, tmp_path, data):
-    folder = tmp_path / 'bag'
-    folder.mkdir(exist_ok=True)
-    (folder / 'mcap.mcap').write_bytes(bags['mcap'])
-    (folder / 'metadata.yaml').write_bytes(data.draw(
-        st.one_of(damaged(bags['metadata.yaml']), st.binary(max_size=60))))
-    read_all(folder)
+def test_a_folder_with_any_description_is_read_or_refused(bags, described, data):
+    read_all(described(data.draw(
+        st.one_of(damaged(bags['metadata.yaml']), st.binary(max_size=60)))))
 
 
 def leaves(tree, path=()):
@@ -116,10 +128,7 @@ def leaves(tree, path=()):
 
 @examples(60)
 @given(data=st.data())
-def test_a_folder_described_by_any_values_is_read_or_refused(bags, tmp_path, data):
-    folder = tmp_path / 'bag'
-    folder.mkdir(exist_ok=True)
-    (folder / 'mcap.mcap').write_bytes(bags['mcap'])
+def test_a_folder_described_by_any_values_is_read_or_refused(bags, described, data):
     description = yaml.safe_load(bags['metadata.yaml'])
     *way, last = data.draw(st.sampled_from(leaves(description)))
     place = description
@@ -127,8 +136,7 @@ def test_a_folder_described_by_any_values_is_read_or_refused(bags, tmp_path, dat
         place = place[key]
     place[last] = data.draw(st.one_of(ANY_VALUE, st.just([]), st.just({}), st.just(place[last:])
                                       if isinstance(place, list) else st.booleans()))
-    (folder / 'metadata.yaml').write_text(yaml.safe_dump(description))
-    read_all(folder)
+    read_all(described(description))
 
 
 @pytest.mark.parametrize('key, value, words', [
@@ -136,15 +144,14 @@ def test_a_folder_described_by_any_values_is_read_or_refused(bags, tmp_path, dat
     ('message_count', 1.5, '1.5 stands where a whole number belongs'),
 ])
 def test_a_value_that_rosbags_takes_unseen_of_a_description_is_no_obstacle_or_refused(
-        bags, tmp_path, key, value, words):
-    (tmp_path / 'mcap.mcap').write_bytes(bags['mcap'])
+        bags, described, key, value, words):
     description = yaml.safe_load(bags['metadata.yaml'])
     description['rosbag2_bagfile_information'][key] = value
-    (tmp_path / 'metadata.yaml').write_text(yaml.safe_dump(description))
-    assert read_all(tmp_path) == (0 if words else 12)
+    folder = described(description)
+    assert read_all(folder) == (0 if words else 12)
     if words:
         with pytest.raises(ValueError, match=words):
-            BagReader([tmp_path])
+            BagReader([folder])
 
 
 @contextmanager
