@@ -10,6 +10,7 @@ import sys
 
 from fuzzy_stereo_ros.pairs import bag_writing
 from fuzzy_stereo_ros.pairs.bag_parts import MCAP_END, MCAP_START, rescue, SUFFIXES
+from fuzzy_stereo_ros.pairs.bag_reading import BagReader
 from fuzzy_stereo_ros.pairs.bag_writing import BagFolder, FORMATS, Messages, UNFINISHED
 from hypothesis import given, settings, strategies as st
 from made_bags import content, open_bag
@@ -62,6 +63,21 @@ def test_what_is_written_is_read_and_counted(tmp_path, storage):
         assert reader.topics[TOPIC].msgcount == 10
         (connection,) = reader.connections
         assert connection.digest == MESSAGES.typestore.hash_rihs01(KIND)
+
+
+@pytest.mark.parametrize('storage', FORMATS)
+@pytest.mark.parametrize('name', ['drive #2', 'what?', '100%41', 'left=right&a:b'])
+def test_a_folder_may_have_a_name_that_means_something_in_a_uri(tmp_path, storage, name):
+    folder = tmp_path / name / name
+    folder.parent.mkdir()
+    write(folder, range(3), storage)
+    write(folder, range(3, 5), storage)
+    for path, numbers in ((folder, range(5)),
+                          (folder / f'{name}_1{SUFFIXES[storage]}', range(3, 5))):
+        with BagReader([path]) as bag:
+            assert [one.logged for one in bag.messages([TOPIC])] == list(numbers)
+    assert list(tmp_path.iterdir()) == [folder.parent]
+    assert list(folder.parent.iterdir()) == [folder]
 
 
 def test_nothing_is_written_before_a_message_is(tmp_path):

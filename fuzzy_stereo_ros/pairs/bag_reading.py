@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.pairs.bag_definitions import defined_as_in_ros
+from fuzzy_stereo_ros.pairs.database_paths import DatabasePath
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
 SUFFIXES = '.bag', '.mcap', '.db3'
@@ -159,7 +160,8 @@ def opened(path):
                          f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
     with ExitStack() as opening:
         try:
-            reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+            reader = AnyReader([DatabasePath(path)],
+                               default_typestore=get_typestore(Stores.ROS2_JAZZY))
             reader.open()
             _let_close(reader)
             opening.callback(reader.close)

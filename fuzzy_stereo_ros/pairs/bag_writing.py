@@ -12,6 +12,7 @@ import sqlite3
 from fuzzy_stereo_ros.pairs.bag_parts import (
     number_of, read_part, read_parts, rescue, SUFFIXES, write_metadata)
 from fuzzy_stereo_ros.pairs.bag_reading import NO_ROSBAGS, text_of
+from fuzzy_stereo_ros.pairs.database_paths import DatabasePath
 import numpy as np
 
 FORMATS = tuple(SUFFIXES)
@@ -85,6 +86,7 @@ class BagFolder:
         path = self._folder / UNFINISHED / name
         writer = Writer(path, version=Writer.VERSION_LATEST,
                         storage_plugin=StoragePlugin[self._storage.upper()])
+        writer.path = DatabasePath(path)    # it makes a plain one of what it is given
         writer.open()
         (self._folder / UNFINISHED / ROOM).write_bytes(bytes(ROOM_BYTES))
         if self._storage == 'sqlite3':
