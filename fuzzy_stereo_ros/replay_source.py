@@ -119,11 +119,11 @@ class ReplaySource:
             yield logged, found
 
     def _add_held(self):
-        """Let what is held be there when it begins in the middle of the bags."""
+        """Let the newest of what is held be there when it begins in the middle of the bags."""
         for topic in self._held if self._selection.start is not None else ():
-            first = next(self._bags.messages([topic]), None)
-            if first is not None and first.logged < self._selection.start:
-                content = decoded(first)
+            newest = self._bags.newest(topic, self._selection.start)
+            if newest is not None:
+                content = decoded(newest)
                 self.synchroniser.add(topic, stamp_of(content.header), content)
 
     def _step(self, logged, found):

@@ -75,6 +75,18 @@ def test_only_what_is_asked_for_is_read(folder, form):
     assert times[-1] < stamps()[3] + LATER
 
 
+@pytest.mark.parametrize('gap', [10**6, 3 * 10**8, 10**10, 10**12])
+def test_the_newest_message_before_a_time_is_found_however_far_back_it_is(tmp_path, gap):
+    times = [BEGIN, BEGIN + 5, BEGIN + 5 + gap]
+    with BagOf(tmp_path / 'bag') as bag:
+        for logged in times:
+            bag.write('/tf', bag.make('tf2_msgs/msg/TFMessage'), logged)
+    with BagReader([tmp_path / 'bag']) as bag:
+        newest = [bag.newest('/tf', time) for time in (BEGIN, *(time + 1 for time in times),
+                                                       times[2], times[2] + 3 * gap)]
+    assert [one and one.logged for one in newest] == [None, *times, times[1], times[2]]
+
+
 def test_several_bags_are_one_in_the_order_of_time_whatever_their_kind(folder, tmp_path):
     write_bag(tmp_path / 'later', 'mcap', first=6)
     with BagReader([tmp_path / 'later', folder / 'bag.bag']) as bag:

@@ -191,6 +191,20 @@ def test_a_camera_info_that_came_once_is_kept_where_that_is_asked_for(folder, ca
     assert_matched(disparities(folder / 'out'), scene(), slice(first, None))
 
 
+def test_of_camera_info_that_is_kept_the_newest_before_the_start_counts(folder):
+    def seldom(number, messages):
+        for topic in TOPICS[1::2]:
+            if number not in (0, 2):
+                del messages[topic]
+            elif number:
+                messages[topic].p[:] *= [2, 1, 1, 2, 1, 2, 1, 1, 1, 1, 1, 1]
+
+    write_bag(folder / 'bag', change=seldom)
+    assert replay('bag', options=['--start', 4 * STEP / 1e9, '--cache-camera-info']) == 0
+    found = [message.f for _, _, message in content(folder / 'out', '/disparity')]
+    assert found == 2 * [2 * FOCAL]
+
+
 def test_a_part_of_the_bag_and_some_of_its_pairs_can_be_chosen(folder, capsys):
     write_bag(folder / 'bag', pairs=scene(10))
     second = 1e-9 * STEP

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bags of ROS 1 and ROS 2 as one stream of messages, in the order in which they were logged."""
+from collections import deque
 from contextlib import ExitStack
 import heapq
 from pathlib import Path
@@ -14,6 +15,7 @@ SUFFIXES = '.bag', '.mcap', '.db3'
 NO_ROSBAGS = ('there is no rosbags, which reads and writes bags: '
               "pip install 'fuzzy_stereo_ros[bags]'")
 CALLED = {int: 'a whole number', str: 'a text'}
+FIRST_LOOK = 1_000_000_000     # ns, and then longer ones: most topics have a message in it
 LATEST = 1 << 63        # ns; no storage takes what is later
 REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), '
           '`mcap recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or '
@@ -106,6 +108,21 @@ class BagReader:
         return heapq.merge(
             *(_messages(path, reader, topics, start, stop)
               for path, reader in self._readers.items()), key=lambda message: message.logged)
+
+    def newest(self, topic, stop):
+        """
+        Return the last BagMessage of a topic that was logged before stop, ns; None without one.
+
+        Raises DamagedBag as `messages`.
+        """
+        back = FIRST_LOOK
+        while stop > self.begin:
+            start = max(stop - back, self.begin)
+            found = deque(self.messages([topic], start, stop), 1)
+            if found:
+                return found[0]
+            stop, back = start, 4 * back
+        return None
 
     def _connections(self):
         for reader in self._readers.values():
