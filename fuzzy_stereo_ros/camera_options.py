@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.pairs.stereo_pair import Projection
 
 ABOVE_ZERO = 'focal', 'baseline'
 NUMBERS = (*ABOVE_ZERO, 'offset')
+CAMERA = ('camera_info', *NUMBERS, 'principal_point')     # all options, as parsed
 
 
 def add_camera_options(parser):
@@ -61,7 +62,7 @@ def _of_files(arguments, shape):
     """Return the Calibration of --camera-info."""
     first, *others = arguments.camera_info
     one_camera = not others and Path(first).suffix.lower() in YAML_SUFFIXES
-    for name in (*NUMBERS, 'principal_point'):
+    for name in CAMERA[1:]:
         if getattr(arguments, name) is not None and not (one_camera and name == 'offset'):
             raise ValueError(f"--{name.replace('_', '-')} stands in --camera-info already; leave "
                              'one of the two out')

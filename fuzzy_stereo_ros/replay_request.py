@@ -4,7 +4,7 @@
 from collections import deque
 import math
 
-from fuzzy_stereo_ros.camera_options import given_calibration
+from fuzzy_stereo_ros.camera_options import CAMERA, given_calibration
 from fuzzy_stereo_ros.pairs.bag_copying import Copies
 from fuzzy_stereo_ros.pairs.bag_reading import BagReader, decoded, slashed
 from fuzzy_stereo_ros.pairs.bag_writing import BagFolder
@@ -33,9 +33,8 @@ def chosen_calibration(bags, topics, arguments, rectify):
     arguments: as of camera_options. rectify: whether the images are raw.
     Raises ValueError where there is no calibration, or none for what is asked.
     """
-    names = 'camera_info', 'focal', 'baseline', 'offset', 'principal_point'
     missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
-    if not missing and all(getattr(arguments, name) is None for name in names):
+    if not missing and all(getattr(arguments, name) is None for name in CAMERA):
         return None, f'{topics.left_info} and {topics.right_info}'
     purpose = 'a calibration that is not that of the bag'
     if missing:

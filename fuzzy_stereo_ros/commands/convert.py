@@ -4,7 +4,7 @@
 import json
 from pathlib import Path
 
-from fuzzy_stereo_ros.camera_options import add_camera_options, given_calibration
+from fuzzy_stereo_ros.camera_options import add_camera_options, CAMERA, given_calibration
 from fuzzy_stereo_ros.pairs.depth_files import (
     check_depth_suffix, read_depth, write_depth, write_point_file)
 from fuzzy_stereo_ros.pairs.disparity_files import (
@@ -98,12 +98,24 @@ def _check_output(arguments, target):
         if arguments.image is not None:
             raise ValueError(f'--image gives colours to a {POINT_SUFFIX}, but {output} holds '
                              f'{target}; leave it out')
+    if target == arguments.source:
+        _check_no_camera(arguments, target)
     check_place(output)
     if output.resolve() in (Path(path).resolve() for path in (
             arguments.input, arguments.image, *(arguments.camera_info or ())) if path):
         raise ValueError(f'{output} is an input too; name another file')
     if output.exists() and not arguments.overwrite:
         raise ValueError(f'{output} exists; give --overwrite to replace it, or name another file')
+
+
+def _check_no_camera(arguments, target):
+    """Raise ValueError where the cameras are told although nothing is made with them."""
+    for name in CAMERA:
+        if getattr(arguments, name) is not None:
+            other = next(kind for kind in READ if kind != target)
+            raise ValueError(f"--{name.replace('_', '-')} has no effect: {arguments.output} "
+                             f'is to hold {target}, as {arguments.input} does; give --to {other}, '
+                             'or leave it out')
 
 
 def _in_metres(arguments, target, values):
