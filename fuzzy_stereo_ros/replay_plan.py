@@ -144,6 +144,9 @@ def check_outputs(arguments, asked):
     check_views(arguments)
     if arguments.format == NO_BAG and arguments.keep is not None:
         raise ValueError(f'--keep copies into a bag, and --format {NO_BAG} writes none')
+    if arguments.format == NO_BAG and arguments.words:
+        raise ValueError(f'--with names topics of a bag, and --format {NO_BAG} writes none; '
+                         'leave one of the two out')
     if 'png' in arguments.files and (
             config.min_disparity < 0 or config.min_disparity + config.disparities > 256):
         raise ValueError('--files png holds 0 to 255 px; min_disparity and disparities ask for '

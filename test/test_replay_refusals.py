@@ -154,6 +154,8 @@ def test_outputs_that_make_no_sense_are_refused(refused):
         '--format none leaves nothing to be written; give --files, --video or --view')
     assert refused('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
         '--keep copies into a bag, and --format none writes none')
+    assert refused('bag', options=['--format', 'none', '--files', 'npy', '--with', 'points2']) == (
+        '--with names topics of a bag, and --format none writes none; leave one of the two out')
     for options in (['--min-disparity', -3], ['--min-disparity', 250]):
         assert refused('bag', options=['--files', 'png', *options]).startswith(
             '--files png holds 0 to 255 px')
