@@ -42,7 +42,8 @@ class VideoFile:
         """
         check_video(path, rate)
         self._path, self._rate = Path(path), float(rate)
-        self._part = self._path.with_name(
+        # With a slash in front: what stands before a colon is a protocol to FFmpeg.
+        self._part = self._path.absolute().with_name(
             f'.{self._path.stem}.{os.getpid()}.part{self._path.suffix}')
         self._writer, self._size, self._frames = None, None, 0
 

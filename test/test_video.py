@@ -53,6 +53,14 @@ def test_the_frames_are_read_back_in_order_and_at_their_rate(tmp_path, suffix, r
         assert abs(frame.astype(int) - level).max() <= LOSS
 
 
+@pytest.mark.parametrize('name', ['2026-11-22T10:35:18', 'file:left', 'drive #2', '%03d', '-x'])
+@pytest.mark.parametrize('suffix', CODECS)
+def test_a_name_in_this_folder_may_mean_something_to_ffmpeg(tmp_path, monkeypatch, suffix, name):
+    monkeypatch.chdir(tmp_path)
+    written(name + suffix, plain(30), plain(90))
+    assert [path.name for path in tmp_path.iterdir()] == [name + suffix]
+
+
 @pytest.mark.parametrize('suffix', CODECS)
 @pytest.mark.parametrize('size', [(47, 64), (48, 63), (49, 65), (1, 1)])
 def test_odd_sizes_are_made_even_by_one_row_or_column_more(tmp_path, suffix, size):
