@@ -85,6 +85,7 @@ class FileSink:
     A file of disparities for each pair, named by its stamp in ns, and calibration.json.
 
     replaced: how many files were replaced by that of a later pair with the same stamp.
+    recalibrated: how often calibration.json was replaced by another one.
     """
 
     def __init__(self, folder, suffix):
@@ -95,16 +96,14 @@ class FileSink:
         """
         self._folder, self._suffix, self._calibration = folder, suffix, None
         self._place, self._newest, self.replaced = folder / DISPARITY, -1, 0
+        self.recalibrated = 0
         self._place.mkdir(exist_ok=True)
 
     def take(self, matched):
         """Write the disparities of a pair: float (R, C), px, not corrected by the offset."""
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration
-            write_whole(self._folder / CALIBRATION, (json.dumps(
-                {'formula': 'Z = focal * baseline / (disparity - offset)',
-                 **asdict(self._calibration),
-                 'left': self._calibration.left._asdict()}, indent=2) + '\n').encode())
+            self._write_calibration()
         stamp = matched.pair.stamp
         path = self._place / f'{stamp:0{STAMP_DIGITS}d}.{self._suffix}'
         self.replaced += stamp <= self._newest and path.exists()
@@ -113,3 +112,24 @@ class FileSink:
 
     def close(self):
         """Do nothing: each file is whole."""
+
+    def _write_calibration(self):
+        path, content = self._folder / CALIBRATION, (json.dumps(
+            {'formula': 'Z = focal * baseline / (disparity - offset)',
+             **asdict(self._calibration),
+             'left': self._calibration.left._asdict()}, indent=2) + '\n').encode()
+        self.recalibrated += path.exists() and path.read_bytes() != content
+        write_whole(path, content)
+
+
+def remarks_on_files(sinks):
+    """Return sentences on what FileSinks of one folder replaced."""
+    remarks = []
+    if any(sink.replaced for sink in sinks):
+        remarks.append(f'{sinks[0].replaced} pairs have the stamp of an earlier one, whose files '
+                       'theirs replaced')
+    times = sum(sink.recalibrated for sink in sinks)    # the first finds what is replaced
+    if times:
+        remarks.append(f'the calibration changed, {times} times: {CALIBRATION} is that of the '
+                       'last pairs and makes wrong metres of the files before')
+    return remarks

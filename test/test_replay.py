@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo replay` writes: every pair, as the matcher finds it, at the bag's times."""
 import json
+import shutil
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching import MatcherConfig
@@ -329,6 +330,27 @@ def test_files_that_are_replaced_by_those_of_later_pairs_are_told(folder, capsys
     assert figures(capsys, 'bag', output='other')['remarks'] == []
     write_bag(folder / 'plain')
     assert figures(capsys, 'plain', output='third', options=['--files', 'npy'])['remarks'] == []
+
+
+@pytest.mark.parametrize('resume', [False, True])
+def test_a_calibration_that_changed_in_the_middle_is_told_where_files_are_written(
+        folder, capsys, resume):
+    def changed(number, messages):
+        if number >= 3:
+            for topic in TOPICS[1::2]:
+                messages[topic].p[:] *= [2, 1, 1, 2, 1, 2, 1, 1, 1, 1, 1, 1]
+
+    options = '--format', 'none', '--files', 'npy', 'pfm'
+    if resume:
+        write_bag(folder / 'bag', pairs=scene()[:3])
+        assert figures(capsys, 'bag', options=options)['remarks'] == []
+        shutil.rmtree(folder / 'bag')
+        options += '--resume',
+    write_bag(folder / 'bag', change=changed)
+    assert figures(capsys, 'bag', options=options)['remarks'] == [
+        'the calibration changed, 1 times: calibration.json is that of the last pairs and '
+        'makes wrong metres of the files before']
+    assert json.loads((folder / 'out/calibration.json').read_text())['focal'] == 2 * FOCAL
 
 
 def test_remarks_on_a_calibration_are_told_once(folder, capsys):

@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.replay_plan import (
 from fuzzy_stereo_ros.replay_report import figures_of, no_pair_sentence, sentences, Shown
 from fuzzy_stereo_ros.replay_request import expected_pairs, SECOND
 from fuzzy_stereo_ros.replay_segments import SegmentedReplay
-from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK
+from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK, remarks_on_files
 from fuzzy_stereo_ros.replay_views import add_view_options, names_of_views, views_of
 from fuzzy_stereo_ros.rig import Rig
 
@@ -141,10 +141,9 @@ def _replayed(arguments, bags, plan, progress_stream):
                 ahead, cluster, tally, stopped, bags.messages(
                     plan.copies.topics, plan.selection.start, plan.selection.stop))
         replay(source, rig, outputs, tally, stopped, shown.tell, shown.step)
-        replaced = [sink.replaced for sink in outputs.sinks or () if isinstance(sink, FileSink)]
-        if any(replaced):
-            tally.note(f'{replaced[0]} pairs have the stamp of an earlier one, whose files theirs '
-                       'replaced', shown.tell)
+        for remark in remarks_on_files(
+                [sink for sink in outputs.sinks or () if isinstance(sink, FileSink)]):
+            tally.note(remark, shown.tell)
     return outputs, tally, source
 
 
