@@ -109,6 +109,30 @@ def test_several_pairs_are_listed_and_the_left_topic_chooses():
     assert found(topics, right='/a/right/image_rect').left == '/a/left/image_rect'
 
 
+@pytest.mark.parametrize('spaces', [
+    ('/left_arm', '/right_arm'), ('/left', '/right'), ('/cam0', '/cam1'), ('/left_arm',),
+    ('/right_arm',), ('/left/left', '/left/right', '/right/left')])
+@pytest.mark.parametrize(('left', 'right'), [
+    ('left', 'right'), ('infra1', 'infra2'), ('cam0', 'cam1'),
+    ('eyes/left/left_eye', 'eyes/right/right_eye')])
+def test_words_for_sides_in_the_name_of_a_rig_are_none_of_its_cameras(spaces, left, right):
+    topics = {}
+    for space in spaces:
+        topics.update(rig(left, right, space=space))
+    pairs = [tuple(f'{space}/{side}/image_rect' for side in (left, right)) for space in spaces]
+    for pair in pairs:
+        assert found(topics, left=pair[0])[::2] == found(topics, right=pair[1])[::2] == pair
+    if len(pairs) == 1:
+        assert found(topics)[::2] == pairs[0]
+    else:
+        assert f"topics: {'; '.join(map(' and '.join, pairs))}; choose" in refusal_of(topics)
+
+
+def test_the_word_for_the_side_may_stand_before_another_one():
+    assert found(kinds(left__cam0__image=RAW, right__cam0__image=RAW))[::2] == (
+        '/left/cam0/image', '/right/cam0/image')
+
+
 def test_both_topics_may_be_chosen_whatever_they_are_called():
     topics = kinds(one__image=RAW, one__camera_info=INFO, two__image=RAW, two__camera_info=INFO)
     assert found(topics, left='/two/image', right='/one/image') == (

@@ -54,8 +54,10 @@ def are_raw_by_name(topics):
 
 def _only_pair(name, topics, images, left, right, rectify):
     """Return the one pair of image topics that differ only in the words for the sides."""
-    pairs = [(one, twin) for one in sorted(images) for twin in _twins(one)
-             if twin in images and left in (None, one) and right in (None, twin)]
+    twins = {one: next((twin for twin in _twins(one) if twin in images), None)
+             for one in sorted(images)}
+    pairs = [(one, twin) for one, twin in twins.items() if twin and one not in twins.values()
+             and left in (None, one) and right in (None, twin)]
     if not pairs:
         if len(images) == 1:
             raise ValueError(f'{name} has images of one camera only, {_listed(images)}; a pair '
@@ -76,11 +78,18 @@ def _only_pair(name, topics, images, left, right, rectify):
 
 
 def _twins(topic):
-    """Yield the names of the right camera's topic if a topic is the left camera's."""
+    """
+    Yield the names that the right camera's topic may have if a topic is the left camera's.
+
+    The words at the end come first, as those before may name a rig: /left_arm/left/image.
+    """
+    places = []
     for left, right in SIDE_WORDS:
-        twin = re.sub(f'(?<![a-z0-9]){left}(?![a-z0-9])', right, topic)
-        if twin != topic:
-            yield twin
+        words = list(re.finditer(f'(?<![a-z0-9])({left}|{right})(?![a-z0-9])', topic))
+        if words and words[-1][0] == left:
+            places += [(word.start(), left, right) for word in words if word[0] == left]
+    for start, left, right in sorted(places, reverse=True):
+        yield topic[:start] + re.sub(f'(?<![a-z0-9]){left}(?![a-z0-9])', right, topic[start:])
 
 
 def _base(image, topics):
