@@ -4,6 +4,7 @@
 import csv
 import io
 import json
+from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.command_line import main
@@ -374,6 +375,19 @@ def test_a_result_without_gaps_is_scored_as_it_is(tmp_path, capsys):
     told = evaluated(capsys, tmp_path / 'a', '--matcher', '--results', tmp_path / 'results')
     assert_is_score(the_record(told['records'], kind='scene', mask='all', map=FILLED),
                     score(noisy, made.truth))
+
+
+@pytest.mark.parametrize('label', ['', 'mine='])
+def test_a_folder_of_results_may_have_an_equals_sign_in_its_path(
+        tmp_path, monkeypatch, capsys, label):
+    made = pair()
+    write_named(tmp_path / 'a', made)
+    monkeypatch.chdir(tmp_path)
+    folder = Path('penalty=3', 'left=right')
+    folder.mkdir(parents=True)
+    write_disparity(folder / 'a.npy', made.truth)
+    told = evaluated(capsys, tmp_path / 'a', '--matcher', '--results', f'{label}{folder}')
+    assert {row['matcher'] for row in told['records']} == {'mine' if label else 'left=right'}
 
 
 def test_a_scene_without_a_result_is_said_and_the_program_has_no_means(tmp_path, capsys):

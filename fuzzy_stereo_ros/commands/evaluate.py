@@ -140,7 +140,7 @@ def _results(words, found, taken):
                   for number, files in sequence.frames.items()})
     contestants = []
     for word in words:
-        label, _, folder = word.rpartition('=') if not Path(word).is_dir() else ('', '', word)
+        label, folder = ('', word) if _is_folder_alone(word) else word.split('=', 1)
         label = label or Path(folder).resolve().name
         if label in taken:
             raise ValueError(f"two matchers are called '{label}'; name one of them: "
@@ -152,6 +152,11 @@ def _results(words, found, taken):
                 contestant.read(name, read_image(files.left))
         contestants.append(contestant)
     return contestants
+
+
+def _is_folder_alone(word):
+    """Return whether a word of --results has no name in front, even if its folder has an `=`."""
+    return Path(word).is_dir() or '=' not in word
 
 
 def _checked_outputs(arguments):
