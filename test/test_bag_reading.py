@@ -97,6 +97,14 @@ def test_several_bags_are_one_in_the_order_of_time_whatever_their_kind(folder, t
     assert [stamp_of(image.header) for image in images] == stamps(12)
 
 
+@pytest.mark.parametrize('form', FORMATS[1:])
+def test_a_folder_of_ros_2_may_be_called_like_a_file_of_ros_1(tmp_path, form):
+    write_bag(tmp_path / 'drive.bag', form)
+    with BagReader([tmp_path / 'drive.bag']) as bag:
+        assert bag.topics[TOPICS[0]] == BagTopic(IMAGE, 6)
+        assert len(list(bag.messages(TOPICS))) == 24
+
+
 def test_a_topic_of_ros_1_without_a_leading_slash_gets_one(tmp_path):
     write_bag(tmp_path / 'bag.bag', 'ros1', topics=[topic[1:] for topic in TOPICS])
     with BagReader([tmp_path / 'bag.bag']) as bag:

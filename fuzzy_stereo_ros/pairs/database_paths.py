@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Paths of .db3 files as rosbags opens them, by a URI that it does not quote."""
+"""Paths as rosbags takes them: by URIs that it does not quote, and for ROS 1 by the suffix."""
 import os
 from pathlib import Path
 from urllib.parse import quote
@@ -12,6 +12,11 @@ class DatabasePath(type(Path())):
 
     SQLite would take `#` and `?` for its end, and `%41` for another letter. All else is as usual.
     """
+
+    @property
+    def suffix(self):
+        """The suffix of a file; none of a folder, which as `x.bag` would count as of ROS 1."""
+        return '' if self.is_dir() else super().suffix
 
     def __format__(self, form):
         return format(quote(os.fsencode(self)), form)
