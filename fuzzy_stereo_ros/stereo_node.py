@@ -35,7 +35,8 @@ class DisparityNode(Node):
         """Declare parameters and outputs and start to warm up; ValueError for bad parameters."""
         super().__init__('disparity_node', **options)
         self.exit_code, self._ready, self._started = 0, False, time.monotonic()
-        self._declared = RosParameters(self, lambda config: self._rig.use(config))
+        self._declared = RosParameters(
+            self, lambda config: self._rig.use(config), self._warn_of_ignored)
         settings = self._declared.settings
         reader = PairReader(settings['rectify'], settings['crop'], settings['scale'])
         self._rig = Rig(self._declared.config, reader, self._prepared)
@@ -53,8 +54,7 @@ class DisparityNode(Node):
                           on_clock_change=False),
             post_callback=self._clock_went_back)
         self._became_ready = self.create_guard_condition(self._serve)
-        self._warn_of("parameters of stereo_image_proc's matchers that mean nothing here are "
-                      'ignored: ', self._declared.ignored)
+        self._warn_of_ignored(self._declared.ignored)
         self._warn_of('no parameters of this node are called so, and they change nothing: ',
                       self._declared.unknown)
         self._tell_remarks()
@@ -179,6 +179,10 @@ class DisparityNode(Node):
     def _warn_of(self, sentence, names):
         if names:
             self.get_logger().warning(sentence + ', '.join(names))
+
+    def _warn_of_ignored(self, names):
+        self._warn_of("parameters of stereo_image_proc's matchers that mean nothing here are "
+                      'ignored: ', names)
 
     def _tell_remarks(self):
         for remark in remarks():

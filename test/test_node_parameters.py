@@ -144,6 +144,12 @@ def test_a_file_written_for_the_peer_loads_and_what_is_ignored_is_said_once(make
             'prefilter_size, sgbm_mode, stereo_algorithm, texture_threshold, uniqueness_ratio')
 
 
+def test_a_parameter_of_the_peer_s_that_is_set_later_is_said_to_be_ignored(bench):
+    mark = bench.node.mark()
+    assert bench.set_parameters(uniqueness_ratio=5.0, P1=300.0) == (True, '')
+    bench.node.logged('mean nothing here are ignored: P1, uniqueness_ratio', after=mark)
+
+
 def test_the_paper_s_profile_at_start_gives_left_referenced_disparities(make_bench):
     arguments = ('profile:=paper', 'population:=8', 'generations:=2', 'disparity_range:=16')
     with make_bench('--ros-args', *(word for one in arguments for word in ('-p', one))) as bench:

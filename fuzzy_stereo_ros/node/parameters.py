@@ -24,13 +24,14 @@ class RosParameters:
     unknown: names that were set at start and that no parameter has, with what may be meant.
     """
 
-    def __init__(self, node, changed):
+    def __init__(self, node, changed, set_in_vain):
         """
         Declare everything to a node; raise ValueError with a sentence for a value not allowed.
 
         changed(config): called after a change of the matcher's parameters is in force.
+        set_in_vain(names): called after some were set, later than the start, that are ignored.
         """
-        self._node, self._changed = node, changed
+        self._node, self._changed, self._set_in_vain = node, changed, set_in_vain
         self._fields = field_names()
         self.settings = {}
         check_format('the file of parameters', self._override(VERSION), VERSION.default)
@@ -126,6 +127,7 @@ class RosParameters:
         if config != self.config:
             self.config = config
             self._changed(config)
+        self._set_in_vain([name for name in IGNORED_PARAMETERS if values.get(name) is not None])
 
 
 def descriptor_of(row):
