@@ -320,6 +320,13 @@ def test_uniform_images_end_in_no_confidence_at_all():
     assert match.confidence.max() < 0.1
 
 
+@pytest.mark.parametrize('kind', [np.uint8, np.uint16])
+@pytest.mark.parametrize('grey', [0, 128, 255])
+def test_a_covered_camera_sees_nothing_at_any_distance(grey, kind):
+    blank = np.full((40, 60), grey, kind)
+    assert np.all(np.isnan(StereoMatcher(CONFIG).match(blank, blank).disparity))
+
+
 @pytest.mark.parametrize('options, limit', [
     ({}, 2.5), ({'seed': 1}, 2.5), ({'seed': 2}, 2.5), ({'min_disparity': -12}, 2.5),
     ({'min_disparity': -40}, 2.5), ({'min_disparity': 9}, 2.5), ({'colour': True}, 2.5),

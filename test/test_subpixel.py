@@ -7,7 +7,8 @@ from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, REFUSED
-from fuzzy_stereo_ros.matching.refinement import Refinement
+from fuzzy_stereo_ros.matching.kernels.output import CLEAR_MARGIN
+from fuzzy_stereo_ros.matching.refinement import AROUND, LEAST_SURE, Refinement
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def check(shape, disparities, seed=0, **changes):
     config = MatcherConfig(disparities=disparities, **changes)
     np.testing.assert_array_equal(disparity, twins.disparities_of(
         fine, verdict, confidence, config.min_disparity, disparities, config.fill,
-        np.float32(config.confidence_threshold)))
+        np.float32(max(config.confidence_threshold, LEAST_SURE))))
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (1, 9), (9, 1), (2, 2), (7, 33)])
@@ -90,16 +91,32 @@ def test_confidence_is_0_where_not_consistent_and_never_below_or_above_1():
             assert confidence.max() <= 1
 
 
+@pytest.mark.parametrize('margin, valid', [(0, 0), (1, 1)])
+def test_only_where_nothing_is_known_a_pixel_is_refused_without_a_threshold(margin, valid):
+    labels = np.full((19, 19), 7, np.uint8)
+    margins = np.zeros((19, 19), np.uint8)
+    margins[9, 9] = margin
+    chosen = SimpleNamespace(labels=labels, offsets=np.zeros((19, 19), np.int8),
+                             sums=np.full((19, 19), 255, np.uint8), margins=margins)
+    refinement = Refinement(19, 19, 64, np.uint8)
+    refinement.labels[:] = labels
+    disparity, confidence = (np.full((19, 19), 99, np.float32) for _ in range(2))
+    refinement.express(CREW, chosen, MatcherConfig(), disparity, confidence)
+    assert np.count_nonzero(disparity == 7) == valid * AROUND**2
+    assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
+
+
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     labels = np.full((4, 5), 7, np.uint8)
-    nothing = np.zeros((4, 5), np.uint8)
-    chosen = SimpleNamespace(labels=labels, offsets=nothing.astype(np.int8), sums=nothing,
-                             margins=nothing)
+    chosen = SimpleNamespace(labels=labels, offsets=np.zeros((4, 5), np.int8),
+                             sums=np.zeros((4, 5), np.uint8),
+                             margins=np.full((4, 5), CLEAR_MARGIN, np.uint8))
     refinement = Refinement(4, 5, 64, np.uint8)
     refinement.labels[:] = labels
     disparity, confidence = (np.full((4, 5), 99, np.float32) for _ in range(2))
-    refinement.express(CREW, chosen, MatcherConfig(), disparity, confidence)
-    assert not confidence.any()
+    refinement.express(CREW, chosen, MatcherConfig(confidence_threshold=0.5), disparity,
+                       confidence)
+    assert np.all(confidence == 0.5)
     assert np.all(disparity == 7)
 
 

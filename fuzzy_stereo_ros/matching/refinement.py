@@ -14,6 +14,7 @@ import numpy as np
 
 ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty is a pixel's confidence
+LEAST_SURE = 1e-6    # less than one certain pixel around gives; any label is as good
 
 
 class Refinement:
@@ -64,6 +65,7 @@ class Refinement:
 
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
+        threshold = np.float32(max(config.confidence_threshold, LEAST_SURE))
         crew.each(lambda band: subpixel.fit(
             chosen.labels, chosen.offsets, self.verdict, self._fitted, band[1], band[2]),
             self._bands)
@@ -76,5 +78,4 @@ class Refinement:
         cv2.blur(self._certain, (AROUND, AROUND), dst=self._blurred)
         crew.each(lambda band: output.write_out(
             self._fine, self.verdict, self._blurred, config.min_disparity, config.disparities,
-            config.fill, np.float32(config.confidence_threshold), disparity, confidence,
-            band[1], band[2]), self._bands)
+            config.fill, threshold, disparity, confidence, band[1], band[2]), self._bands)
