@@ -1,10 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The configuration of the matcher for reduced images."""
-from dataclasses import replace
+"""The configuration of the matcher: for reduced images, and what is heeded of it."""
+from dataclasses import fields, replace
+import re
 
-from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from hypothesis import given, strategies as st
+import numpy as np
 import pytest
 
 ranges = st.tuples(st.integers(-2048, 2048), st.integers(1, 4096))
@@ -49,3 +51,28 @@ def test_what_is_measured_in_pixels_shrinks_and_all_else_stays():
 def test_a_scale_that_does_not_reduce_is_refused(scale):
     with pytest.raises(ValueError, match=f'scale is {scale}; allowed are numbers above 0 up to 1'):
         MatcherConfig().at_scale(scale)
+
+
+class Watched(MatcherConfig):
+    """A configuration that notes what is read of it."""
+
+    read = set()
+
+    def __getattribute__(self, name):
+        Watched.read.add(name)
+        return super().__getattribute__(name)
+
+
+@pytest.mark.parametrize('search', ['guided', 'thorough', 'paper'])
+def test_what_not_every_search_heeds_says_which_do(search):
+    chance = np.random.default_rng(0)
+    config = Watched(search=search, disparities=8, generations=3, population=4)
+    Watched.read.clear()
+    matcher = StereoMatcher(config)
+    for stamp in (1, 2):
+        matcher.match(*chance.integers(0, 256, (2, 32, 48), np.uint8), stamp=stamp)
+    heeded = {field.name for field in fields(MatcherConfig) if field.name in Watched.read}
+    named = {field.name: re.search(r'\(([a-z ]+) search\b', field.metadata['sentence'])
+             for field in fields(MatcherConfig)}
+    assert heeded == {name for name, searches in named.items()
+                      if searches is None or search in searches[1].split()}

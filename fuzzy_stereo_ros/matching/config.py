@@ -24,6 +24,7 @@ class MatcherConfig:
     """
     What the matcher is asked to do, as a frozen value; the defaults are the profile `realtime`.
 
+    Where a sentence names searches, the others do not heed the number.
     Make changes with `dataclasses.replace`; a value that is not allowed raises a ValueError
     that says what was given and what is allowed.
     """
@@ -40,11 +41,14 @@ class MatcherConfig:
     confidence_threshold: float = _number(
         0.0, 0.0, 1.0, '', 'pixels less sure than this are invalid')
     speckle_size: int = _number(
-        100, 0, 1000000, 'px', 'connected regions smaller than this are refused; 0 keeps all')
+        100, 0, 1000000, 'px',
+        'connected regions smaller than this are refused; 0 keeps all (guided and thorough '
+        'search)')
     speckle_range: int = _number(
-        1, 0, 255, 'px', 'largest step of disparity inside a connected region')
+        1, 0, 255, 'px',
+        'largest step of disparity inside a connected region (guided and thorough search)')
     warm_start: bool = _switch(
-        True, 'let the best chromosome of the previous frame take part')
+        True, 'let the best chromosome of the previous frame take part (guided search)')
     deadline_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
         'no operator starts after this time; 0 is no deadline, and only then are results '
@@ -59,7 +63,7 @@ class MatcherConfig:
         1, 0, 1000000, '', 'largest number of generations in one frame')
     patience: int = _number(
         0, 0, 1000000, '',
-        'stop after so many generations without a fitter best; 0 runs them all')
+        'stop after so many generations without a fitter best; 0 runs them all (paper search)')
     search: str = _choice(
         'guided', ('guided', 'thorough', 'paper'),
         'guesses from the data and the previous frame, members of several possibility models, or '
@@ -68,19 +72,23 @@ class MatcherConfig:
         0, 0, 100, '',
         'memetic sweeps of the fittest in each generation after the first (guided search)')
     mutation_rate: float = _number(
-        0.4, 0.0, 1.0, '', 'share of the cells, the least possible ones, that mutation may strike')
+        0.4, 0.0, 1.0, '',
+        'share of the cells, the least possible ones, that mutation may strike (guided and paper '
+        'search)')
     elite: float = _number(
-        0.4, 0.0, 1.0, '', 'share of the population, the fittest, that always survives')
+        0.4, 0.0, 1.0, '',
+        'share of the population, the fittest, that always survives (paper search)')
     survival: str = _choice(
         'rank', ('rank', 'sigmoid'),
-        'how fitness becomes the probability to survive (the paper leaves it open)')
+        'how fitness becomes the probability to survive (paper search; the paper leaves it open)')
     class_sigma: float = _number(
         54.0, 1.0, 1000.0, 'grey levels of 8 bits',
         'standard deviation of the grey classes of Eq. 1; 54 makes two neighbouring classes '
-        'cross at one half (the paper leaves it open)')
+        'cross at one half (paper search; the paper leaves it open)')
     neighbourhood: int = _number(
         5, 1, 31, 'px',
-        'side of the square N of Eq. 3 and of mutated patches, odd (the paper leaves it open)')
+        'side of the square N of Eq. 3 and of mutated patches, odd (guided and paper search; the '
+        'paper leaves it open)')
 
     def __post_init__(self):
         for parameter in fields(self):
