@@ -119,8 +119,9 @@ def done_before(path, storage, suffixes, pairs=WARM_PAIRS):
     logged is None where only files are.
     """
     if storage is None:
-        names = sorted((path / DISPARITY).glob(f'*.{suffixes[-1]}'))
-        return tuple((None, int(name.stem)) for name in names[-pairs:])
+        stamps = sorted(int(file.stem) for file in (path / DISPARITY).glob(f'*.{suffixes[-1]}')
+                        if file.stem.isdecimal())
+        return tuple((None, stamp) for stamp in stamps[-pairs:])
     if not BagFolder(path, storage).counts[MARK]:
         return ()
     with BagReader([path]) as bag:

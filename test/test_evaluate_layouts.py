@@ -188,6 +188,14 @@ def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path
     assert not known.whole_pixel
 
 
+@pytest.mark.parametrize('ndisp', [0, 4097, 10**30])
+def test_a_number_of_disparities_that_cannot_be_searched_is_refused_by_file(tmp_path, ndisp):
+    write_2014(tmp_path / 'scene', pair(), ndisp=ndisp)
+    with pytest.raises(ValueError, match=f'scene/calib.txt has ndisp={ndisp}: disparities is '
+                       f'{ndisp}; allowed are whole numbers from 1 to 4096; leave the line out'):
+        search([tmp_path])
+
+
 def test_only_tsukuba_has_a_truth_of_whole_pixels(tmp_path):
     write_v2(tmp_path / 'tsukuba', pair(), 16)
     (scene,) = search([tmp_path]).scenes

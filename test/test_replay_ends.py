@@ -118,6 +118,7 @@ def test_files_go_on_too(folder, capsys, interrupt):
     interrupt(5)
     assert replay('bag', options=options) == INTERRUPTED
     assert len(list((folder / 'out' / 'disparity').iterdir())) == 5
+    (folder / 'out' / 'disparity' / 'mine.npy').write_text("not a replay's")
     interrupt(None)
     assert figures(capsys, 'bag', options=[*options, '--resume'])['pairs']['matched'] == 3
     for path in (folder / 'whole' / 'disparity').iterdir():

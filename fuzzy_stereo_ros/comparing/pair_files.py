@@ -8,6 +8,7 @@ import re
 from fuzzy_stereo_ros.comparing.known_pairs import (
     KITTI, KnownPair, NUMBERS, read_mask, read_truth)
 from fuzzy_stereo_ros.comparing.visibility import agreeing, seen_by_both
+from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
@@ -128,10 +129,18 @@ def complete(layout, left, right, truth, wanted):
 
 
 def told_disparities(folder):
-    """Return (disparities, where it says so) of a folder with a calib.txt, else (None, '')."""
+    """
+    Return (disparities, where it says so) of a folder with a calib.txt, else (None, '').
+
+    Raises ValueError where they are so few or many that nothing can be searched.
+    """
     calibration = folder / 'calib.txt'
     if calibration.is_file():
         found = NDISP.search(calibration.read_text(encoding='utf-8', errors='replace'))
         if found:
-            return int(found[1]), 'calib.txt'
+            try:
+                return MatcherConfig(disparities=int(found[1])).disparities, 'calib.txt'
+            except ValueError as error:
+                raise ValueError(f'{calibration} has {found[0]}: {error}; leave the line '
+                                 'out, or the scene') from None
     return None, ''
