@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The services of the real node: forget, and save what `fuzzy-stereo match` makes again."""
+from contextlib import closing
 from functools import partial
 import json
+from types import SimpleNamespace
 
 from fuzzy_stereo_ros.command_line import main
-from node_process import NodeProcess, ROOT, shifted_pair, values_of
+from node_process import NodeProcess, own_domain, ROOT, shifted_pair, values_of
 import numpy as np
 import pytest
 
@@ -78,6 +80,30 @@ def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, t
         assert not done
         assert 'cannot be saved' in sentence
         bench.match(LEFT, RIGHT)
+
+
+def test_a_fault_while_a_pair_is_saved_is_an_answer_too(ros, monkeypatch, tmp_path):
+    from fuzzy_stereo_ros.node import services
+    import rclpy
+    from ros_bench import Surroundings
+    from std_srvs.srv import Trigger
+
+    def fail(**_):
+        raise MemoryError('there is none')
+
+    monkeypatch.setattr(services, 'SavedPair', fail)
+    last = SimpleNamespace(pair=None, config=None, before=None, match=None)
+    with own_domain() as domain, closing(Surroundings(domain)) as around:
+        node = rclpy.create_node('asked', context=around.context)
+        services.Services(node, SimpleNamespace(last=last), str(tmp_path), dict)
+        around.executor.add_node(node)
+        client = around.listener.create_client(Trigger, '/asked/save')
+        around.until(client.service_is_ready, 'the service')
+        future = client.call_async(Trigger.Request())
+        around.until(future.done, 'an answer')
+        assert not future.result().success
+        assert future.result().message.endswith('MemoryError: there is none')
+        node.destroy_node()
 
 
 def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):

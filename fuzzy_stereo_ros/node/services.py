@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 import threading
 
+from fuzzy_stereo_ros.reports import trace
 from fuzzy_stereo_ros.saved_pair import SavedPair, write_saved_pair
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
@@ -61,5 +62,7 @@ class Services:
                 about=about))
         except (OSError, ValueError) as error:
             return False, f'the last pair cannot be saved to {folder}: {error}'
+        except Exception as error:      # noqa: B902  whatever it is, the caller waits
+            return False, f'the last pair cannot be saved, a fault of this package: {trace(error)}'
         return True, (f'saved to {folder}; match it again with '
                       f'`fuzzy-stereo match --saved {folder}`')
