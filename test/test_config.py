@@ -53,6 +53,12 @@ def test_a_scale_that_does_not_reduce_is_refused(scale):
         MatcherConfig().at_scale(scale)
 
 
+@pytest.mark.parametrize('name', ['name', 'cls', 'self', 'profile'])
+def test_no_word_for_the_profile_passes_for_a_parameter(name):
+    with pytest.raises(ValueError, match=f'no parameter is called {name}; there are disparities'):
+        MatcherConfig.from_profile('realtime', **{name: 'paper'})
+
+
 class Watched(MatcherConfig):
     """A configuration that notes what is read of it."""
 

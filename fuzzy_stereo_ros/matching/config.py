@@ -98,7 +98,7 @@ class MatcherConfig:
                 f'neighbourhood is {self.neighbourhood}; allowed are odd numbers from 1 to 31')
 
     @classmethod
-    def from_profile(cls, name='realtime', **changes):
+    def from_profile(cls, name='realtime', /, **changes):
         """
         Return the configuration of a profile with single values changed.
 
