@@ -48,8 +48,8 @@ help:
 	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
 	@echo 'make test   ruff, flake8, pep257, then pytest'
 	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
-	@echo 'make fuzz   the fuzz tests of make test with a hundred times the examples, and with the'
-	@echo '            bounds of every index checked: hours'
+	@echo 'make fuzz   the fuzz tests of make test with a hundred times the examples, others each'
+	@echo '            time, and with the bounds of every index checked: hours'
 	@echo "            make fuzz FUZZ_ARGS='test/test_fuzz_messages.py -x'; in half an hour, with"
 	@echo '            twenty times the examples: make fuzz FUZZ_TIMES=20'
 	@echo 'make soak   the node for an hour with faults from a seed: what it promises, kept or broken'
