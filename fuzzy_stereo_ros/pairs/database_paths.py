@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Paths as rosbags takes them: by URIs that it does not quote, and for ROS 1 by the suffix."""
-import os
 from pathlib import Path
-from urllib.parse import quote
+
+FILE = 'file://'        # a URI begins with it, and with one more slash
 
 
 class DatabasePath(type(Path())):
@@ -19,4 +19,4 @@ class DatabasePath(type(Path())):
         return '' if self.is_dir() else super().suffix
 
     def __format__(self, form):
-        return format(quote(os.fsencode(self)), form)
+        return format(self.absolute().as_uri().removeprefix(FILE), form)
