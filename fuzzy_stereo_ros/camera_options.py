@@ -11,7 +11,8 @@ from fuzzy_stereo_ros.pairs.stereo_pair import Projection
 
 ABOVE_ZERO = 'focal', 'baseline'
 NUMBERS = (*ABOVE_ZERO, 'offset')
-CAMERA = ('camera_info', *NUMBERS, 'principal_point')     # all options, as parsed
+IN_CAMERA_INFO = (*NUMBERS, 'principal_point')
+CAMERA = ('camera_info', *IN_CAMERA_INFO)     # all options, as parsed
 
 
 def add_camera_options(parser):
@@ -62,7 +63,7 @@ def _of_files(arguments, shape):
     """Return the Calibration of --camera-info."""
     first, *others = arguments.camera_info
     one_camera = not others and Path(first).suffix.lower() in YAML_SUFFIXES
-    for name in CAMERA[1:]:
+    for name in IN_CAMERA_INFO:
         if getattr(arguments, name) is not None and not (one_camera and name == 'offset'):
             raise ValueError(f"--{name.replace('_', '-')} stands in --camera-info already; leave "
                              'one of the two out')

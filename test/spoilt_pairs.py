@@ -76,8 +76,7 @@ class SpoiltPairs:
         """Return the counts of diagnostics when all that was sent has come to something."""
         def settled():
             counts = self._counts()
-            waited_for = counts['pairs waiting'] or is_under_way(counts, self.sent)
-            return None if waited_for else counts
+            return None if is_under_way(counts, self.sent) else counts
 
         self.pairs = 0
         return self._bench.until(settled, f'{self.sent} are received or lost')

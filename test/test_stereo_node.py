@@ -141,15 +141,17 @@ def test_bad_pairs_that_keep_coming_are_counted_and_told_at_once_then_together(b
     mark, before = bench.node.mark(), bench.counts()
 
     def told():
-        return [int(times or 1) for times in re.findall(
-            r"encoding is 'flow'[^\n]*?(?:\((\d+) times in the last \d+ s\))?$",
-            bench.node.log(mark), re.MULTILINE)]
+        return [(float(when), int(times or 1)) for when, times in re.findall(
+            r"\[(\d+\.\d+)\][^\n]*encoding is 'flow'[^\n]*?"
+            r'(?:\((\d+) times in the last \d+ s\))?$', bench.node.log(mark), re.MULTILINE)]
 
     for number in (1, 2, 3):
         bench.rig.publish(*PAIR, change=replace_image('left/image_rect', encoding='flow'))
         bench.until(lambda: refused_since(bench, before) == number, 'it is counted')  # noqa: B023
-        bench.until(lambda: told()[:1] == [1], 'the first at once')
-    bench.until(lambda: sum(told()) == 3, 'the other two')
+        bench.until(lambda: told() and told()[0][1] == 1, 'the first at once')
+    bench.until(lambda: sum(times for _, times in told()) == 3, 'the other two')
+    lines = [when for when, _ in told()]
+    assert all(later - line > 4 for line, later in zip(lines, lines[1:]))     # a line per 5 s
     bench.match(*PAIR)
     after = bench.counts()
     assert int(after['pairs synchronised']) - int(before['pairs synchronised']) == 4
@@ -178,6 +180,7 @@ def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
     came, matched, dropped, refused = (
         int(after[key]) - int(before[key])
         for key in ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused'))
+    assert after['pairs waiting'] == '0'
     assert refused == 0
     assert came == matched + dropped
     assert dropped > 0
