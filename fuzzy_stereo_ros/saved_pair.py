@@ -27,9 +27,9 @@ from fuzzy_stereo_ros.format_versions import check_format, SAVED_PAIR
 from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
-from fuzzy_stereo_ros.matching.kernels.sameness import TILE
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type
-from fuzzy_stereo_ros.matching.warm_start import FrameState
+from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
+from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.versions import versions

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Small pairs, and what the kernels and the twins see of them."""
-from fuzzy_stereo_ros.matching.census_possibility import (
+from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, fine_places, FULL_SIZE, View)
 import numpy as np
 import reference_census as twins

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of the kernels of the profile quality, one cell at a time."""
-from fuzzy_stereo_ros.matching.kernels import fuzzy_costs
+from fuzzy_stereo_ros.matching.kernels.possibility import fuzzy_costs
 import numpy as np
 
 FULL = fuzzy_costs.FULL

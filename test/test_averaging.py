@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pictures averaged over frames: which tiles show the same, and what becomes of them."""
-from fuzzy_stereo_ros.matching.averaging import Averaging, RULES
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.census_possibility import View
-from fuzzy_stereo_ros.matching.kernels.averaging import blend
-from fuzzy_stereo_ros.matching.kernels.features import MARGIN, SLACK
-from fuzzy_stereo_ros.matching.kernels.sameness import (
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.kernels.temporal.averaging import blend
+from fuzzy_stereo_ros.matching.kernels.temporal.sameness import (
     choose_tiles, compare_tiles, roughness, TILE)
+from fuzzy_stereo_ros.matching.realtime.averaging import Averaging, RULES
+from fuzzy_stereo_ros.matching.realtime.possibility import View
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

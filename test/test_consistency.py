@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Left-right consistency and speckles."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.census_possibility import extra_columns
-from fuzzy_stereo_ros.matching.kernels.consistency import (
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, CONSISTENT, OUTSIDE, refuse_speckles, REFUSED)
+from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np

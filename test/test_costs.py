@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What candidates cost: census and gradient, priors, labels that do not exist, box sums."""
 from census_scene import random_map, seen, small_pair, twin_costs
-from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
-from fuzzy_stereo_ros.matching.kernels.costs import (
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import (
     beyond, box_row, cost_rows, match_cost, raw_row)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of, ScanlineGuess
+from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, ScanlineGuess
 from hypothesis import given, settings, strategies as st
 from numba import njit
 import numpy as np

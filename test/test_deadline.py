@@ -3,13 +3,13 @@
 """The deadline inside a generation, by a clock that only operators move."""
 from fuzzy_stereo_ros.benchmarks.measured_search import MeasuredSearch
 from fuzzy_stereo_ros.made_scenes import made_pair
-from fuzzy_stereo_ros.matching import evolution, matcher as matcher_module
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.census_fitness import CensusFitness
+from fuzzy_stereo_ros.matching import (
+    evolution, matcher as matcher_module, MatcherConfig, StereoMatcher)
 from fuzzy_stereo_ros.matching.fitness import total_fitness
 from fuzzy_stereo_ros.matching.paper_population import PaperPopulation
 from fuzzy_stereo_ros.matching.paper_search import PaperSearch
-from fuzzy_stereo_ros.matching.scanline_guess import ScanlineGuess
+from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
+from fuzzy_stereo_ros.matching.realtime.scanlines import ScanlineGuess
 import numpy as np
 import pytest
 

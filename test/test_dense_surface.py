@@ -3,10 +3,11 @@
 """Maps in parts of a pixel: medians, local planes, fitness, crossover."""
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.kernels import dense_map, surface_cost
-from fuzzy_stereo_ros.matching.kernels.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
 from fuzzy_stereo_ros.matching.kernels.region_crossover import cross_regions
-from fuzzy_stereo_ros.matching.surface_fitness import Steps, SurfaceFitness
+from fuzzy_stereo_ros.matching.quality.fitness import Steps, SurfaceFitness
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fine grey, halving, census, gradient and jump penalties."""
 from census_scene import seen, small_pair
-from fuzzy_stereo_ros.matching.census_possibility import (
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.realtime.possibility import (
     extra_columns, fine_places, FULL_SIZE, View)
-from fuzzy_stereo_ros.matching.kernels.features import MARGIN, SLACK
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Filling of refused pixels from the background, and the previous best's genes."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.filling import fill_columns, fill_rows
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_columns, fill_rows
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -169,7 +169,7 @@ def inside_a_function(line):
 
 
 IN_MATCHING = f'{PACKAGE}/matching/operators.py'
-IN_KERNELS = f'{PACKAGE}/matching/kernels/sweep.py'
+IN_KERNELS = f'{PACKAGE}/matching/kernels/scanlines/sweep.py'
 IN_SIMD = f'{PACKAGE}/matching/kernels/simd.py'
 IN_PAIRS = f'{PACKAGE}/pairs/bags.py'
 IN_COMPARING = f'{PACKAGE}/comparing/rivals.py'
@@ -185,7 +185,7 @@ IN_NODE = f'{PACKAGE}/stereo_node.py'
     (IN_MATCHING, f'from {PACKAGE}.matching.config import MatcherConfig'),
     (IN_MATCHING, 'from .config import MatcherConfig'),
     (IN_KERNELS, 'from numba import njit'),
-    (IN_KERNELS, 'from .. import config'),
+    (IN_KERNELS, 'from ... import config'),
     (IN_SIMD, 'from llvmlite import ir'),
     (IN_PAIRS, f'from {PACKAGE}.pairs import stereo_pair'),
     (IN_PAIRS, inside_a_function('from rosbags.highlevel import AnyReader')),
@@ -217,7 +217,7 @@ def test_an_import_of_its_own_room_is_accepted(path, line):
     (IN_MATCHING, f'import {PACKAGE}.pairs.messages', 'outside its room'),
     (IN_MATCHING, 'from ..pairs import stereo_pair', 'outside its room'),
     (IN_MATCHING, 'from .. import evaluation', 'outside its room'),
-    (IN_KERNELS, 'from ...pairs.messages import image', 'outside its room'),
+    (IN_KERNELS, 'from ....pairs.messages import image', 'outside its room'),
     (IN_MATCHING, f'from {PACKAGE}.matching_of_others import a', 'outside its room'),
     (IN_MATCHING, inside_a_function(f'import {PACKAGE}.worker'), 'outside its room'),
     (IN_MATCHING, 'import rclpy', 'ROS outside the ROS files'),

@@ -337,7 +337,7 @@ def test_folders_not_used_for_long_are_removed_but_none_of_another_installation(
 
 
 def test_all_kernels_are_compiled_by_one_module_and_depend_on_no_source_elsewhere():
-    for source in SOURCES.glob('*.py'):
+    for source in SOURCES.rglob('*.py'):
         text = source.read_text(encoding='utf-8')
         assert ('njit' in text) == (source.stem == 'compiled'), source
         assert all(name.startswith('fuzzy_stereo_ros.matching.kernels.')

@@ -3,9 +3,9 @@
 """The membership median and the median of 5 x 5 that follows it."""
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.kernels import medians
+from fuzzy_stereo_ros.matching.kernels.refinement import medians
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.refinement import ALIKE, Refinement
+from fuzzy_stereo_ros.matching.realtime.refinement import ALIKE, Refinement
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

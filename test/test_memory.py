@@ -8,7 +8,7 @@ import sys
 
 from fuzzy_stereo_ros import memory, rig
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
+from fuzzy_stereo_ros.matching.realtime.matcher import GuidedSearch
 from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair

@@ -3,11 +3,11 @@
 """How the picture moved: one shift of all of it; and moving what is known of it."""
 from census_scene import random_map
 import cv2
-from fuzzy_stereo_ros.matching.kernels.features import MARGIN, SLACK
-from fuzzy_stereo_ros.matching.kernels.motion import (
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
     best_shift, bring_forward, glance, move_ages)
-from fuzzy_stereo_ros.matching.kernels.sameness import TILE
-from fuzzy_stereo_ros.matching.motion import Motion
+from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.realtime.motion import Motion
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -3,14 +3,14 @@
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
-from fuzzy_stereo_ros.matching.census_possibility import (
-    extra_columns, fine_places, HALF_SIZE, View)
-from fuzzy_stereo_ros.matching.coarse_guess import CoarseGuess, SPECKLE, TILE
-from fuzzy_stereo_ros.matching.kernels.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.narrowing import (
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.scanlines.narrowing import (
     flat, lean_on_half, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type
+from fuzzy_stereo_ros.matching.realtime.half_size import CoarseGuess, SPECKLE, TILE
+from fuzzy_stereo_ros.matching.realtime.possibility import (
+    extra_columns, fine_places, HALF_SIZE, View)
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who lives, who mates, crossover and mutation; random chromosomes and their chance."""
 from fuzzy_stereo_ros.matching import operators
-from fuzzy_stereo_ros.matching.kernels.chance import below, fill_uniform, key_of, mixed
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
+    below, fill_uniform, key_of, mixed)
 from fuzzy_stereo_ros.matching.kernels.grey_mutation import least_possible_level, throw_patches
 from fuzzy_stereo_ros.matching.seeds import random_chromosome
 from hypothesis import given, settings, strategies as st

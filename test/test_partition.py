@@ -3,15 +3,15 @@
 """The fitness of the guided search, partition crossover and aimed mutation."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.census_fitness import (
-    ADVANTAGE, CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
-from fuzzy_stereo_ros.matching.kernels.aimed_mutation import count_costs, mutate_patches
-from fuzzy_stereo_ros.matching.kernels.chance import key_of
-from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, REFUSED
-from fuzzy_stereo_ros.matching.kernels.gene_cost import cell_costs, gene_costs, Scene
+from fuzzy_stereo_ros.matching.kernels.genetic.aimed_mutation import count_costs, mutate_patches
+from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import cell_costs, gene_costs, Scene
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of
 from fuzzy_stereo_ros.matching.kernels.partition import differing_cells, partition_crossover
-from fuzzy_stereo_ros.matching.kernels.volume import Penalties
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
+from fuzzy_stereo_ros.matching.realtime.fitness import (
+    ADVANTAGE, CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

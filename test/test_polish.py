@@ -6,11 +6,11 @@ import weakref
 
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.census_fitness import SMOOTHNESS
-from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.kernels.volume import Penalties
-from fuzzy_stereo_ros.matching.scanline_guess import gene_type, prior_of, ScanlineGuess
+from fuzzy_stereo_ros.matching.realtime.fitness import SMOOTHNESS
+from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, ScanlineGuess
 import numpy as np
 import pytest
 import reference_census as twins

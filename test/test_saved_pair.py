@@ -11,7 +11,7 @@ import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Generation
-from fuzzy_stereo_ros.matching.warm_start import FrameState, LONGEST_GAP_NS
+from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState, LONGEST_GAP_NS
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.saved_pair import read_saved_pair, SavedPair, write_saved_pair

@@ -3,13 +3,12 @@
 """Scanline passes: one step, the carrying between windows, and the sum of the four directions."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
-from fuzzy_stereo_ros.matching.census_possibility import FULL_SIZE, HALF_SIZE
-from fuzzy_stereo_ros.matching.kernels.scanlines import (
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
     advance, carry, clear, copy, step, widen)
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, splat, store
-from fuzzy_stereo_ros.matching.kernels.volume import Chosen
-from fuzzy_stereo_ros.matching.scanline_guess import (
-    gene_type, prior_of, ScanlineGuess, SHIFT)
+from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, ScanlineGuess, SHIFT
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 from numba import njit

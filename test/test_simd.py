@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Each vector operation, and each way to reach single numbers, against NumPy."""
-from fuzzy_stereo_ros.matching.kernels import addresses, four_lowest, products, simd
-from fuzzy_stereo_ros.matching.kernels.colours import load_colours
+from fuzzy_stereo_ros.matching.kernels import addresses, products, simd
+from fuzzy_stereo_ros.matching.kernels.possibility.colours import load_colours
+from fuzzy_stereo_ros.matching.kernels.scanlines import four_lowest
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
 from numba import njit
 import numpy as np

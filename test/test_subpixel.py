@@ -6,9 +6,9 @@ from types import SimpleNamespace
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, REFUSED
-from fuzzy_stereo_ros.matching.kernels.output import CLEAR_MARGIN
-from fuzzy_stereo_ros.matching.refinement import AROUND, LEAST_SURE, Refinement
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.output import CLEAR_MARGIN
+from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, LEAST_SURE, Refinement
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

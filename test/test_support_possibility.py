@@ -3,8 +3,8 @@
 """Costs of the profile quality: memberships, supports, and what leans on a parent."""
 from census_scene import random_map, small_pair
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.kernels import cross_support, fuzzy_costs
-from fuzzy_stereo_ros.matching.support_possibility import (
+from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
+from fuzzy_stereo_ros.matching.quality.possibility import (
     ALIKE, colour_and_fine_grey, eight_bit_scale, Model, MUCH_ALIKE, SupportPossibility)
 import numpy as np
 import pytest

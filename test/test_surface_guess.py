@@ -3,9 +3,9 @@
 """Scanline optima from eight directions, along a parent's surface."""
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import Crew, cut_bands
-from fuzzy_stereo_ros.matching.kernels import eight_directions
-from fuzzy_stereo_ros.matching.kernels.fuzzy_costs import FULL
-from fuzzy_stereo_ros.matching.surface_guess import OVERLAP, Smoothness, SurfaceGuess
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
+from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, Smoothness, SurfaceGuess
 import numpy as np
 import pytest
 import reference_quality as twins

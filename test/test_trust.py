@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the previous frame's best chromosome is trusted."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.kernels.consistency import CONSISTENT, OUTSIDE, REFUSED
-from fuzzy_stereo_ros.matching.kernels.sameness import TILE
-from fuzzy_stereo_ros.matching.kernels.trust import (
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, OUTSIDE, REFUSED
+from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.trust import (
     lean_on_previous, tile_strengths, trusted_cells)
 from hypothesis import given, settings, strategies as st
 import numpy as np

@@ -7,7 +7,7 @@ import time
 from fuzzy_stereo_ros.benchmarks.measured_search import MeasuredSearch
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import always
-from fuzzy_stereo_ros.matching.kernels.chance import key_of
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of
 from fuzzy_stereo_ros.matching.paper_search import PaperSearch
 from fuzzy_stereo_ros.matching.seeds import random_chromosome
 import numpy as np

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.comparing.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import always
-from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
+from fuzzy_stereo_ros.matching.realtime.matcher import GuidedSearch
 import numpy as np
 
 DEADLINES = 5, 10, 20, 40, 80, 160, 320     # ms

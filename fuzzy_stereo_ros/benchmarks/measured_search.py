@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The guided search as it is, which can be asked what any chromosome is worth to it."""
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI
-from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
+from fuzzy_stereo_ros.matching.realtime.matcher import GuidedSearch
 import numpy as np
 
 

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.benchmarks.measured_search import MeasuredSearch
 from fuzzy_stereo_ros.matching import operators
 from fuzzy_stereo_ros.matching.fitness import FuzzyFitness, gradient_by_index, gradient_norm
 from fuzzy_stereo_ros.matching.fuzzy import CENTRES, membership
-from fuzzy_stereo_ros.matching.kernels.chance import fill_uniform, key_of
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import fill_uniform, key_of
 from fuzzy_stereo_ros.matching.possibility import grey_levels
 import numpy as np
 

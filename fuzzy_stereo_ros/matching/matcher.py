@@ -8,9 +8,9 @@ import cv2
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve
-from fuzzy_stereo_ros.matching.guided_search import GuidedSearch
 from fuzzy_stereo_ros.matching.paper_search import PaperSearch
-from fuzzy_stereo_ros.matching.thorough_search import ThoroughSearch
+from fuzzy_stereo_ros.matching.quality.matcher import ThoroughSearch
+from fuzzy_stereo_ros.matching.realtime.matcher import GuidedSearch
 import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes

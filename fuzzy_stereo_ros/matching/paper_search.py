@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching import operators
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.evolution import always
 from fuzzy_stereo_ros.matching.fitness import FuzzyFitness
-from fuzzy_stereo_ros.matching.kernels.chance import fill_uniform, key_of
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import fill_uniform, key_of
 from fuzzy_stereo_ros.matching.paper_population import PaperPopulation
 from fuzzy_stereo_ros.matching.possibility import FULL
 from fuzzy_stereo_ros.matching.stopwatch import Stopwatch

@@ -106,9 +106,10 @@ def _content():
     """Return a digest of all that compiled kernels depend on but for the processor."""
     digest = hashlib.sha256(repr((
         sys.version_info[:2], numba.__version__, numba.config.BOUNDSCHECK)).encode())
-    for source in sorted(SOURCES.glob('*.py')):
+    for source in sorted(SOURCES.rglob('*.py')):
         content = source.read_bytes()
-        digest.update(f'{source.name} {len(content)} '.encode() + content)
+        name = source.relative_to(SOURCES).as_posix()
+        digest.update(f'{name} {len(content)} '.encode() + content)
     return digest.hexdigest()[:16]
 
 

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Mutation of a chromosome by uniform patches on its least possible cells."""
-from fuzzy_stereo_ros.matching.kernels.chance import below, mixed, unit
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed, unit
 import numpy as np
 
 

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A chromosome of chance."""
-from fuzzy_stereo_ros.matching.kernels.chance import below, mixed
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
 import numpy as np
 
 

@@ -9,7 +9,7 @@ the cheaper region costs: it is at least as fit as both parents, where no advant
 asked for. With one, regions of little difference stay the mother's: a fitness is not the truth.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.gene_cost import jump_cost
+from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import jump_cost
 from fuzzy_stereo_ros.matching.kernels.regions import region_of, row_of
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
 import numpy as np

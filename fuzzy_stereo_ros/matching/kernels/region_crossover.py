@@ -7,8 +7,8 @@ As kernels/partition.py has it for labels. Here a step of disparity costs nothin
 that surfaces have, then in proportion, up to a jump.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.genetic.surface_cost import step_cost
 from fuzzy_stereo_ros.matching.kernels.regions import region_of
-from fuzzy_stereo_ros.matching.kernels.surface_cost import step_cost
 
 
 @kernel

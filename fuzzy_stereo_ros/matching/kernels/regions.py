@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Connected regions, found in one pass: cells come row by row, and join those left and above."""
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
-from fuzzy_stereo_ros.matching.kernels.consistency import root
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 
 
 @inlined

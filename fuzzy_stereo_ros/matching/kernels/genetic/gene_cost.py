@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a gene costs: its match where it can be seen, a constant where it is hidden, and its jumps.
+
+A refused pixel has no match to judge by. Its label is judged by the target pixel it points at:
+if that pixel shows something nearer, the label is hidden, as it should be; if it shows something
+farther, the label would stand in front of it, which is a contradiction.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.regions import row_of
+import numpy as np
+
+
+class Scene(NamedTuple):
+    """What the fitness of a chromosome is measured against."""
+
+    verdict: np.ndarray       # uint8 (R, C), which pixels are refused
+    target: np.ndarray        # uint8 (R, extra + C), the target's labels modulo 256
+    inside: tuple             # first and last column of the target that exist, from -extra on
+    hidden: int               # cost of a gene that something nearer hides, or that points outside
+    contradicted: int         # cost of a gene that hides what can be seen
+
+
+@kernel
+def jump_cost(one, other, small, jump):
+    """Return what a change of labels costs: 0, P1 for one, P2 beyond."""
+    difference = abs(one - other)
+    if difference == 0:
+        return 0
+    return small if difference == 1 else np.int64(jump)
+
+
+@inlined
+def _gene_cost(features, scene, label, row, column):
+    """Return the data cost of one gene."""
+    pointed = column - label
+    if pointed < scene.inside[0] or pointed > scene.inside[1]:
+        return scene.hidden
+    if scene.verdict[row, column] == REFUSED:
+        extra = scene.target.shape[1] - scene.verdict.shape[1]
+        nearer = np.int64(scene.target[row, pointed + extra]) - label
+        if features.disparities > 256:
+            nearer = ((nearer + 128) & 255) - 128
+        if nearer > 1:
+            return scene.hidden
+        if nearer < -1:
+            return scene.contradicted
+    return match_cost(features, row, column, label)
+
+
+@kernel
+def gene_costs(features, scene, chromosome, costs, every, first, last):
+    """
+    Write the data cost of all genes of each row of first .. last - 1 that `every` divides.
+
+    features: the fields of Features; scene: those of a Scene; chromosome: (R, C) labels; costs:
+    uint8 (R, C).
+    """
+    features, scene = Features(*features), Scene(*scene)
+    for row in range(first + -first % every, last, every):
+        for column in range(chromosome.shape[1]):
+            costs[row, column] = _gene_cost(
+                features, scene, np.int64(chromosome[row, column]), row, column)
+
+
+@kernel
+def cell_costs(features, scene, chromosome, cells, costs):
+    """Write the data cost of the genes of some cells: int32, row * C + column, ascending."""
+    features, scene = Features(*features), Scene(*scene)
+    row, columns = 0, chromosome.shape[1]
+    for cell in cells:
+        row = row_of(cell, row, columns)
+        column = cell - row * columns
+        costs[row, column] = _gene_cost(
+            features, scene, np.int64(chromosome[row, column]), row, column)
+
+
+@kernel
+def row_costs(small, across, down, chromosome, costs, every, first, last):
+    """
+    Return what the genes of each row whose number `every` divides cost, and how many there are.
+
+    small, across, down: Penalties; costs: uint8 (R, C), their data costs; the jumps to the left
+    and up are added.
+    """
+    total = number = 0
+    for row in range(first + -first % every, last, every):
+        for column in range(chromosome.shape[1]):
+            label = np.int64(chromosome[row, column])
+            total += np.int64(costs[row, column])
+            if column > 0:
+                total += jump_cost(label, np.int64(chromosome[row, column - 1]), small,
+                                   across[row, column])
+            if row > 0:
+                total += jump_cost(label, np.int64(chromosome[row - 1, column]), small,
+                                   down[row, column])
+        number += chromosome.shape[1]
+    return total, number

@@ -1,0 +1,232 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The cost of every candidate of a row: how little possible a match is, 0 = fully possible.
+
+cost = min(hamming(census), census_cut) + min(|slope difference|, slope_cut) + what the priors add
+
+The Hamming distance may count the nearest eight neighbours twice: they blur edges least.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.addresses import (
+    peek, peek_short, peek_word, poke_word, splat_word)
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import widen
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, lanes_of,
+    load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store,
+    subtract)
+import numpy as np
+
+
+class Features(NamedTuple):
+    """What costs are made of, by address; see features.py. The target's are mirrored."""
+
+    columns: int
+    disparities: int
+    near_weight: int              # how often the nearest eight neighbours count: once or twice
+    census_cut: int
+    slope_cut: int
+    census: int                   # of uint8 (R, 3, census_stride)
+    slopes: int                   # of uint8 (R, slope_stride)
+    target_census: int            # of uint8 (R, 3, target_stride)
+    target_slopes: int            # of uint8 (R, target_stride)
+    census_stride: int
+    slope_stride: int
+    target_stride: int
+
+
+class Prior(NamedTuple):
+    """
+    A map that costs may lean on: weight 0 at a pixel means that it does not.
+
+    The table has a row a weight: what is added by label - prior's label, 0 at index `reach`.
+    """
+
+    labels: np.ndarray            # uint8 or uint16 (R, C)
+    weights: np.ndarray           # uint8 (R, C), row of the table
+    table: np.ndarray             # uint8 (weights * 2 * reach,)
+    reach: int                    # more labels than there are
+
+
+@inlined
+def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
+    """
+    Return the costs of as many candidates of a pixel as there are lanes: census and gradient.
+
+    cuts: vectors of census_cut, slope_cut and a mask, all set where the nearest count twice
+    """
+    near = count_bits(bit_xor(code[0], load_like(slope, target, candidate)))
+    distance = add(add(add(near, bit_and(near, cuts[2])),
+                       count_bits(bit_xor(code[1], load_like(slope, target, candidate + stride)))),
+                   count_bits(bit_xor(code[2], load_like(slope, target, candidate + 2 * stride))))
+    other = load_like(slope, target_slopes, slope_at)
+    difference = bit_or(saturating_subtract(slope, other), saturating_subtract(other, slope))
+    return add(minimum(distance, cuts[0]), minimum(difference, cuts[1]))
+
+
+@inlined
+def cuts_of(search, vector):
+    """Return what the costs are cut by, as vectors like another: see _raw."""
+    return (splat_like(vector, search.census_cut), splat_like(vector, search.slope_cut),
+            splat_like(vector, 255 * (search.near_weight - 1)))
+
+
+@inlined
+def beyond(vector, label, disparities):
+    """Return 255 in the lanes of the labels, `label` the first, that do not exist; 0 elsewhere."""
+    inside = max(min(disparities - label, lanes_of(vector)), 0)
+    # what is left of `inside` without the lane's number is 0 where the label does not exist
+    short = saturating_subtract(splat_like(vector, inside), lane_numbers(vector))
+    one = splat_like(vector, 1)
+    return subtract(minimum(short, one), one)
+
+
+@inlined
+def _widen_codes(search, row, begin, end, codes, at):
+    """Write what a row of the reference is compared by as words: census planes, then gradients."""
+    width, stride = end - begin, search.census_stride
+    for plane in range(3):
+        first = (3 * row + plane) * stride
+        widen(search.census, first + begin, first + end, codes, at + plane * width)
+    first = row * search.slope_stride
+    widen(search.slopes, first + begin, first + end, codes, at + 3 * width)
+
+
+@inlined
+def _codes_of(kind, codes, at, width):
+    """Return what _widen_codes wrote of a pixel, as vectors: census planes, and gradient."""
+    return (splat_word(kind, codes, at), splat_word(kind, codes, at + width),
+            splat_word(kind, codes, at + 2 * width)), splat_word(kind, codes, at + 3 * width)
+
+
+@inlined
+def _lean(labels, label_bytes, weights, reach, first, width, low, leanings, at):
+    """Write, as words, where in the table of a prior what it adds to a row's pixels begins."""
+    base = reach + low
+    if label_bytes == 1:
+        for index in range(width):
+            poke_word(leanings, at + index, 2 * reach * peek(weights, first + index) + base
+                      - peek(labels, first + index))
+    else:
+        for index in range(width):
+            poke_word(leanings, at + index, 2 * reach * peek(weights, first + index) + base
+                      - peek_short(labels, first + index))
+
+
+@kernel
+def prepare_costs(search, row, count, begin, end, low, codes, leanings):
+    """
+    Gather what the costs of some rows of a tile are computed from.
+
+    codes: words, four planes of end - begin a row; leanings: words, two times as many a row.
+    """
+    width = end - begin
+    for near in range(count):
+        _widen_codes(search, row + near, begin, end, codes, 4 * near * width)
+        first = (row + near) * search.columns + begin
+        _lean(search.half_labels, search.label_bytes, search.half_weights, search.half_reach,
+              first, width, low, leanings, 2 * near * width)
+        _lean(search.previous_labels, search.label_bytes, search.previous_weights,
+              search.previous_reach, first, width, low, leanings, (2 * near + 1) * width)
+
+
+@inlined
+def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, leanings, lean_at,
+                  offset):
+    """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
+    kind = cuts[0]
+    code, slope = _codes_of(kind, codes, code_at, width)
+    cost = _raw(search.target_census, candidate, search.target_stride, search.target_slopes,
+                slope_at, code, slope, cuts)
+    return add(cost, add(
+        load_like(kind, search.half_table, peek_word(leanings, lean_at) + offset),
+        load_like(kind, search.previous_table, peek_word(leanings, lean_at + width) + offset)))
+
+
+@kernel
+def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, codes, leanings):
+    """
+    Write the costs of some rows of a tile, columns begin .. end: labels low .. low + 32 * blocks.
+
+    costs: bytes, written from index `at`, rows `size` apart, 32 * blocks a pixel; 255 where a
+    label does not exist. codes, leanings: working memory, see prepare_costs.
+    """
+    width, stride = end - begin, search.target_stride
+    prepare_costs(search, row, count, begin, end, low, codes, leanings)
+    cuts = cuts_of(search, splat(np.uint8(0)))
+    pointed = search.columns - 1 - begin + low
+    exist = low + LANES * blocks <= search.disparities
+    for near in range(count):
+        place, slope_at = at + near * size, (row + near) * stride + pointed
+        candidate = (row + near) * 3 * stride + pointed
+        for index in range(width):
+            for block in range(blocks):
+                offset = LANES * block
+                cost = cost_of_block(search, candidate - index + offset, slope_at - index + offset,
+                                     cuts, codes, 4 * near * width + index, width, leanings,
+                                     2 * near * width + index, offset)
+                if not exist:
+                    cost = bit_or(cost, beyond(cost, low + offset, search.disparities))
+                store(costs, place, cost)
+                place += LANES
+
+
+@kernel
+def raw_row(search, row, blocks, costs, at, codes):
+    """Write the costs of a row from `at` on, every label, without priors and without a mask."""
+    columns, stride = search.columns, search.target_stride
+    _widen_codes(search, row, 0, columns, codes, 0)
+    cuts = cuts_of(search, splat(np.uint8(0)))
+    target, target_slopes = search.target_census, search.target_slopes
+    for column in range(columns):
+        pointed = columns - 1 - column
+        code, slope = _codes_of(cuts[0], codes, column, columns)
+        for block in range(blocks):
+            label = LANES * block
+            store(costs, at, _raw(
+                target, row * 3 * stride + pointed + label, stride, target_slopes,
+                row * stride + pointed + label, code, slope, cuts))
+            at += LANES
+
+
+@kernel
+def box_row(search, above, here, below, blocks, costs, at):
+    """
+    Write the sums of raw costs over 3 x 3 pixels / 2**box from `at` on, borders repeated.
+
+    above, here, below: addresses of rows that raw_row wrote; 255 where a label does not exist.
+    """
+    columns, size, places = search.columns, LANES * blocks, search.box
+    for block in range(blocks):
+        offset = LANES * block
+        mask = beyond(splat(np.uint8(0)), offset, search.disparities)
+        middle = add(load(here, offset), add(load(above, offset), load(below, offset)))
+        left = middle
+        for column in range(columns):
+            next_one = min(column + 1, columns - 1) * size + offset
+            right = add(load(here, next_one), add(load(above, next_one), load(below, next_one)))
+            total = shift_right(add(left, add(middle, right)), places)
+            store(costs, at + column * size + offset, bit_or(total, mask))
+            left, middle = middle, right
+
+
+@inlined
+def match_cost(features, row, column, label):
+    """Return the cost of one candidate without priors, as cost_rows has it."""
+    mirrored = features.columns - 1 - column + label
+    stride, target_stride = features.census_stride, features.target_stride
+    base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored
+    word = np.uint32(0)
+    for plane in range(3):
+        code = (peek(features.census, base + plane * stride)
+                ^ peek(features.target_census, candidate + plane * target_stride))
+        word |= np.uint32(code) << np.uint32(8 * plane)
+    difference = abs(
+        np.int64(peek(features.slopes, row * features.slope_stride + column))
+        - np.int64(peek(features.target_slopes, row * target_stride + mirrored)))
+    distance = count_bits_of_word(word)
+    if features.near_weight > 1:
+        distance += count_bits_of_word(word & np.uint32(255))
+    return min(distance, features.census_cut) + min(difference, features.slope_cut)

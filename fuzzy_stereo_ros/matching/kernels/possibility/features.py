@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the census possibility reads of an image: fine grey, 8-bit grey, census, gradient, edges.
+
+Images of the target are mirrored: its column c, from -extra on, lies at index `columns - 1 - c`,
+so that the candidates of a pixel, disparities upwards, are one contiguous load.
+"""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.colours import load_colours
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, bit_and, bit_or, LANES, less, load, narrow, reversed_lanes, shift_left, shift_right,
+    splat, store)
+import numpy as np
+
+MARGIN = 2       # pixels around a padded image: half of the census window
+SLACK = 64       # elements behind a row that a vector may read or write
+# The places in 5 x 5 pixels, row by row, of each bit of the census: the nearest eight come first.
+CENSUS_PLACES = np.array([6, 7, 8, 11, 13, 16, 17, 18, 0, 1, 2, 3, 4, 5, 9, 10, 14, 15, 19, 20,
+                          21, 22, 23, 24])
+
+
+@kernel
+def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last):
+    """
+    Weigh B + 2 G + R, kept fine in 16 bits for census and rounded to 8 bits for the rest.
+
+    image: uint8 or uint16 (R, C, 3); shift: columns to move the image to the right;
+    places: fine = (B + 2 G + R) * 2**places, at most 65535; fine: uint16 (R + 4, C + 4 + SLACK),
+    written inside its margin; grey: uint8 (R, C + SLACK), fine / 256.
+    """
+    columns = image.shape[1]
+    for row in range(first, last):
+        for column in range(columns):
+            source = min(max(column - shift, 0), columns - 1)
+            value = (np.uint32(image[row, source, 0]) + np.uint32(2) * image[row, source, 1]
+                     + np.uint32(image[row, source, 2]))
+            value = value << np.uint32(places) if places >= 0 else value >> np.uint32(-places)
+            target = columns - 1 - column if mirrored else column
+            fine[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
+            grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
+        pad_row(fine, row, columns)
+
+
+@kernel
+def fine_grey_of_bytes(image, places, mirrored, fine, grey, first, last):
+    """Do the same, much faster, with uint8 (R, C, 3), C >= LANES, that does not move."""
+    columns = image.shape[1]
+    pixels, fine_flat, grey_flat = image.reshape(-1), fine.reshape(-1), grey.reshape(-1)
+    fine_stride, grey_stride = fine.shape[1], grey.shape[1]
+    for row in range(first, last):
+        for chunk in range(0, columns, LANES):
+            column = min(chunk, columns - LANES)
+            blue, green, red = load_colours(pixels, 3 * (row * columns + column))
+            weighted = add(add(blue, red), add(green, green))
+            rounded = narrow(shift_right(add(weighted, splat(np.uint16(2))), 2))
+            value = shift_left(weighted, places)
+            if mirrored:
+                value, rounded = reversed_lanes(value, value), reversed_lanes(rounded, rounded)
+                column = columns - LANES - column
+            store(fine_flat, (row + MARGIN) * fine_stride + column + MARGIN, value)
+            store(grey_flat, row * grey_stride + column, rounded)
+        pad_row(fine, row, columns)
+
+
+@kernel
+def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
+    """Do the same with one channel, uint8 or uint16 (R, C), in the place of B + 2 G + R."""
+    columns = image.shape[1]
+    for row in range(first, last):
+        for column in range(columns):
+            source = min(max(column - shift, 0), columns - 1)
+            value = np.uint32(image[row, source]) << np.uint32(places)
+            target = columns - 1 - column if mirrored else column
+            fine[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
+            grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
+        pad_row(fine, row, columns)
+
+
+@kernel
+def pad_row(fine, row, columns):
+    """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
+    rows = fine.shape[0] - 2 * MARGIN
+    line = fine[row + MARGIN]
+    line[:MARGIN] = line[MARGIN]
+    line[columns + MARGIN:] = line[columns + MARGIN - 1]
+    for edge in range(MARGIN):
+        if row == 0:
+            fine[edge] = line
+        if row == rows - 1:
+            fine[rows + MARGIN + edge] = line
+
+
+@kernel
+def spread(fine, grey, columns, begin, wide_fine, wide_grey, wide_columns, first, last):
+    """
+    Copy an image into a wider one, from its column `begin` on; border pixels fill the rest.
+
+    columns, wide_columns: of the images without what is around them; what is copied beyond
+    `wide_columns` is left out.
+    """
+    for row in range(first, last):
+        _spread_row(fine[row + MARGIN, MARGIN:columns + MARGIN], begin,
+                    wide_fine[row + MARGIN, MARGIN:wide_columns + MARGIN])
+        pad_row(wide_fine, row, wide_columns)
+        _spread_row(grey[row, :columns], begin, wide_grey[row, :wide_columns])
+
+
+@kernel
+def _spread_row(line, begin, wide):
+    inside = max(min(len(line), len(wide) - begin), 0)
+    wide[:begin] = line[0]
+    for column in range(inside):
+        wide[begin + column] = line[column]
+    wide[begin + inside:] = line[-1]
+
+
+@kernel
+def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
+    """
+    Halve an image by the mean of 2 x 2 pixels, for the half rows first to last.
+
+    columns: of the half image; offset: first column used of the full one.
+    """
+    for row in range(first, last):
+        above, below = fine[2 * row + MARGIN], fine[2 * row + 1 + MARGIN]
+        for column in range(columns):
+            left = 2 * column + offset + MARGIN
+            half_fine[row + MARGIN, column + MARGIN] = (
+                np.uint32(above[left]) + above[left + 1] + below[left] + below[left + 1]
+            ) >> np.uint32(2)
+        pad_row(half_fine, row, columns)
+        above_grey, below_grey = grey[2 * row], grey[2 * row + 1]
+        for column in range(columns):
+            left = 2 * column + offset
+            half_grey[row, column] = (
+                np.uint16(above_grey[left]) + above_grey[left + 1] + below_grey[left]
+                + below_grey[left + 1] + np.uint16(2)) >> np.uint16(2)
+
+
+@kernel
+def census(fine, mirrored, columns, codes, first, last):
+    """
+    Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
+
+    fine: uint16, padded; codes: uint8 (R, 3, stride), a byte plane for eight neighbours, the
+    nearest ones first; behind the columns of a mirrored image its last code is repeated.
+    """
+    source, target = fine.reshape(-1), codes.reshape(-1)
+    fine_stride, stride = fine.shape[1], codes.shape[2]
+    for row in range(first, last):
+        for column in range(0, columns, LANES):
+            centre_index = (row + MARGIN) * fine_stride + column + MARGIN
+            centre = load(source, centre_index)
+            for plane in range(3):
+                code = splat(np.uint8(0))
+                for bit in range(8):
+                    place = CENSUS_PLACES[8 * plane + bit]
+                    down, right = place // 5 - 2, place % 5 - 2
+                    if mirrored:
+                        right = -right
+                    other = load(source, centre_index + down * fine_stride + right)
+                    code = bit_or(code, bit_and(
+                        narrow(less(other, centre)), splat(np.uint8(1 << bit))))
+                store(target, (row * 3 + plane) * stride + column, code)
+        for plane in range(3):
+            for column in range(columns, stride):
+                codes[row, plane, column] = codes[row, plane, columns - 1]
+
+
+@kernel
+def gradient(grey, mirrored, columns, slopes, first, last):
+    """
+    Half of the central difference along the row, 128 where flat and at the borders.
+
+    grey: uint8 (R, C + SLACK); slopes: uint8 (R, stride), the last one repeated behind the row.
+    """
+    for row in range(first, last):
+        for column in range(1, columns - 1):
+            step = (np.int16(grey[row, column + 1]) - np.int16(grey[row, column - 1]))
+            if mirrored:
+                step = -step
+            slopes[row, column] = np.int16(128) + (step >> np.int16(1))
+        slopes[row, 0] = slopes[row, columns - 1] = 128
+        for column in range(columns, slopes.shape[1]):
+            slopes[row, column] = 128
+
+
+@kernel
+def jump_penalties(grey, jump, jump_at_edge, slope, columns, across, down, first, last):
+    """
+    Fill what a jump of disparity costs, by the grey step it happens at.
+
+    jump, jump_at_edge: the cost where grey is flat, and at the least; slope: how much it falls in
+    256 grey levels; across, down: uint8 (R, C), the cost between a pixel and its left, its upper
+    neighbour.
+    """
+    high, low, fall = np.int16(jump), np.int16(jump_at_edge), np.uint16(slope)
+    for row in range(first, last):
+        here, above = grey[row], grey[max(row - 1, 0)]
+        left, up = across[row], down[row]
+        left[0] = jump
+        for column in range(1, columns):
+            step = np.uint16(abs(np.int16(here[column]) - np.int16(here[column - 1])))
+            left[column] = max(high - np.int16((min(step, np.uint16(63)) * fall) >> np.uint16(8)),
+                               low)
+        for column in range(columns):
+            step = np.uint16(abs(np.int16(here[column]) - np.int16(above[column])))
+            up[column] = max(high - np.int16((min(step, np.uint16(63)) * fall) >> np.uint16(8)),
+                             low)

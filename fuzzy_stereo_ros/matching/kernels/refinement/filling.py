@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Fill refused pixels from their row and from their column.
+
+Seen from the left image, something nearer hides a strip at its left, as wide as the disparity
+jumps. A refused run that is no such strip is a mismatch: nothing says that it is background.
+"""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+import numpy as np
+
+WIDEST = 3       # a run is no hidden strip when it is wider than so many jumps ...
+BESIDE = 2       # ... and the columns beside it that an edge makes inconsistent
+
+
+@kernel
+def fill_rows(labels, verdict, filled, first, last):
+    """
+    Copy the labels and give each refused run the label behind it, or of the nearer of its ends.
+
+    A row without any label takes that of the row above, or 0 in the first row of the band.
+    """
+    columns = labels.shape[1]
+    for row in range(first, last):
+        known = -1
+        for column in range(columns):
+            if verdict[row, column] == REFUSED:
+                continue
+            label = labels[row, column]
+            if known < 0:
+                filled[row, :column] = label
+            elif known < column - 1:
+                behind, middle = labels[row, known], (known + column) // 2 + 1
+                jump = np.int64(label) - np.int64(behind)
+                if jump > 0 and column - known - 1 <= WIDEST * jump + BESIDE:
+                    middle = column
+                filled[row, known + 1:middle] = behind
+                filled[row, middle:column] = label
+            filled[row, column] = label
+            known = column
+        if known < 0:
+            for column in range(columns):
+                filled[row, column] = filled[row - 1, column] if row > first else 0
+        else:
+            filled[row, known + 1:columns] = labels[row, known]
+
+
+@kernel
+def fill_columns(labels, verdict, by_rows, filled, below):
+    """
+    Give each refused pixel the smaller label of the nearest two in its column.
+
+    by_rows: (R, C), what stands in for an end that the column does not have; below: (C,), working
+    memory.
+    """
+    rows, columns = labels.shape
+    for column in range(columns):
+        filled[0, column] = by_rows[0, column]
+    for row in range(1, rows):
+        for column in range(columns):
+            if verdict[row, column] != REFUSED:
+                filled[row, column] = labels[row, column]
+            elif verdict[row - 1, column] != REFUSED:
+                filled[row, column] = labels[row - 1, column]
+            else:
+                filled[row, column] = filled[row - 1, column]
+    for column in range(columns):
+        below[column] = by_rows[rows - 1, column]
+    for row in range(rows - 1, -1, -1):
+        for column in range(columns):
+            if verdict[row, column] != REFUSED:
+                below[column] = labels[row, column]
+            else:
+                filled[row, column] = min(filled[row, column], below[column])

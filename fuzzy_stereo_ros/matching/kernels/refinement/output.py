@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Disparity and confidence as the user gets them."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
+from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+import numpy as np
+
+CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
+
+
+@kernel
+def certainty(sums, margins, verdict, certain, first, last):
+    """
+    Say how sure each label is by itself: how possible, and by how much the only one.
+
+    sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
+    elsewhere is; certain: float32 (R, C), 0 to 1, 0 where not consistent.
+    """
+    alone = np.empty(256, np.float32)
+    for margin in range(256):
+        alone[margin] = np.float32(margin) / np.float32(256 * (margin + CLEAR_MARGIN))
+    for row in range(first, last):
+        for column in range(sums.shape[1]):
+            possible = np.float32(256) - np.float32(sums[row, column])
+            consistent = np.float32(verdict[row, column] == CONSISTENT)
+            certain[row, column] = possible * alone[margins[row, column]] * consistent
+
+
+@kernel
+def write_out(fine, verdict, certain, min_disparity, disparities, fill, threshold, disparity,
+              confidence, first, last):
+    """
+    Write disparities in pixels and how sure each is.
+
+    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: float32 (R, C), of the area;
+    threshold: float32, consistent pixels less sure are NaN unless filled; disparity, confidence:
+    float32 (R, C). What is not consistent has confidence 0.
+    """
+    lowest = np.float32(min_disparity)
+    highest = np.float32(min_disparity + disparities - 1)
+    for row in range(first, last):
+        for column in range(disparity.shape[1]):
+            consistent = verdict[row, column] == CONSISTENT
+            sure = certain[row, column] if consistent else np.float32(0)
+            confidence[row, column] = sure
+            value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
+            known = fill or (consistent and sure >= threshold)
+            disparity[row, column] = min(max(value, lowest), highest) if known else np.float32(
+                np.nan)

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Sub-pixel disparities: the mean offset of the like neighbours of a pixel."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, at_most, bit_and, LANES, load, splat_like, store, subtract)
+import numpy as np
+
+RADIUS = 2
+REFUSED_FIT = -(2**14)     # farther than STEPS from any disparity
+
+
+@kernel
+def fit(labels, offsets, verdict, fitted, first, last):
+    """
+    Write the fitted disparities of the pixels not refused, far out of reach for the others.
+
+    labels: uint8 or uint16 (R, C); offsets: int8 (R, C); fitted: int16 or int32
+    (R, C + 4 + 32), 1 / STEPS px, with a margin of RADIUS columns and slack behind.
+    """
+    rows, columns = labels.shape
+    for row in range(first, last):
+        fitted[row, :RADIUS] = REFUSED_FIT
+        fitted[row, columns + RADIUS:] = REFUSED_FIT
+        inside = fitted[row, RADIUS:RADIUS + columns]
+        for column in range(columns):
+            value = STEPS * np.int32(labels[row, column]) + np.int32(offsets[row, column])
+            inside[column] = value if verdict[row, column] != REFUSED else REFUSED_FIT
+
+
+@kernel
+def smooth_offsets(final, fitted, total, count, fine, first, last):
+    """
+    Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.
+
+    final: uint8 or uint16 (R, C), labels after refinement; total, count: (C + 32,) of the dtype of
+    fitted, working memory; fitted: (R, C + 4 + 32); fine: (R, C + 32) of that dtype, 1 / STEPS px.
+    """
+    rows, columns = final.shape
+    source, target = fitted.reshape(-1), fine.reshape(-1)
+    stride, fine_stride = fitted.shape[1], fine.shape[1]
+    for row in range(first, last):
+        centre = fine[row]
+        for column in range(columns):
+            centre[column] = STEPS * np.int32(final[row, column])
+        above, below = max(row - RADIUS, 0), min(row + RADIUS + 1, rows)
+        for column in range(0, columns, LANES):
+            middle = load(target, row * fine_stride + column)
+            one = splat_like(middle, STEPS)
+            lowest, two, zero = subtract(middle, one), add(one, one), subtract(one, one)
+            offset, number = zero, zero
+            for other in range(above, below):
+                place = other * stride + column
+                for shift in range(2 * RADIUS + 1):
+                    beyond = subtract(load(source, place + shift), lowest)
+                    like = at_most(beyond, two)     # unsigned: what is below wraps around
+                    offset = add(offset, bit_and(beyond, like))
+                    number = subtract(number, like)
+            store(total, column, offset)
+            store(count, column, number)
+        for column in range(columns):
+            number = np.int32(count[column])
+            mean = np.float32(np.int32(total[column]) - STEPS * number) / np.float32(
+                max(number, 1))
+            centre[column] += np.int32(np.floor(mean + np.float32(0.5)))

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the half-size chromosome tells the full one: where to search, where to lean on it."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+import numpy as np
+
+
+@kernel
+def tile_windows(half, disparities, tile, grow, margin, low, blocks):
+    """
+    Find the labels that each tile searches: those of the half map around it, and a margin.
+
+    half: (r, c) labels at half size; tile, grow: pixels of the full image, even; low, blocks:
+    int64 (tile rows, tile columns), first label and number of blocks of 32.
+    """
+    rows, columns = half.shape
+    most = (disparities + LANES - 1) // LANES
+    for tile_row in range(low.shape[0]):
+        for tile_column in range(low.shape[1]):
+            least, largest = disparities, 0
+            top, left = tile_row * tile, tile_column * tile
+            for row in range(max(top - grow, 0) // 2, min((top + tile + grow) // 2, rows)):
+                for column in range(max(left - grow, 0) // 2,
+                                    min((left + tile + grow) // 2, columns)):
+                    label = np.int64(half[row, column])
+                    least, largest = min(least, 2 * label), max(largest, 2 * label + 1)
+            if largest < least:
+                least, largest = 0, disparities - 1
+            least, largest = max(least - margin, 0), min(largest + margin, disparities - 1)
+            number = min((largest - least + LANES) // LANES, most)
+            spare = LANES * number - (largest - least + 1)
+            first = min(least - spare // 2, disparities - LANES * number)
+            low[tile_row, tile_column] = max(first, 0)
+            blocks[tile_row, tile_column] = number
+
+
+@kernel
+def weak_texture(grey, rows, columns, limit, steps, weak):
+    """
+    Mark the half pixels around which the full image has little texture.
+
+    grey: uint8 (R, C + slack) at full size; steps: uint16 (r, c), working memory; weak: uint8
+    (r, c), 1 where the steps along the row of 6 x 3 pixels sum to less than `limit`.
+    """
+    for row in range(rows):
+        for column in range(columns - 1):
+            here = np.int16(grey[2 * row, 2 * column + 1])
+            steps[row, column] = (abs(here - np.int16(grey[2 * row, 2 * column]))
+                                  + abs(np.int16(grey[2 * row, 2 * column + 2]) - here))
+        steps[row, columns - 1] = steps[row, max(columns - 2, 0)]
+    for row in range(rows):
+        above, below = max(row - 1, 0), min(row + 1, rows - 1)
+        for column in range(columns):
+            left, right = max(column - 1, 0), min(column + 1, columns - 1)
+            total = (steps[above, left] + steps[above, column] + steps[above, right]
+                     + steps[row, left] + steps[row, column] + steps[row, right]
+                     + steps[below, left] + steps[below, column] + steps[below, right])
+            weak[row, column] = total < limit
+
+
+@kernel
+def flat(labels, most, smooth):
+    """Mark the pixels whose 3 x 3 labels span at most `most`: uint8 (r, c)."""
+    rows, columns = labels.shape
+    low, high = np.empty(columns + 2, labels.dtype), np.empty(columns + 2, labels.dtype)
+    for row in range(rows):
+        above, here, below = labels[max(row - 1, 0)], labels[row], labels[min(row + 1, rows - 1)]
+        for column in range(columns):
+            low[column + 1] = min(above[column], here[column], below[column])
+            high[column + 1] = max(above[column], here[column], below[column])
+        low[0], low[columns + 1] = low[1], low[columns]
+        high[0], high[columns + 1] = high[1], high[columns]
+        left_low, right_low, left_high, right_high = low[:-2], low[2:], high[:-2], high[2:]
+        middle_low, middle_high, line = low[1:-1], high[1:-1], smooth[row]
+        for column in range(columns):
+            least = min(left_low[column], middle_low[column], right_low[column])
+            largest = max(left_high[column], middle_high[column], right_high[column])
+            line[column] = largest - least <= most
+
+
+@kernel
+def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights):
+    """
+    Spread the half map, doubled, as a prior: weight 1 where it can be leant on, else 0.
+
+    A label that is still the one found first is doubled with its sub-pixel offset. What was found
+    with a margin below `clear` says nothing: a prior from nothing would make nothing look sure.
+
+    half, verdict, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
+    labels, weights: (R, C), R in (2 r, 2 r + 1).
+    """
+    rows, columns = half.shape
+    first_labels, offsets, margins = found
+    doubled, weight = np.zeros(columns, np.int32), np.zeros(columns, np.uint8)
+    for row in range(rows):
+        for column in range(columns):
+            label, offset = half[row, column], offsets[row, column]
+            further = np.int32(offset > STEPS // 4) - np.int32(offset < -STEPS // 4)
+            doubled[column] = 2 * np.int32(label) + further * (label == first_labels[row, column])
+            weight[column] = (weak[row, column] & smooth[row, column]
+                              & (verdict[row, column] != REFUSED)
+                              & (margins[row, column] >= clear))
+        line, weight_line = labels[2 * row], weights[2 * row]
+        for column in range(columns):
+            line[2 * column] = line[2 * column + 1] = doubled[column]
+            weight_line[2 * column] = weight_line[2 * column + 1] = weight[column]
+        line[2 * columns:] = doubled[columns - 1]
+        weight_line[2 * columns:] = weight[columns - 1]
+        last = labels.shape[0] if row == rows - 1 else 2 * row + 2
+        labels[2 * row + 1:last] = line
+        weights[2 * row + 1:last] = weight_line

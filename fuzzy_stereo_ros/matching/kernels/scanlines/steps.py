@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Scanline passes: the least cost of a path that ends at a pixel, for each of its labels.
+
+After Hirschmueller, Stereo processing by semi-global matching, 2008. A pass computes
+L(p, d) = C(p, d) + min(L(q, d), L(q, d - 1) + P1, L(q, d + 1) + P1, min L(q) + P2) - min L(q)
+in saturating uint8, q being the pixel before p. Four passes are summed: right, left, down, up.
+Paths are kept with their least cost, min L(q), already taken off.
+"""
+from fuzzy_stereo_ros.matching.kernels.addresses import peek, poke_word
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    label_above, label_below, LANES, load, lowest, minimum, saturating_add, splat, splat_like,
+    store, subtract)
+import numpy as np
+
+
+@inlined
+def advance(path, jump, penalty, costs):
+    """
+    Return L(p, d) of one or two blocks of labels; all arguments are vectors.
+
+    path: L(q, d) - min L(q); jump, penalty: P2 and P1; costs: C(p, d).
+    """
+    full = splat_like(path, 255)
+    neighbours = minimum(label_below(full, path), label_above(path, full))
+    cheapest = minimum(minimum(path, jump), saturating_add(neighbours, penalty))
+    return saturating_add(cheapest, costs)
+
+
+@inlined
+def step(path, at, blocks, jump, penalty, costs, cost_at, sums, sum_at, begins):
+    """
+    Move the paths of a pixel on to the next one and add them to its sums.
+
+    path: uint8, `blocks` of 32 labels from index `at`, read and written; jump, penalty: vectors
+    of P2 and P1; costs, sums: uint8, those of the next pixel; begins: sums are overwritten.
+    """
+    full = splat(np.uint8(255))
+    before, here, smallest = full, load(path, at), full
+    for block in range(blocks):
+        offset = LANES * block
+        after = load(path, at + offset + LANES) if block + 1 < blocks else full
+        neighbours = minimum(label_below(before, here), label_above(here, after))
+        cheapest = minimum(minimum(here, jump), saturating_add(neighbours, penalty))
+        cost = saturating_add(cheapest, load(costs, cost_at + offset))
+        store(path, at + offset, cost)
+        store(sums, sum_at + offset,
+              cost if begins else saturating_add(load(sums, sum_at + offset), cost))
+        smallest = minimum(smallest, cost)
+        before, here = here, after
+    floor = splat(lowest(smallest))
+    for block in range(blocks):
+        offset = at + LANES * block
+        store(path, offset, subtract(load(path, offset), floor))
+
+
+@inlined
+def widen(numbers, begin, end, words, at):
+    """Write numbers[begin:end], uint8, as words that repeat a byte four times, from index at."""
+    for index in range(end - begin):
+        byte = np.uint32(peek(numbers, begin + index))
+        poke_word(words, at + index, np.uint32(byte * np.uint32(0x01010101)))
+
+
+@kernel
+def copy(paths, target, size):
+    """Copy paths, `size` bytes rounded up to whole vectors."""
+    for at in range(0, size, LANES):
+        store(target, at, load(paths, at))
+
+
+@inlined
+def clear(path, at, blocks):
+    """Start paths anew: cost 0 for each label."""
+    for block in range(blocks):
+        store(path, at + LANES * block, splat(np.uint8(0)))
+
+
+@inlined
+def carry(path, at, blocks, low, out, out_at, new_blocks, new_low, labels):
+    """
+    Carry paths from the window of labels of one tile to that of the next, 255 where new.
+
+    labels: uint8, working memory, at least 32 * blocks + 128.
+    """
+    full = splat(np.uint8(255))
+    store(labels, 0, full)
+    for block in range(blocks):
+        store(labels, LANES * (block + 1), load(path, at + LANES * block))
+    store(labels, LANES * (blocks + 1), full)
+    for block in range(new_blocks):
+        start = min(max(new_low + LANES * block - low, -LANES), LANES * blocks)
+        store(out, out_at + LANES * block, load(labels, LANES + start))

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How the picture moved as a whole, and moving what is known of it."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+import numpy as np
+
+
+@kernel
+def glance(fine, margin, size, small):
+    """Take the means of squares of size x size pixels of fine grey inside a margin."""
+    columns = small.shape[1] * size
+    sums = np.zeros(columns, np.uint32)
+    for row in range(small.shape[0]):
+        sums[:] = 0
+        for near in range(row * size, (row + 1) * size):
+            line = fine[near + margin, margin:columns + margin]
+            for column in range(columns):
+                sums[column] += line[column]
+        for column in range(small.shape[1]):
+            total = 0
+            for near in range(column * size, (column + 1) * size):
+                total += sums[near]
+            small[row, column] = np.float32(total) / np.float32(size * size)
+
+
+@kernel
+def best_shift(now, before, down, right, reach, every):
+    """
+    Return the shift, at most `reach` from a known one in both directions, that fits best.
+
+    now: uint16, padded; before: uint16 (R, C). A row in `every` is read; of equals the first is
+    taken, the known one before all others.
+    """
+    best, least = (down, right), _mismatch(now, before, down, right, every)
+    for more_down in range(-reach, reach + 1):
+        for more_right in range(-reach, reach + 1):
+            found = _mismatch(now, before, down + more_down, right + more_right, every)
+            if found < least:
+                best, least = (down + more_down, right + more_right), found
+    return best
+
+
+@kernel
+def _mismatch(now, before, down, right, every):
+    """Return the mean difference of a picture and the one before, moved."""
+    rows, columns = before.shape
+    begin, end = max(right, 0), columns + min(right, 0)
+    total = number = 0
+    for row in range(max(down, 0), rows + min(down, 0), every):
+        here = now[row + MARGIN, begin + MARGIN:max(begin, end) + MARGIN]
+        there = before[row - down, begin - right:max(begin, end) - right]
+        of_row = np.int32(0)
+        for column in range(len(here)):
+            of_row += abs(np.int32(here[column]) - np.int32(there[column]))
+        total += of_row
+        number += len(here)
+    return total / number if number > 0 else np.inf
+
+
+@kernel
+def move_ages(ages, down, right, moved):
+    """
+    Move a number by tile, float32, by a number of pixels: linear between the tiles' centres.
+
+    What comes from beyond the border is 0.
+    """
+    rows, columns = ages.shape
+    tiles_down, tiles_right = int(np.floor(down / TILE)), int(np.floor(right / TILE))
+    share_down, share_right = down / TILE - tiles_down, right / TILE - tiles_right
+    for row in range(rows):
+        for column in range(columns):
+            age = 0.0
+            for above in range(2):
+                for left in range(2):
+                    source_row, source = row - tiles_down - above, column - tiles_right - left
+                    if 0 <= source_row < rows and 0 <= source < columns:
+                        share = ((share_down if above else 1 - share_down)
+                                 * (share_right if left else 1 - share_right))
+                        age += share * ages[source_row, source]
+            moved[row, column] = age
+
+
+@kernel
+def bring_forward(source, choices, down, right, outside, result, first, last):
+    """
+    Move a map (R, C) down and right, but for the tiles that stayed where they were.
+
+    choices: int8 (tile rows, tile columns), 0 where a tile stayed; outside: what comes from
+    beyond the border; the tile rows first .. last are written.
+    """
+    rows, columns = source.shape
+    begin = min(max(right, 0), columns)
+    end = max(min(columns + right, columns), begin)
+    for row in range(first * TILE, min(last * TILE, rows)):
+        line, origin = result[row], row - down
+        if 0 <= origin < rows and begin < end:
+            line[:begin] = outside
+            line[begin:end] = source[origin, begin - right:end - right]
+            line[end:] = outside
+        else:
+            line[:] = outside
+        tile, chosen = 0, choices[row // TILE]
+        while tile < len(chosen):
+            run, choice = tile, chosen[tile]
+            while tile < len(chosen) and chosen[tile] == choice:
+                tile += 1
+            if choice == 0:
+                line[run * TILE:tile * TILE] = source[row, run * TILE:tile * TILE]

@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which tiles show the same as in the picture before, but for noise.
+
+Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 16 bits.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+import numpy as np
+
+TILE = 16        # pixels of a side of the tiles that are judged
+BLOCK = 4        # pixels of a side of the blocks whose mean differences are looked at
+PLACES = 3       # bits of fine grey that comparing leaves out
+UNITS = 32       # what is left for a grey level
+
+
+class Rules(NamedTuple):
+    """By how much a tile may differ and still show the same."""
+
+    loud: float      # times the noise of the pair, its pixels
+    white: float     # times what its pixels do, the means of its blocks; 1 is white noise
+    peak: float      # times what its pixels do, the mean of any block
+    bump: float      # times what its pixels do, the pixels of any block
+    slack: float     # grey levels more, blocks twice that
+    oldest: int      # frames that count
+
+
+@kernel
+def compare_tiles(now, before, down, right, differences, first, last):
+    """
+    Measure how tiles of a picture differ from the picture before, moved down and to the right.
+
+    now: uint16 (R + 4, C + 4 + slack), padded; before: uint16 (R, C); differences: float32
+    (4, tile rows, tile columns), the tile rows first .. last are written, in grey levels: the
+    mean size of the differences of pixels; the mean size of the mean differences of blocks, times
+    BLOCK, which is as large where differences are white noise; the largest size of the mean
+    difference of a block, and the largest mean size. Tiles that show nothing of the picture
+    before are infinitely different.
+    """
+    rows, columns = before.shape
+    top, bottom = max(down, 0), rows + min(down, 0)
+    begin, end = max(right, 0), columns + min(right, 0)
+    signed = np.zeros(columns + 2 * TILE, np.int16)
+    sizes = np.zeros_like(signed)
+    of_columns = np.zeros((4, columns + TILE), np.int32)
+    for tile_row in range(first, last):
+        above, below = max(tile_row * TILE, top), min((tile_row + 1) * TILE, bottom)
+        of_columns[:] = 0
+        for strip in range(tile_row * TILE, (tile_row + 1) * TILE, BLOCK):
+            signed[:] = 0
+            sizes[:] = 0
+            for row in range(max(strip, above), min(strip + BLOCK, below)):
+                here = now[row + MARGIN, begin + MARGIN:max(begin, end) + MARGIN]
+                there = before[row - down, begin - right:max(begin, end) - right]
+                _add_differences(here, there, signed[begin:], sizes[begin:])
+            _add_blocks(sizes, of_columns[0], of_columns[3])
+            _add_blocks(signed, of_columns[1], of_columns[2])
+        _sum_up(of_columns, max(below - above, 0), begin, end, differences[:, tile_row])
+
+
+@kernel
+def _add_differences(here, there, signed, sizes):
+    """Add the differences of two rows, and their sizes, in 1 / UNITS grey level."""
+    for column in range(len(here)):
+        difference = np.int16(np.int16(here[column] >> np.uint16(PLACES))
+                              - np.int16(there[column] >> np.uint16(PLACES)))
+        signed[column] += difference
+        sizes[column] += np.int16(abs(difference))
+
+
+@kernel
+def _add_blocks(line, totals, largest):
+    """
+    Take in the sums of the BLOCK columns from each on; only one in BLOCK will be asked.
+
+    Few arrays at once: the compiler tests each pair for overlap before it uses vectors.
+    """
+    for column in range(len(totals)):
+        block = np.int32(abs(np.int32(line[column]) + np.int32(line[column + 1])
+                             + np.int32(line[column + 2]) + np.int32(line[column + 3])))
+        totals[column] += block
+        largest[column] = max(largest[column], block)
+
+
+@kernel
+def _sum_up(of_columns, height, begin, end, found):
+    """Write the four differences of a row of tiles, of which so much is inside."""
+    unit = np.float32(1 / UNITS)
+    for tile in range(found.shape[1]):
+        left = tile * TILE
+        total = of_blocks = peak = bump = 0
+        for column in range(left, left + TILE, BLOCK):
+            total += of_columns[0, column]
+            of_blocks += of_columns[1, column]
+            peak = max(peak, of_columns[2, column])
+            bump = max(bump, of_columns[3, column])
+        number = height * max(min(left + TILE, end) - max(left, begin), 0)
+        found[0, tile] = total * unit / np.float32(number) if number > 0 else np.inf
+        found[1, tile] = of_blocks * unit * np.float32(BLOCK) / np.float32(max(number, 1))
+        found[2, tile] = peak * unit / np.float32(BLOCK * BLOCK)
+        found[3, tile] = bump * unit / np.float32(BLOCK * BLOCK)
+
+
+@kernel
+def roughness(fine, columns, rough, first, last):
+    """
+    Measure how much each tile bends along the row: noise and texture; a row in four is read.
+
+    fine: uint16, padded; rough: float32 (tile rows, tile columns), mean size of the second
+    differences in grey levels.
+    """
+    rows = fine.shape[0] - 2 * MARGIN
+    totals = np.zeros(columns + TILE, np.int32)
+    for tile_row in range(first, last):
+        totals[:] = 0
+        bottom = min((tile_row + 1) * TILE, rows)
+        for row in range(tile_row * TILE, bottom, BLOCK):
+            left, here = fine[row + MARGIN, MARGIN - 1:], fine[row + MARGIN, MARGIN:]
+            right = fine[row + MARGIN, MARGIN + 1:]
+            for column in range(columns):
+                totals[column] += abs(2 * np.int32(here[column]) - np.int32(left[column])
+                                      - np.int32(right[column]))
+        read = (bottom - tile_row * TILE + BLOCK - 1) // BLOCK
+        for tile in range(rough.shape[1]):
+            total = 0
+            for column in range(tile * TILE, (tile + 1) * TILE):
+                total += totals[column]
+            number = read * (min((tile + 1) * TILE, columns) - tile * TILE)
+            rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
+
+
+@kernel
+def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
+    """
+    Decide which tiles show the same as in the picture before, and after which shift.
+
+    differences: float32 (N, 4, tile rows, tile columns), by shift, see compare_tiles; ages:
+    float32 (N, tile rows, tile columns), moved alike; noise: in grey levels; rules: the fields
+    of Rules;
+    choices: int8, the shift that differs least, -1 where the tile is another; new_ages: float32,
+    the frames that it is the mean of from now on; sizes: float32, how much it differs. Returns
+    the share of the tiles that are the same.
+    """
+    number, rules = 0, Rules(*rules)
+    for row in range(choices.shape[0]):
+        for column in range(choices.shape[1]):
+            best = 0
+            for shift in range(1, len(differences)):
+                if differences[shift, 0, row, column] < differences[best, 0, row, column]:
+                    best = shift
+            size, blocks, peak, loudest = differences[best, :, row, column]
+            age, slack = ages[best, row, column], rules.slack
+            same = (age > 0 and size <= rules.loud * noise + slack
+                    and blocks <= rules.white * size + 2 * slack
+                    and peak <= rules.peak * size + 2 * slack
+                    and loudest <= rules.bump * size + 2 * slack)
+            choices[row, column] = best if same else -1
+            new_ages[row, column] = min(age + 1, rules.oldest) if same else 1
+            sizes[row, column] = size
+            number += same
+    return number / choices.size

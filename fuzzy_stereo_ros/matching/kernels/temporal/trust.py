@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where the previous frame's best chromosome can still be trusted, judged on this frame."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
+from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+import numpy as np
+
+
+@kernel
+def tile_strengths(choices, ages, most, strengths):
+    """
+    Say by tile how much the previous best counts: uint8, 0 in and beside tiles that are others.
+
+    choices: int8, < 0 for tiles that are others; ages: float32, frames that a tile is the mean
+    of, this one with them; most: the largest strength, which as many frames before give.
+    """
+    rows, columns = choices.shape
+    for row in range(rows):
+        above, below = max(row - 1, 0), min(row + 1, rows - 1)
+        for column in range(columns):
+            left, right = max(column - 1, 0), min(column + 1, columns - 1)
+            least = min(choices[row, left], choices[row, column], choices[row, right],
+                        choices[above, column], choices[below, column])
+            strength = min(max(int(ages[row, column] + 0.5) - 1, 1), most)
+            strengths[row, column] = strength if least >= 0 else 0
+
+
+@kernel
+def trusted_cells(labels, verdict, half, distance, half_labels, trusted, first, last):
+    """
+    Mark the half pixels where the previous best may be leant on, in the half rows first .. last.
+
+    labels, verdict: (R, C), the previous best and whether it was consistent then; half: (r, c),
+    this frame's half map; half_labels: (r, c), the previous best on the half grid; trusted: uint8
+    (r, c). Trusted is what was consistent and is within `distance` of what the half map says.
+    """
+    for row in range(first, last):
+        line, was, seen = labels[2 * row], verdict[2 * row], half[row]
+        found, marks = half_labels[row], trusted[row]
+        for column in range(half.shape[1]):
+            label = line[2 * column]
+            found[column] = label
+            apart = abs(2 * np.int32(seen[column]) - np.int32(label))
+            marks[column] = (apart <= distance) & (was[2 * column] == CONSISTENT)
+
+
+@kernel
+def lean_on_previous(trusted, smooth, strengths, weights, first, last):
+    """
+    Spread the trust to full size.
+
+    trusted, smooth: uint8 (r, c); strengths: uint8 (tile rows, tile columns), the weight where
+    both are 1; weights: uint8 (R, C), the tile rows first .. last are written.
+    """
+    rows, columns = trusted.shape
+    half_tile = TILE // 2
+    strength = np.zeros(columns + half_tile, np.uint8)
+    for row in range(first * TILE, min(last * TILE, weights.shape[0])):
+        if row % TILE == 0:
+            for column in range(columns):
+                strength[column] = strengths[row // TILE, column // half_tile]
+        source = min(row // 2, rows - 1)
+        one, other, line = trusted[source], smooth[source], weights[row]
+        for column in range(columns):
+            weight = one[column] * other[column] * strength[column]
+            line[2 * column] = weight
+            line[2 * column + 1] = weight
+        if weights.shape[1] > 2 * columns:
+            line[2 * columns] = line[2 * columns - 1]

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The best guess that data and a parent's surface give: scanline optima from eight directions.
+
+Not in the paper: see kernels/eight_directions.py.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
+import numpy as np
+
+OVERLAP = 32         # rows beyond a band in which its paths start
+
+
+class Smoothness(NamedTuple):
+    """What changes of disparity cost a path, in parts of FULL."""
+
+    jump: float              # P2 where grey is flat
+    small: float             # P1, as a share of P2
+    at_edge: float           # share of both that is left at the strongest edges
+    edge: float              # grey levels by which what can be spared falls to 1 / e
+
+    def weights(self):
+        """Return the share by grey step: float32 (256,)."""
+        fall = np.exp(-np.arange(256) / self.edge)
+        return (self.at_edge + (1 - self.at_edge) * fall).astype(np.float32)
+
+
+class SurfaceGuess:
+    """Scanline optima for one image size: memory, and what was chosen."""
+
+    def __init__(self, shape):
+        """shape: of the costs, (R, C, labels)."""
+        rows, columns, padded = shape
+        self._bands = cut_bands(rows)
+        self.sums = np.zeros(shape, np.uint16)
+        stride = padded + 2 * eight_directions.PAD
+        self._paths = [np.zeros((2, 4, columns, stride), np.uint16) for _ in self._bands]
+        self._least = [np.zeros((2, 4, columns), np.uint16) for _ in self._bands]
+        self._offered = [np.zeros((2, columns + padded), np.uint16) for _ in self._bands]
+        self._numbers = np.arange(padded, dtype=np.uint16)
+        self.steps = np.zeros((4, rows, columns), np.uint8)
+        self.labels, self.target = (np.zeros((rows, columns), np.int16) for _ in range(2))
+        self.offsets = np.zeros((rows, columns), np.float32)
+        self.margins = np.zeros((rows, columns), np.uint16)
+
+    def look(self, colour):
+        """Take in the colours of a frame, uint8 (R, C, 3): where it may cost less to jump."""
+        signed = colour.astype(np.int16)
+
+        def between(one, other):
+            return np.abs(one - other).max(axis=2)
+        self.steps[eight_directions.ACROSS, :, 1:] = between(signed[:, 1:], signed[:, :-1])
+        self.steps[eight_directions.DOWN, 1:] = between(signed[1:], signed[:-1])
+        self.steps[eight_directions.DOWN_RIGHT, 1:, 1:] = between(
+            signed[1:, 1:], signed[:-1, :-1])
+        self.steps[eight_directions.DOWN_LEFT, 1:, :-1] = between(
+            signed[1:, :-1], signed[:-1, 1:])
+
+    def search(self, crew, costs, disparities, smoothness, parent, steepest):
+        """
+        Choose labels: `labels`, `offsets`, `margins`, and `target`, those of the target's pixels.
+
+        parent: int16 (R, C), the surface that paths follow; steepest: its largest step that counts
+        """
+        weights = FULL * smoothness.jump * smoothness.weights()
+        small, jump = (np.rint(share * weights).astype(np.uint16)
+                       for share in (smoothness.small, 1))
+        for upwards in (False, True):
+            crew.each(lambda band, upwards=upwards: eight_directions.sum_paths(
+                costs, parent, steepest, self.steps, small, jump, self.sums, upwards,
+                band[1], band[2], OVERLAP, self._paths[band[0]], self._least[band[0]]),
+                self._bands)
+        crew.each(lambda band: eight_directions.choose_labels(
+            self.sums, disparities, self._offered[band[0]], self._numbers, self.labels,
+            self.offsets, self.margins, self.target, band[1], band[2]), self._bands)

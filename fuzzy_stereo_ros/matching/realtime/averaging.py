@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Both pictures averaged over the frames in which they show the same: the noise goes, tile by tile.
+
+Not in the paper. A guess from two frames is better than a guess from one and a memory of what was
+guessed: matching errs by far more than noise alone. A tile is averaged only where what changed is
+noise: no louder than noise is in this pair, not brighter or darker by blocks than white noise is,
+and no louder in any block than elsewhere. Where the picture moves otherwise than all of it does,
+nothing is averaged.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.temporal.averaging import blend
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_ages
+from fuzzy_stereo_ros.matching.kernels.temporal.sameness import (
+    choose_tiles, compare_tiles, roughness, Rules, TILE)
+from fuzzy_stereo_ros.matching.realtime.motion import Motion
+import numpy as np
+
+RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=8)
+LIKE = 2.5           # times what a tile differs by which a pixel is averaged at the most
+QUIET_TILES = 0.2    # share of the tiles that surely show nothing but noise
+ROUGH = 0.61         # what noise is at the most by second differences: 1.5 / sqrt(6) of them
+STILL = 0.8          # share of unchanged tiles from which the picture is taken to stay
+ANOTHER = 0.3        # share of unchanged tiles below which it is another scene altogether
+
+
+class Averaged(NamedTuple):
+    """What became of a view; by tile, (tile rows, tile columns)."""
+
+    differences: np.ndarray  # float32 (2, 4, ...), by shift; see compare_tiles
+    rough: np.ndarray        # float32, second differences
+    ages_then: np.ndarray    # float32 (2, ...), by shift, frames that it was the mean of
+    choices: np.ndarray      # int8, which shift the tile made; -1: it is averaged with nothing
+    ages: np.ndarray         # float32, frames that it is the mean of now, this one with them
+    sizes: np.ndarray        # float32, how much it differs, grey levels
+
+
+class Averaging:
+    """The views of one image size, averaged: `pictures` of both, mirrored alike, and `ages`."""
+
+    def __init__(self, rows, columns):
+        """Allocate for images of a size."""
+        tiles = -(-rows // TILE), -(-columns // TILE)
+        self.bands = [(index, -(-first // TILE), -(-last // TILE))
+                      for index, first, last in cut_bands(rows)]
+        self._motion, self._size = Motion(rows, columns), (rows, columns)
+        self.seen = [Averaged(
+            np.zeros((2, 4, *tiles), np.float32), np.zeros(tiles, np.float32),
+            np.zeros((2, *tiles), np.float32), np.full(tiles, -1, np.int8),
+            np.ones(tiles, np.float32), np.zeros(tiles, np.float32)) for _ in range(2)]
+        self.noise, self.shift, self.pictures = 0.0, (0, 0), None
+
+    @property
+    def ages(self):
+        """A copy of the ages of both views' tiles: float32 (2, tile rows, tile columns)."""
+        return np.stack([seen.ages for seen in self.seen])
+
+    def begin(self, crew, views):
+        """Start anew: what is seen now is all there is."""
+        self.noise, self.shift = 0.0, (0, 0)
+        for seen in self.seen:
+            seen.choices[:] = -1
+            seen.ages[:] = 1
+        pictures = np.empty((2, *self._size), np.uint16)
+        self._blend(crew, views, pictures, pictures)
+
+    def average(self, crew, views, pictures, ages):
+        """
+        Average both views with the pictures before: where they stayed, or moved with the rest.
+
+        views: left and right; pictures: uint16 (2, R, C), the right one mirrored like its view;
+        ages: float32 (2, tile rows, tile columns), of the pictures' tiles.
+        """
+        self.shift = 0, 0
+        for seen, before in zip(self.seen, ages):
+            seen.ages_then[:] = before
+        shares = self._choose(crew, views, pictures, 1)
+        if min(shares) < STILL:
+            self.shift = self._motion.between(pictures[0], views[0].fine)
+        if any(self.shift):
+            for seen, before, (down, right) in zip(self.seen, ages, self._shifts()[:, 1]):
+                move_ages(before, down, right, seen.ages_then[1])
+            shares = self._choose(crew, views, pictures, 2)
+        for seen, share in zip(self.seen, shares):
+            if share < ANOTHER:
+                seen.choices[:] = -1
+                seen.ages[:] = 1
+        self._blend(crew, views, pictures, np.empty_like(pictures))
+
+    def _shifts(self):
+        """Return by view, and by whether a tile moved, how far: down and right, int64."""
+        down, right = self.shift
+        return np.array([[(0, 0), (down, right)], [(0, 0), (down, -right)]], np.int64)
+
+    def _choose(self, crew, views, pictures, number):
+        """Compare the tiles after the last of a number of shifts; return who are the same."""
+        shifts = self._shifts()[:, number - 1]
+
+        def compare(band):
+            for seen, view, picture, (down, right) in zip(self.seen, views, pictures, shifts):
+                compare_tiles(view.fine, picture, down, right, seen.differences[number - 1],
+                              band[1], band[2])
+                if number == 1:
+                    roughness(view.fine, view.columns, seen.rough, band[1], band[2])
+        crew.each(compare, self.bands)
+        shares, self.noise = [], 0.0
+        for seen in self.seen:
+            noise = min(_quiet(seen.differences[:number, 0].min(axis=0)),
+                        ROUGH * _quiet(seen.rough))
+            shares.append(choose_tiles(
+                seen.differences[:number], seen.ages_then, noise, tuple(RULES), seen.choices,
+                seen.ages, seen.sizes))
+            self.noise = max(self.noise, noise)
+        return shares
+
+    def _blend(self, crew, views, before, after):
+        shifts = self._shifts()
+        limits = [np.maximum(LIKE * seen.sizes, 1) for seen in self.seen]
+
+        def blend_band(band):
+            for side, (seen, view) in enumerate(zip(self.seen, views)):
+                blend(view.fine, view.grey, before[side], shifts[side], seen.choices, seen.ages,
+                      limits[side], after[side], band[1], band[2])
+        crew.each(blend_band, self.bands)
+        self.pictures = after
+
+
+def _quiet(by_tile):
+    """Return what so few tiles are below that they surely show nothing but noise."""
+    flat = by_tile.reshape(-1)
+    place = int(QUIET_TILES * (flat.size - 1))
+    return float(np.partition(flat, place)[place])

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How possible a match is, by census of fine grey and by gradient; at full and at half size.
+
+Not in the paper: its three grey classes (Eq. 1, 2) do not tell pixels apart. The possibility of
+two pixels is 1 - cost / largest cost, a membership that falls linearly with the Hamming distance
+of their 5 x 5 census and with the difference of their gradients (Zabih and Woodfill, 1994).
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.addresses import address_of
+from fuzzy_stereo_ros.matching.kernels.possibility import features
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+import numpy as np
+
+
+class Model(NamedTuple):
+    """The numbers of the possibility and of the smoothness, in cost units, for one image size."""
+
+    near_weight: int        # how often the nearest eight neighbours of the census count: 1 or 2
+    census_cut: int         # a Hamming distance beyond says no more
+    slope_cut: int          # nor does a difference of gradients, in half grey levels
+    box: int                # 0, or costs are sums of 3 x 3 pixels / 2**box
+    small: int              # P1, a change of disparity by one
+    jump: int               # P2, a jump, where grey is flat
+    jump_at_edge: int       # P2 where grey steps by EDGE or more
+
+    @property
+    def largest(self):
+        """The cost of the least possible match."""
+        return self.census_cut + self.slope_cut
+
+
+FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, jump=83,
+                  jump_at_edge=26)
+HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
+                  jump_at_edge=34)
+EDGE = 20           # grey levels of 8 bits
+BRIGHTER = 0.001    # share of an image of 16 bits that may be brighter than white
+
+
+class View:
+    """One image at one size: fine grey, 8-bit grey, census and gradient, allocated once."""
+
+    def __init__(self, rows, columns, mirrored, reach):
+        """reach: how many elements beyond the columns a candidate may lie."""
+        self.rows, self.columns, self.mirrored = rows, columns, mirrored
+        stride = columns + reach + features.SLACK
+        self.fine = np.zeros((rows + 2 * features.MARGIN,
+                              columns + 2 * features.MARGIN + features.SLACK), np.uint16)
+        self.grey = np.zeros((rows, columns + features.SLACK), np.uint8)
+        self.census = np.zeros((rows, 3, stride), np.uint8)
+        self.slopes = np.zeros((rows, stride), np.uint8)
+
+    def read(self, image, shift, places, first, last):
+        """Read the rows of an image, uint8 or uint16, moved to the right by `shift` columns."""
+        fast = shift == 0 and image.dtype == np.uint8 and self.columns >= LANES
+        if image.ndim == 3 and fast:
+            features.fine_grey_of_bytes(image, places, self.mirrored, self.fine, self.grey,
+                                        first, last)
+            return
+        read = features.fine_grey_of_mono if image.ndim == 2 else features.fine_grey_of_colour
+        read(image, shift, places, self.mirrored, self.fine, self.grey, first, last)
+
+    def spread(self, narrow, begin, first, last):
+        """Copy the rows of a view, from column `begin` on, and repeat its border around them."""
+        features.spread(narrow.fine, narrow.grey, narrow.columns, begin, self.fine, self.grey,
+                        self.columns, first, last)
+
+    def halve(self, half, first, last):
+        """Fill the rows of the half-size view."""
+        offset = self.columns - 2 * half.columns if self.mirrored else 0
+        features.halve(self.fine, self.grey, half.columns, offset, half.fine, half.grey,
+                       first, last)
+
+    def describe(self, first, last):
+        """Fill census and gradient of some rows."""
+        features.census(self.fine, self.mirrored, self.columns, self.census, first, last)
+        features.gradient(self.grey, self.mirrored, self.columns, self.slopes, first, last)
+
+
+class CensusPossibility:
+    """The possibility of all matches of a pair at one size, as features to compute costs from."""
+
+    def __init__(self, rows, columns, disparities, model, extra=0):
+        """
+        Allocate for images of a size and a number of disparities.
+
+        extra: columns that the target begins before column 0, see `extra_columns`.
+        """
+        self.model, self.rows, self.columns, self.disparities = model, rows, columns, disparities
+        reach = -(-disparities // 32) * 32
+        self.left = View(rows, columns, False, 0)
+        self.right = View(rows, columns + extra, True, reach)
+        self.features = Features(
+            columns, disparities, model.near_weight, model.census_cut, model.slope_cut,
+            *(address_of(plane) for view in (self.left, self.right)
+              for plane in (view.census, view.slopes)),
+            self.left.census.shape[2], self.left.slopes.shape[1], self.right.census.shape[2])
+        self.penalties = Penalties(model.small, np.zeros((rows, columns), np.uint8),
+                                   np.zeros((rows, columns), np.uint8))
+
+    def describe(self, first, last):
+        """Fill what the rows first .. last are compared by, once both views are read."""
+        self.left.describe(first, last)
+        self.right.describe(first, last)
+        model = self.model
+        features.jump_penalties(
+            self.left.grey, model.jump, model.jump_at_edge,
+            -(-256 * (model.jump - model.jump_at_edge) // EDGE), self.columns,
+            self.penalties.across, self.penalties.down, first, last)
+
+
+def extra_columns(min_disparity, disparities):
+    """
+    Return how many columns the target needs before column 0, where the right image now begins.
+
+    Moved by a negative disparity it begins outside. No more than labels reach are needed, and an
+    even number, so that the half-size views are those of the same columns.
+    """
+    needed = max(min(-min_disparity, disparities + 2 * features.MARGIN), 0)
+    return needed + needed % 2
+
+
+def fine_places(left, right):
+    """
+    Return the power of two that brings a pair of images to 16 bits of fine grey.
+
+    In images of 16 bits few pixels, lamps and faulty ones, may be brighter than what fits: they
+    would leave a dark picture few grey levels.
+    """
+    colour = 2 if left.ndim == 3 else 0
+    if left.dtype == np.uint8:
+        return 8 - colour
+    bits = max(int(left.max()), int(right.max()), 1).bit_length()
+    while bits > 1 and all(np.count_nonzero(image >= 1 << (bits - 1)) <= BRIGHTER * image.size
+                           for image in (left, right)):
+        bits -= 1
+    return 16 - colour - bits

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+From the best chromosome to disparities: which pixels to refuse, medians, sub-pixel, confidence.
+
+Not in the paper, whose maps are whole-pixel and dense.
+"""
+import cv2
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.refinement import medians, output, subpixel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
+    check_consistency, refuse_speckles)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+import numpy as np
+
+ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
+AROUND = 9           # side of the square whose mean certainty is a pixel's confidence
+LEAST_SURE = 1e-6    # less than one certain pixel around gives; any label is as good
+
+
+class Refinement:
+    """Memory for one image size, and the steps in order."""
+
+    def __init__(self, rows, columns, disparities, labels_type):
+        """Allocate for images of a size, and labels of a type."""
+        around = rows + 2 * medians.RADIUS, columns + 2 * medians.RADIUS + 2 * LANES
+        self._bands, self._disparities = cut_bands(rows), disparities
+        self.verdict = np.zeros((rows, columns), np.uint8)
+        self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
+        self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
+        self._members = [np.zeros(medians.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
+        self._median = np.zeros((rows, columns + 2 * LANES), labels_type)
+        self.labels = np.zeros((rows, columns), labels_type)
+        fine_type = np.int16 if disparities < 2000 else np.int32
+        self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
+        self._fine = np.zeros((rows, columns + LANES), fine_type)
+        self._certain, self._blurred = (np.zeros((rows, columns), np.float32) for _ in range(2))
+        self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
+
+    def refuse(self, crew, chosen, inside, speckle_size, speckle_range):
+        """Give the verdict on each pixel: left-right consistency and speckles."""
+        crew.each(lambda band: check_consistency(
+            chosen.labels, chosen.target, self._disparities, inside, self.verdict,
+            band[1], band[2]), self._bands)
+        if speckle_size > 1:
+            refuse_speckles(chosen.labels.reshape(-1), self.verdict.reshape(-1),
+                            self.verdict.shape[1], speckle_range, speckle_size, *self._runs)
+
+    def smooth(self, crew, chromosome, grey):
+        """Take the membership median, then a 5 x 5 median, of the best chromosome: `labels`."""
+        columns = chromosome.shape[1]
+        bits = max(int(self._disparities - 1).bit_length(), 1)
+
+        def pad(band):
+            medians.pad_map(chromosome, columns, self._padded, band[1], band[2])
+            medians.pad_map(grey, columns, self._padded_grey, band[1], band[2])
+        crew.each(pad, self._bands)
+        crew.each(lambda band: medians.membership_median(
+            self._padded, self._padded_grey, ALIKE, bits, columns, self._median,
+            self._members[band[0]], band[1], band[2]), self._bands)
+        cv2.medianBlur(self._median[:, :columns], 5, dst=self.labels)
+
+    def express(self, crew, chosen, config, disparity, confidence):
+        """
+        Write what the user gets.
+
+        disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
+        """
+        threshold = np.float32(max(config.confidence_threshold, LEAST_SURE))
+        crew.each(lambda band: subpixel.fit(
+            chosen.labels, chosen.offsets, self.verdict, self._fitted, band[1], band[2]),
+            self._bands)
+        crew.each(lambda band: subpixel.smooth_offsets(
+            self.labels, self._fitted, *self._rows[band[0]], self._fine, band[1], band[2]),
+            self._bands)
+        crew.each(lambda band: output.certainty(
+            chosen.sums, chosen.margins, self.verdict, self._certain, band[1], band[2]),
+            self._bands)
+        cv2.blur(self._certain, (AROUND, AROUND), dst=self._blurred)
+        crew.each(lambda band: output.write_out(
+            self._fine, self.verdict, self._blurred, config.min_disparity, config.disparities,
+            config.fill, threshold, disparity, confidence, band[1], band[2]), self._bands)

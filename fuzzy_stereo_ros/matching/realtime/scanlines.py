@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The best guess that data alone gives: a chromosome of scanline optima over the possibility.
+
+Not in the paper: a random population never arrives at this chromosome length. Four scanline
+passes (Hirschmueller, 2008) are a memetic step done once for all rows and columns.
+"""
+from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
+from fuzzy_stereo_ros.matching.kernels.addresses import address_of
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
+from fuzzy_stereo_ros.matching.kernels.scanlines.polish import polish_rows
+from fuzzy_stereo_ros.matching.kernels.scanlines import sweep
+from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen, Scratch, Search, Windows
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+import numpy as np
+
+_SLACK = 64          # bytes behind an array that a vector may read or write
+# Rows and arrays that lie a multiple of a page apart push each other out of the cache.
+PAGE = 4096          # bytes
+SHIFT = 448          # bytes
+
+
+def gene_type(disparities):
+    """Return the smallest dtype of genes."""
+    return np.uint8 if disparities <= 256 else np.uint16
+
+
+def prior_of(labels, weights, disparities, *rows):
+    """
+    Return a map as a prior of a search among a number of disparities.
+
+    labels: (R, C); weights: uint8 (R, C), 0 where it says nothing; rows: (dead_zone, cut) for the
+    weights 1, 2, ...: what is added grows by 1 a label beyond the dead zone, up to the cut.
+    """
+    reach = -(-disparities // LANES) * LANES + LANES
+    distance = np.abs(np.arange(-reach, reach))
+    table = [np.zeros_like(distance)]
+    table += [np.clip(distance - dead_zone, 0, cut) for dead_zone, cut in rows]
+    return Prior(labels, weights, np.concatenate(table).astype(np.uint8), reach)
+
+
+class ScanlineGuess:
+    """Scanline optima for one image size: memory, windows of labels, and what was chosen."""
+
+    def __init__(self, possibility, tile):
+        """
+        Allocate for the size of a possibility.
+
+        tile: pixels of a side, 1 or more, of the tiles that search labels of their own. Costs
+        are kept for as many rows of tiles only as a tile and the overlap reach into.
+        """
+        rows, columns = possibility.rows, possibility.columns
+        target_columns = possibility.right.columns
+        self.possibility, self.tile, self.bands = possibility, tile, cut_bands(rows, tile)
+        self.most_blocks = -(-possibility.disparities // LANES)
+        tiles = -(-rows // tile), -(-columns // tile)
+        height, kept = min(tile, rows), min(1 + -(-OVERLAP // tile), tiles[0])
+        self._scratch, self._memory = zip(*(
+            _scratch(columns, target_columns, self.most_blocks, height, kept) for _ in self.bands))
+        self._winners = [np.zeros(columns, np.int64) for _ in self.bands]
+        self.chosen = Chosen(
+            np.zeros((rows, columns), gene_type(possibility.disparities)),
+            np.zeros((rows, columns), np.int8), *(
+                np.zeros((rows, width), np.uint8) for width in (columns, columns, target_columns)))
+        self.windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)),
+                               np.zeros(tiles[0], np.int64))
+        self.no_prior = prior_of(
+            np.zeros((rows, columns), self.chosen.labels.dtype),
+            np.zeros((rows, columns), np.uint8), possibility.disparities)
+        self.search_everything()
+
+    def search_everything(self):
+        """Let each tile search all labels."""
+        self.windows.low[:] = 0
+        self.windows.blocks[:] = self.most_blocks
+        self.pack()
+
+    def pack(self):
+        """Lay the tiles' windows one behind the other in a row of pixels."""
+        columns, windows = self.chosen.labels.shape[1], self.windows
+        widths = np.minimum(self.tile, columns - np.arange(0, columns, self.tile))
+        sizes = windows.blocks * LANES * widths
+        windows.offset[:] = np.cumsum(sizes, axis=1) - sizes
+        used = sizes.sum(axis=1)
+        windows.row_size[:] = used + (SHIFT - used) % PAGE
+
+    def search(self, crew, half_prior=None, previous_prior=None):
+        """Run the passes; the result is in `chosen`. Priors default to none."""
+        # kept because what was searched last, and is polished by, has only their addresses
+        self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
+        self._last = self.search_by(*self._priors)
+        crew.each(lambda band: self._search_band(*band), self.bands)
+
+    def _given(self, band):
+        """Return the last search and the memory of a band, as kernels take them."""
+        return tuple(self._last), tuple(self._scratch[band])
+
+    def _search_band(self, band, first, last):
+        """Sweep down and up through one row of tiles after the other."""
+        given = self._given(band)
+        start, priced = max(first - OVERLAP, 0), first
+        sweep.outside(*given, start, first, True)
+        for strip in range(first, last, self.tile):
+            end = min(strip + self.tile, last)
+            below = min(end + OVERLAP, self._last.rows)
+            sweep.downwards(*given, start, priced, min(below, last))
+            sweep.outside(*given, max(priced, min(below, last)), below, False)
+            sweep.upwards(*given, strip, end, below - 1)
+            priced = below
+
+    def search_by(self, half_prior, previous_prior):
+        """Return what the sweeps work on; its arrays belong to this object or its arguments."""
+        seen, model = self.possibility.features, self.possibility.model
+        penalties, windows, chosen = self.possibility.penalties, self.windows, self.chosen
+        return Search(
+            *chosen.labels.shape, seen.disparities, chosen.labels.itemsize, model.box,
+            seen.near_weight, seen.census_cut, seen.slope_cut, penalties.small,
+            *map(address_of, (penalties.across, penalties.down)),
+            seen.census, seen.slopes, seen.target_census, seen.target_slopes,
+            seen.census_stride, seen.slope_stride, seen.target_stride,
+            chosen.target.shape[1], *_leaning(half_prior), *_leaning(previous_prior), self.tile,
+            windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
+
+    def polish(self, crew, penalties, chromosome):
+        """
+        Sweep a chromosome, in place: even rows, then odd ones, each to its exact optimum.
+
+        By the costs of the last search; penalties: those of the fitness; chromosome: (R, C).
+        """
+        for parity in (0, 1):
+            crew.each(lambda band, parity=parity: polish_rows(
+                *self._given(band[0]), *penalties, chromosome, parity, band[1], band[2],
+                self._winners[band[0]]), self.bands)
+
+
+def _leaning(prior):
+    """Return what a Search holds of a prior."""
+    return (*map(address_of, (prior.labels, prior.weights, prior.table)), prior.reach)
+
+
+def _scratch(columns, target_columns, blocks, height, kept):
+    """
+    Return the working memory of a band: a Scratch and the array that its addresses lie in.
+
+    blocks: of a window at most; height: rows of a row of tiles; kept: rows of tiles.
+    """
+    row, words, labels = columns * LANES * blocks + PAGE, columns + LANES, LANES * blocks
+    sizes = {
+        'costs': kept * height * row, 'sums': kept * height * row, 'down': row, 'up': row,
+        'carried': row, 'chains': ROWS_AT_ONCE * labels, 'labels': max(labels, 256) + 128,
+        'outside': labels, 'ring': 3 * row, 'codes': 4 * 4 * ROWS_AT_ONCE * words,
+        'leanings': 4 * 2 * ROWS_AT_ONCE * words, 'across': 4 * ROWS_AT_ONCE * words,
+        'below': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns,
+        'least_below': columns, 'least_above': columns, 'rivals': 2 * target_columns}
+    places, end = {}, 0
+    for name, size in sizes.items():
+        places[name] = end
+        end += -(-(size + _SLACK) // PAGE) * PAGE + SHIFT
+    memory = np.zeros(end + PAGE, np.uint8)
+    start = memory.ctypes.data + -memory.ctypes.data % PAGE
+    return Scratch(height * row, kept, labels, words,
+                   **{name: start + place for name, place in places.items()}), memory

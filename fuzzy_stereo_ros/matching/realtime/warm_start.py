@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the previous frame is good for: pictures to average with, and its best chromosome.
+
+Not in the paper. A fit map is no proof of freshness: where nothing denies it, a stale previous
+best would freeze the picture. So both count only in the tiles that show the same, but for noise,
+as they did; and the chromosome only where it was consistent, is flat and agrees with the half
+map, the cold witness. Without noise it has nothing to add, and is not asked.
+"""
+from dataclasses import dataclass
+
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
+from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
+from fuzzy_stereo_ros.matching.kernels.temporal import trust
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import bring_forward
+from fuzzy_stereo_ros.matching.realtime.averaging import Averaging
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
+import numpy as np
+
+QUIET = 0.2          # grey levels of noise below which the previous best is not asked
+DISTANCE = 3         # px that a trusted gene may differ from the half map
+FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
+DEAD_ZONE = 0        # of the prior
+CUTS = 1, 2, 4       # what another label costs more at the most, by frames that a tile survived
+LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
+
+
+@dataclass(frozen=True)
+class FrameState:
+    """
+    What a frame hands on to the next one; plain arrays, so that it can be saved.
+
+    labels: uint8 or uint16 (R, C), the best chromosome; verdict: uint8 (R, C), 0 = consistent;
+    pictures: uint16 (2, R, C), fine grey of both views, averaged, the right one mirrored; ages:
+    float32 (2, tile rows, tile columns), of how many frames; stamp: ns or None; frame: its
+    number; disparities, min_disparity, reference: what labels mean, and of which image.
+    """
+
+    labels: np.ndarray
+    verdict: np.ndarray
+    pictures: np.ndarray
+    ages: np.ndarray
+    stamp: int | None
+    frame: int
+    disparities: int
+    min_disparity: int
+    reference: str
+
+    def fits(self, shape, config, stamp):
+        """Return whether a pair of a shape, taken at a stamp, may start from this frame."""
+        if self.labels.shape != shape or (
+                self.disparities, self.min_disparity, self.reference) != (
+                config.disparities, config.min_disparity, config.reference):
+            return False
+        if stamp is None or self.stamp is None:
+            return stamp is self.stamp
+        return 0 < stamp - self.stamp <= LONGEST_GAP_NS
+
+
+class WarmStart:
+    """What the previous frame gives to this one: averaged views, and a prior of the guess."""
+
+    def __init__(self, rows, columns, disparities):
+        """Allocate for images of a size and a number of disparities."""
+        half = rows // 2, columns // 2
+        self._averaging = Averaging(rows, columns)
+        self._half_labels = np.zeros(half, gene_type(disparities))
+        self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
+        self._nothing = np.zeros((rows, columns), self._half_labels.dtype)
+        self._moved = np.zeros_like(self._nothing), np.zeros((rows, columns), np.uint8)
+        self._weights = np.zeros((rows, columns), np.uint8)
+        self._strengths = np.zeros_like(self._averaging.seen[0].choices, np.uint8)
+        self.prior = prior_of(self._nothing, self._weights, disparities,
+                              *((DEAD_ZONE, cut) for cut in CUTS))
+
+    def average(self, crew, state, *views):
+        """Average the left and the right view with those of a state; from None, start anew."""
+        if state is None:
+            self._averaging.begin(crew, views)
+        else:
+            self._averaging.average(crew, views, state.pictures, state.ages)
+
+    def judge(self, crew, state, coarse):
+        """Make the prior from the previous best of a state: an empty one where there is none."""
+        left, bands = self._averaging.seen[0], self._averaging.bands
+        trust.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
+        if self._averaging.noise < QUIET or not self._strengths.any():
+            self._weights[:] = 0
+            self.prior = self.prior._replace(labels=self._nothing)
+            return
+        labels, verdict, shift = state.labels, state.verdict, self._averaging.shift
+        if any(shift):
+            def move(band):
+                for source, outside, moved in zip((labels, verdict), (0, OUTSIDE), self._moved):
+                    bring_forward(source, left.choices, *shift, outside, moved,
+                                  band[1], band[2])
+            crew.each(move, bands)
+            labels, verdict = self._moved
+        trust.trusted_cells(labels, verdict, coarse.labels, DISTANCE, self._half_labels,
+                            self._trusted, 0, len(self._trusted))
+        narrowing.flat(self._half_labels, FLAT, self._smooth)
+        crew.each(lambda band: trust.lean_on_previous(
+            self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
+        self.prior = self.prior._replace(labels=labels)
+
+    def hand_on(self, labels, verdict, config, stamp, frame):
+        """Return the state of this frame for the next one."""
+        return FrameState(labels.copy(), verdict.copy(), self._averaging.pictures,
+                          self._averaging.ages, stamp, frame, config.disparities,
+                          config.min_disparity, config.reference)
