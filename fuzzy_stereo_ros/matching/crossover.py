@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Crossover of two parents, the same for all profiles: whose genes the child takes, and its gain.
+
+A profile states what taking the second parent's genes changes, in an `Exchange`; a crossover
+chooses the cells that take them: those below a line (the paper's), connected regions (Whitley et
+al., Partition crossover, 2009), or the best of all choices, by a minimum cut (Lempitsky et al.,
+Fusion moves for Markov random field optimization, 2010).
+"""
+from fuzzy_stereo_ros.matching.kernels.genetic.cut import decide, load, unload
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import take_below, total_change, widest
+from fuzzy_stereo_ros.matching.kernels.genetic.max_flow import maximum_flow
+from fuzzy_stereo_ros.matching.kernels.genetic.regions import take_regions
+import numpy as np
+
+LARGEST = 2**26     # a change of cost, of one cell or of two together, is at most this
+
+
+class Exchange:
+    """
+    What it changes that a child takes genes of its second parent, where its parents differ.
+
+    cells: int32 (n,), row * C + column of the cells where they differ, ascending
+    alone: int32 (n,), change of cost if this cell alone takes the second parent's gene
+    pairs: int32 (n, K), what is added where the cell and an earlier neighbour both take theirs, 0
+    where that neighbour is no cell; K = 2: left, up; K = 4: left, up-left, up, up-right
+    taken: bool (n,), which cells a crossover has chosen
+    """
+
+    def __init__(self, rows, columns, neighbours):
+        """neighbours: 4 or 8, of a cell in the sums of costs."""
+        self.shape, self.neighbours = (rows, columns), neighbours
+        size = rows * columns
+        # one more: where the parents agree is written too, and overwritten
+        self.all_cells = np.zeros(size + 1, np.int32)
+        self._alone, self._taken = np.zeros(size, np.int32), np.zeros(size, np.bool_)
+        self._pairs = np.zeros((size, neighbours // 2), np.int32)
+        self.hold(0)
+
+    def hold(self, number):
+        """Hold a number of cells, written in all_cells; their changes are to be written next."""
+        self.cells, self.alone, self.pairs, self.taken = (
+            memory[:number]
+            for memory in (self.all_cells, self._alone, self._pairs, self._taken))
+
+    def total(self):
+        """Return how much more the second parent costs than the first one."""
+        return total_change(self.alone, self.pairs)
+
+
+class Line:
+    """The paper's crossover: the second parent's genes below a random line, fitter or not."""
+
+    def __call__(self, exchange, random):
+        """Choose the cells; return the change of cost."""
+        row = int(random.uniform(1)[0] * exchange.shape[0])
+        return take_below(exchange.cells, exchange.alone, exchange.pairs, exchange.shape[1],
+                          row, exchange.taken)
+
+
+class Regions:
+    """Partition crossover: connected regions of cells are taken whole where that is cheaper."""
+
+    def __init__(self, rows, columns, advantage=0):
+        """advantage: cost a cell by which a region must be the cheaper one to be taken."""
+        self._columns, self._advantage = columns, advantage
+        size = rows * columns
+        self._region = np.zeros(size, np.int32)
+        self._parent, self._size = (np.zeros(size // 2 + 2, np.int32) for _ in range(2))
+        self._change = np.zeros(size // 2 + 2, np.int64)
+
+    def __call__(self, exchange, random=None):
+        """Choose the cells; return the change of cost, not above 0."""
+        exchange.taken[:] = True
+        return self.keep_gains(exchange)
+
+    def keep_gains(self, exchange):
+        """Leave those connected regions of the taken cells that gain nothing."""
+        return take_regions(
+            exchange.cells, exchange.alone, exchange.pairs, self._columns, self._advantage,
+            exchange.taken, self._region, self._parent, self._change, self._size)
+
+
+class Cut:
+    """
+    Fusion by minimum cut: of all choices of cells the cheapest, of these the one of least cells.
+
+    It is the cheapest where no pair is above 0. Pairs above 0 count as 0 in the cut; afterwards
+    each connected region of cells that it has chosen is taken only if that is cheaper.
+    """
+
+    def __init__(self, rows, columns, neighbours):
+        """Allocate the grid: the image with a border."""
+        self._columns = columns
+        wide = columns + 1
+        ahead = [1, wide + 1, wide, wide - 1] if neighbours == 8 else [1, wide]
+        self._offsets = np.array([sign * step for step in ahead for sign in (-1, 1)])
+        size, places = rows * columns + 1, (rows + 2) * wide + 1
+        self._weight = np.zeros((places, neighbours), np.int32)
+        self._change, self._room, self._stamp, self._distance = (
+            np.zeros(places, np.int32) for _ in range(4))
+        self._state = np.zeros(places, np.uint8)
+        self._tree, self._parent = (np.zeros(places, np.int8) for _ in range(2))
+        self._waiting = np.zeros(places, np.bool_)
+        self._places, self._open, self._active, self._orphans = (
+            np.zeros(size, np.int32) for _ in range(4))
+        self._regions = Regions(rows, columns)
+
+    def __call__(self, exchange, random=None):
+        """Choose the cells; return the change of cost, not above 0."""
+        if widest(exchange.alone, exchange.pairs) > LARGEST:
+            raise ValueError(f'a change of cost is beyond {LARGEST}')
+        places = self._places[:exchange.cells.size]
+        load(exchange.cells, exchange.alone, exchange.pairs, self._columns, self._offsets,
+             places, self._weight, self._change, self._state)
+        number = decide(places, self._offsets, self._weight, self._change, self._room,
+                        self._state, self._open)
+        maximum_flow(self._open[:number], self._offsets, self._weight, self._change, self._tree,
+                     self._parent, self._stamp, self._distance, self._active, self._waiting,
+                     self._orphans)
+        unload(places, self._state, self._tree, self._weight, exchange.taken)
+        return self._regions.keep_gains(exchange)

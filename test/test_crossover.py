@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Crossover by a line, by regions and by a minimum cut, over exchanges made up."""
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST, Line, Regions
+from hypothesis import assume, given, settings, strategies as st
+import networkx
+import numpy as np
+import pytest
+import reference_crossover as twins
+
+sizes = st.integers(1, 7)
+
+
+class Draws:
+    """A random source that draws one number again and again."""
+
+    def __init__(self, number):
+        """Keep the number, from 0 up to but not including 1."""
+        self._number = number
+
+    def uniform(self, count):
+        """Return as many draws as are asked for."""
+        return np.full(count, self._number)
+
+
+def exchange_of(shape, neighbours, seed, share=1.0, alone=(-10, 31), together=(-20, 1)):
+    """Return an Exchange of random cells; alone, together: the range of changes of cost."""
+    random = np.random.default_rng([seed, *shape])
+    exchange = Exchange(*shape, neighbours)
+    cells = np.flatnonzero(random.random(shape[0] * shape[1]) < share)
+    exchange.all_cells[:cells.size] = cells
+    exchange.hold(cells.size)
+    exchange.alone[:], exchange.pairs[:] = random.integers(*alone, cells.size), 0
+    for one, _, side in twins.pairs_of(exchange):
+        exchange.pairs[one, side] = random.integers(*together)
+    return exchange
+
+
+@st.composite
+def exchanges(draw, together=(-20, 1), side=sizes):
+    return exchange_of((draw(side), draw(side)), draw(st.sampled_from([4, 8])),
+                       draw(st.integers(0, 10**6)), draw(st.sampled_from([0, 0.2, 0.5, 0.8, 1])),
+                       draw(st.sampled_from([(-10, 31), (-30, 11), (0, 31), (0, 61), (0, 1)])),
+                       together)
+
+
+def crossed(crossover, exchange):
+    """Return which cells a crossover takes; what it returns is the change of cost."""
+    exchange.taken[:] = False
+    change = crossover(exchange)
+    assert change == twins.change_of(exchange, exchange.taken)
+    return exchange.taken.copy()
+
+
+def cut(exchange):
+    return crossed(Cut(*exchange.shape, exchange.neighbours), exchange)
+
+
+def least_cost_by_flow(exchange):
+    """Return the change of cost of the best choice, by networkx; pairs not above 0."""
+    graph, constant = networkx.DiGraph(), 0
+    graph.add_nodes_from(['first', 'second'])
+    alone = [int(change) for change in exchange.alone]
+    for one, other, side in twins.pairs_of(exchange):
+        weight = -int(exchange.pairs[one, side])
+        alone[one] -= weight
+        graph.add_edge(one, other, capacity=weight)
+    for index, change in enumerate(alone):
+        if change < 0:
+            constant += change
+            graph.add_edge('second', index, capacity=-change)
+        else:
+            graph.add_edge(index, 'first', capacity=change)
+    return constant + networkx.minimum_cut_value(graph, 'second', 'first')
+
+
+# ---- whole regions ----
+
+
+@settings(max_examples=200, deadline=None)
+@given(exchanges((-20, 21), st.integers(1, 12)), st.sampled_from([0, 1, 5]))
+def test_regions_are_taken_as_by_trying_each(exchange, advantage):
+    taken = crossed(Regions(*exchange.shape, advantage), exchange)
+    np.testing.assert_array_equal(taken, twins.regions(exchange, advantage))
+
+
+@pytest.mark.parametrize('neighbours', [4, 8])
+@pytest.mark.parametrize('cells', [(2, 3), (2, 6), (3, 5)])
+def test_cells_at_opposite_ends_of_rows_are_no_neighbours(cells, neighbours):
+    exchange = Exchange(3, 3, neighbours)
+    exchange.all_cells[:2] = cells
+    exchange.hold(2)
+    exchange.alone[:], exchange.pairs[:] = (-5, 9), 0
+    np.testing.assert_array_equal(crossed(Regions(3, 3), exchange), [True, False])
+
+
+@pytest.mark.parametrize('neighbours', [4, 8])
+@pytest.mark.parametrize('shape', [(1, 1), (1, 2), (2, 1), (3, 3), (7, 9), (8, 8)])
+def test_the_memory_is_enough_for_regions_of_one_cell(shape, neighbours):
+    exchange = Exchange(*shape, neighbours)
+    apart = np.indices(shape) % 2
+    cells = np.flatnonzero(apart.sum(axis=0) == 0 if neighbours == 8 else apart[0] == apart[1])
+    exchange.all_cells[:cells.size] = cells
+    exchange.hold(cells.size)
+    exchange.alone[:], exchange.pairs[:] = -5, 0
+    assert crossed(Regions(*shape), exchange).all()
+
+
+# ---- the minimum cut ----
+
+
+@settings(max_examples=100, deadline=None)
+@given(exchanges(side=st.integers(1, 3)))
+def test_a_cut_is_the_cheapest_of_all_choices_and_of_these_that_of_the_fewest_cells(exchange):
+    np.testing.assert_array_equal(cut(exchange), twins.cheapest_choice(exchange))
+
+
+@settings(max_examples=100, deadline=None)
+@given(exchanges(side=st.integers(1, 14)))
+def test_a_cut_costs_what_another_maximum_flow_says(exchange):
+    assert twins.change_of(exchange, cut(exchange)) == least_cost_by_flow(exchange)
+
+
+@settings(max_examples=100, deadline=None)
+@given(exchanges())
+def test_a_cut_gains_at_least_what_regions_gain(exchange):
+    by_regions = crossed(Regions(*exchange.shape), exchange)
+    assert twins.change_of(exchange, cut(exchange)) <= twins.change_of(exchange, by_regions)
+
+
+@settings(max_examples=200, deadline=None)
+@given(exchanges((-20, 31)))
+def test_a_cut_counts_pairs_above_0_as_0_and_then_leaves_the_regions_that_lose(exchange):
+    taken, pairs = cut(exchange), exchange.pairs.copy()
+    exchange.pairs[:] = np.minimum(pairs, 0)
+    cut(exchange)
+    exchange.pairs[:] = pairs
+    assert Regions(*exchange.shape).keep_gains(exchange) == twins.change_of(exchange, taken) <= 0
+    np.testing.assert_array_equal(exchange.taken, taken)
+
+
+@settings(max_examples=50, deadline=None)
+@given(exchanges(side=st.integers(1, 14)), st.integers(0, 999))
+def test_a_cut_does_not_depend_on_what_was_cut_before(exchange, seed):
+    fresh, used = cut(exchange), Cut(*exchange.shape, exchange.neighbours)
+    used(exchange_of(exchange.shape, exchange.neighbours, seed, 1, (0, 31)))
+    assert not used(Exchange(*exchange.shape, exchange.neighbours))
+    np.testing.assert_array_equal(crossed(used, exchange), fresh)
+
+
+@settings(max_examples=50, deadline=None)
+@given(exchanges())
+def test_pairs_with_what_is_no_cell_count_for_nothing(exchange):
+    expected, used = cut(exchange), Cut(*exchange.shape, exchange.neighbours)
+    there = np.zeros(exchange.pairs.shape, bool)
+    for one, _, side in twins.pairs_of(exchange):
+        there[one, side] = True
+    exchange.pairs[~there] = -9
+    for _ in range(2):      # as they could be left in memory
+        np.testing.assert_array_equal(crossed(used, exchange), expected)
+
+
+@pytest.mark.parametrize('neighbours', [4, 8])
+@pytest.mark.parametrize('shape', [(1, 40), (40, 1), (2, 30), (30, 2)])
+def test_a_cut_of_the_widest_changes_is_exact(shape, neighbours):
+    for seed in range(20):
+        exchange = exchange_of(shape, neighbours, seed, 0.9, (-LARGEST, LARGEST + 1),
+                               (-LARGEST, 1))
+        assert twins.change_of(exchange, cut(exchange)) == least_cost_by_flow(exchange)
+
+
+@pytest.mark.parametrize('neighbours', [4, 8])
+def test_the_widest_changes_of_all_cells_at_once_do_not_overflow(neighbours):
+    exchange = exchange_of((9, 9), neighbours, 0, 1, (LARGEST, LARGEST + 1),
+                           (-LARGEST, 1 - LARGEST))
+    assert cut(exchange).all()
+    exchange = exchange_of((9, 9), neighbours, 0, 1, (-LARGEST, 1 - LARGEST),
+                           (-LARGEST, 1 - LARGEST))
+    assert cut(exchange).all()
+
+
+@pytest.mark.parametrize('change', [LARGEST + 1, -LARGEST - 1, -2**31, 2**31 - 1])
+@pytest.mark.parametrize('memory', ['alone', 'pairs'])
+def test_changes_beyond_the_largest_are_refused(change, memory):
+    exchange = exchange_of((3, 4), 4, 0)
+    getattr(exchange, memory)[-1] = change
+    with pytest.raises(ValueError, match=f'is beyond {LARGEST}'):
+        cut(exchange)
+
+
+# ---- the line ----
+
+
+@settings(max_examples=100, deadline=None)
+@given(exchanges((-20, 21)), st.floats(0, 1, exclude_max=True))
+def test_all_cells_below_a_line_are_taken(exchange, draw):
+    taken = crossed(lambda exchange: Line()(exchange, Draws(draw)), exchange)
+    rows = exchange.cells // exchange.shape[1]
+    np.testing.assert_array_equal(taken, rows >= int(draw * exchange.shape[0]))
+
+
+# ---- all of them ----
+
+
+@settings(max_examples=50, deadline=None)
+@given(exchanges((-20, 21)))
+def test_the_total_of_an_exchange_is_the_change_where_all_is_taken(exchange):
+    assert exchange.total() == twins.change_of(exchange, np.ones(exchange.cells.size, bool))
+
+
+@settings(max_examples=50, deadline=None)
+@given(exchanges((-20, 21)))
+def test_nothing_is_taken_where_nothing_differs_in_cost(exchange):
+    assume(exchange.cells.size)
+    exchange.alone[:], exchange.pairs[:] = 0, 0
+    assert not crossed(Regions(*exchange.shape), exchange).any()
+    assert not cut(exchange).any()
