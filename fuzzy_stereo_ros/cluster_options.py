@@ -9,8 +9,7 @@ import tempfile
 
 from fuzzy_stereo_ros.interruption import Interruption, undisturbed
 from fuzzy_stereo_ros.pairs.bag_reading import text_of
-from fuzzy_stereo_ros.replay_cluster import (
-    check_version, Cluster, ClusterFault, PACKAGE, unfit)
+from fuzzy_stereo_ros.replay_cluster import check_version, Cluster, ClusterFault, PACKAGE, unfit
 from fuzzy_stereo_ros.replay_request import WARM_PAIRS
 from fuzzy_stereo_ros.replay_segments import SEGMENT_PAIRS
 from fuzzy_stereo_ros.versions import versions

@@ -32,7 +32,7 @@ def draw_curves(places, course):
     power = math.floor(math.log10(largest)) if largest >= LARGE else 0
     for name, colour in COLOURS.items():
         _draw_curve(fitness, course, name, 10.0**-power, color=colour, label=name)
-    scale = 'Eq. 3' if course.config.search == 'paper' else '1 is perfect'
+    scale = 'Eq. 3' if course.config.algorithm == 'paper' else '1 is perfect'
     fitness.set_title(f'fitness ({scale})' + (f' / 1e{power}' if power else ''), size='medium',
                       pad=18)
     fitness.legend(fontsize='small', loc='lower right', bbox_to_anchor=(1, 1), ncols=3,

@@ -3,8 +3,7 @@
 """The film of an evolution: a frame for each generation, drawn as it comes."""
 from fuzzy_stereo_ros import evolution_curves as curves, evolution_panels as panels
 from fuzzy_stereo_ros.evolution_record import mutates
-from fuzzy_stereo_ros.evolution_sheet import (
-    GAP, LEGEND, picture_height, Sheet, Strip, TITLE)
+from fuzzy_stereo_ros.evolution_sheet import GAP, LEGEND, picture_height, Sheet, Strip, TITLE
 from fuzzy_stereo_ros.video import VideoFile
 import numpy as np
 

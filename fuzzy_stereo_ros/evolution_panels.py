@@ -11,12 +11,10 @@ import numpy as np
 ORIGIN_COLOURS = {ALIKE: '#d9d9d9', FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
 ORIGIN_WORDS = {
     'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
-    'guided': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
-               SECOND: 'from the other seed', MUTATED: 'from a mutant'},
-    'thorough': {ALIKE: 'alike in both', FIRST: 'kept, the child differs',
-                 SECOND: 'from the child'}}
-SEARCHES = {'paper': 'search of the paper', 'guided': 'guided search',
-            'thorough': 'thorough search'}
+    'realtime': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
+                 SECOND: 'from the other seed'},
+    'quality': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
+                SECOND: 'from mutants and others'}}
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'     # no genes to tell of; no ground truth
 
 
@@ -43,9 +41,8 @@ def panels_of(snapshot, course):
         panels['origin'] = Panel(nothing if snapshot.origin is None else snapshot.origin,
                                  _origin_title(snapshot, config))
     if mutates(config, config.generations):
-        what = 'mutation or sweep' if _sweeps(config) else 'mutation'
-        panels['struck'] = Panel(100 * snapshot.struck, f'where {what} struck') \
-            if mutates(config, snapshot.number) else Panel(nothing, f'no {what} yet')
+        panels['struck'] = Panel(100 * snapshot.struck, 'where mutation struck') \
+            if mutates(config, snapshot.number) else Panel(nothing, 'no mutation yet')
     return panels
 
 
@@ -53,15 +50,10 @@ def _origin_title(snapshot, config):
     """Return whose genes the origins of a Snapshot are."""
     if snapshot.origin is None:
         return 'no parents yet'
-    if config.search != 'paper':
+    if config.algorithm != 'paper':
         return f'its genes, {100 * np.isin(snapshot.origin, (SECOND, MUTATED)).mean():.2f} % new'
     return 'parents of the fittest child, ' + (
         'the new best' if snapshot.is_best else 'not the best')
-
-
-def _sweeps(config):
-    """Return whether what a sweep made is among the mutants."""
-    return config.search == 'guided' and config.sweeps > 0
 
 
 def draw_panel(place, name, panel, config):
@@ -98,7 +90,7 @@ def _colours(name, config):
         return {'cmap': 'viridis', 'vmin': 0, 'vmax': 1}
     if name == 'struck':
         # The paper's patches fall where they may: few cells are struck in half of the rate.
-        top = max(50 * config.mutation_rate, 1) if config.search == 'paper' else 100
+        top = max(50 * config.mutation_rate, 1) if config.algorithm == 'paper' else 100
         return {'cmap': 'magma', 'vmin': 0, 'vmax': top}
     from matplotlib.colors import ListedColormap
 
@@ -112,7 +104,7 @@ def explain(sheet, row, column, name, drawn, config):
     if name == 'origin':
         _explain_origins(drawn.axes, config)
     elif name == 'struck':
-        extend = 'max' if config.search == 'paper' else 'neither'
+        extend = 'max' if config.algorithm == 'paper' else 'neither'
         sheet.bar(drawn, row, column, '% of the children', extend=extend)
     elif name == 'error':
         sheet.bar(drawn, row, column, 'error in px; grey does not count', extend='max')
@@ -123,11 +115,9 @@ def explain(sheet, row, column, name, drawn, config):
 def _explain_origins(place, config):
     from matplotlib.patches import Patch
 
-    words = dict(ORIGIN_WORDS[config.search])
+    words = dict(ORIGIN_WORDS[config.algorithm])
     if not mutates(config, config.generations):
         words.pop(MUTATED, None)
-    elif _sweeps(config):
-        words[MUTATED] += ' or sweep'
     place.legend(handles=[Patch(color=ORIGIN_COLOURS[code], label=word)
                           for code, word in words.items()],
                  ncols=2, loc='upper center', bbox_to_anchor=(0.5, 0), borderaxespad=0.5,
@@ -137,7 +127,7 @@ def _explain_origins(place, config):
 def title_of(course):
     """Return what is evolved, and how far it has come, in one line."""
     config, lowest = course.config, course.config.min_disparity
-    most = 'at most ' if config.patience else ''
+    most = 'at most ' if config.algorithm == 'realtime' else ''     # which converges
     return (f'generation {course.rows[-1].number} of {most}{config.generations}, '
-            f'{SEARCHES[config.search]}, population {config.population}, disparities {lowest} to '
+            f'profile {config.algorithm}, population {config.population}, disparities {lowest} to '
             f'{lowest + config.disparities - 1} px')

@@ -55,7 +55,7 @@ def evolution_figure(course, match):
 def _show_whole(sheet, across, course, match):
     """Draw what belongs to no single generation."""
     panels.draw_image(sheet.picture(0, 0), course)
-    result = 'result' if course.config.search == 'paper' else 'result, refined'
+    result = 'result' if course.config.algorithm == 'paper' else 'result, refined'
     if np.isnan(match.disparity).any():
         result += '; dark is invalid'
     maps = [panels.Panel(match.disparity, result)]

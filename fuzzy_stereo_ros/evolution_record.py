@@ -4,7 +4,7 @@
 An evolution as it can be shown: generation by generation, who came from whom, what mutation did.
 
 Nothing here takes part in matching. Where genes came from is told by comparing a generation with
-the one before, and by the kinship that the paper's search keeps.
+the one before, and by the kinship that the paper's algorithm keeps.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -26,7 +26,7 @@ class Snapshot:
     best: float32 (R, C), px, the fittest chromosome. possibility: float32 (R, C), 0 to 1, of it.
     fitness: float64 (P,), of all, higher is fitter.
     origin: uint8 (R, C), where the genes of one chromosome came from: of the fittest child in the
-    paper's search, of the fittest itself in the others, whose fittest takes in what is fitter.
+    paper's algorithm, of the fittest itself in the others, whose fittest takes in what is fitter.
     FIRST, SECOND: only this parent has the gene; ALIKE: all of them do; MUTATED: mutation made
     it. None for the initial population.
     is_best: whether that chromosome is the fittest of all.
@@ -53,10 +53,10 @@ def watched_match(config, left, right, tell):
     config = replace(config, deadline_ms=0.0)
     matcher, look = StereoMatcher(replace(config, generations=0)), _Look(config)
     matcher.match(left, right)
-    tell(look.at(0, matcher.search, matcher.search.population))
+    tell(look.at(0, matcher.algorithm, matcher.algorithm.population.genes))
     matcher = StereoMatcher(config)
     return matcher.match(left, right, observe=lambda number, population: tell(
-        look.at(number, matcher.search, population)))
+        look.at(number, matcher.algorithm, population)))
 
 
 class Row(NamedTuple):
@@ -104,8 +104,8 @@ class Course:
 
 
 def mutates(config, number):
-    """Return whether the search of a MatcherConfig may mutate in the generation of a number."""
-    return number > {'paper': 0, 'guided': 1}.get(config.search, number)
+    """Return whether the algorithm of a MatcherConfig may mutate in the generation of a number."""
+    return config.algorithm == 'paper' and number > 0
 
 
 class _Look:
@@ -114,23 +114,23 @@ class _Look:
     def __init__(self, config):
         self._config, self._former = config, None
 
-    def at(self, number, search, population):
-        """Return the Snapshot of a search that has come to a generation."""
-        best = population[search.best]
+    def at(self, number, algorithm, population):
+        """Return the Snapshot of an algorithm that has come to a generation."""
+        evolved = algorithm.population
+        best = population[evolved.best]
         origin, is_best, struck = None, False, np.zeros(best.shape, np.float32)
         if number:
-            if self._config.search == 'paper':
+            if self._config.algorithm == 'paper':
                 origin, child, struck = of_fittest_child(
-                    self._former, population, search.fitness, search.kinship)
-                is_best = child == search.best
+                    self._former, population, evolved.fitness, evolved.kinship)
+                retained = np.delete(evolved.fitness, evolved.kinship.children)
+                is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
             else:
-                origin, struck = of_improved_fittest(self._former, population,
-                                                     mutates(self._config, number))
-                is_best = True
+                origin, is_best = of_improved_fittest(self._former, population), True
         self._former = population.copy()
         lowest = np.float32(self._config.min_disparity)
         return Snapshot(number, self._upright(best + lowest),
-                        self._upright(search.possibility_of(best)), search.fitness.copy(),
+                        self._upright(algorithm.possibility_of(best)), evolved.fitness.copy(),
                         None if origin is None else self._upright(origin), is_best,
                         self._upright(struck))
 
@@ -141,47 +141,43 @@ class _Look:
 
 def of_fittest_child(former, population, fitness, kinship):
     """
-    Return origin (R, C) and number of the fittest child of the paper's search, and `struck`.
+    Return origin (R, C) and number of the fittest child of the paper's algorithm, and `struck`.
+
+    Genes that both parents have count as the first one's.
 
     former, population: (P, R, C) of two generations; fitness: float64 (P,) of the newer;
     kinship: its Kinship. Without children the fittest has its own genes; see `Snapshot`.
     """
-    elite = min(kinship.elite.size, len(population))
-    children = range(elite, len(population))
     shape = population.shape[1:]
-    if not children:
+    if not kinship.children.size:
         return np.full(shape, FIRST, np.uint8), int(fitness.argmax()), np.zeros(shape, np.float32)
-    fittest = elite + int(fitness[elite:].argmax())
+    fittest = kinship.children[fitness[kinship.children].argmax()]
     counts = np.zeros(shape, int)
-    for child in children:
-        first, second = kinship.parents[child]
-        line = kinship.lines[child]
-        changed = np.concatenate([population[child, :line] != former[first, :line],
-                                  population[child, line:] != former[second, line:]])
+    for child, parents in zip(kinship.children, kinship.parents):
+        of_first, of_second = (population[child] == former[parent] for parent in parents)
+        changed = ~of_first & ~of_second
         counts += changed
         if child == fittest:
-            origin = np.full(shape, FIRST, np.uint8)
-            origin[line:] = SECOND
+            origin = np.where(of_first, FIRST, SECOND).astype(np.uint8)
             origin[changed] = MUTATED
-    return origin, fittest, (counts / len(children)).astype(np.float32)
+    return origin, int(fittest), (counts / kinship.children.size).astype(np.float32)
 
 
-def of_improved_fittest(former, population, mutated):
+def of_improved_fittest(former, population):
     """
-    Return origin (R, C) of a fittest that was crossed in place, and `struck`.
+    Return the origin, uint8 (R, C), of a fittest that was crossed in place.
 
     The first of a population is the fittest, the others are what it was crossed with: those
     that are new where there are any. FIRST is then what it kept where another had a different
-    gene, and SECOND, or MUTATED where the others are mutants of it, what it took over.
-    former, population: (P, R, C) of two generations; mutated: whether the others are mutants.
+    gene, and SECOND what it took over.
+    former, population: (P, R, C) of two generations
     """
     kept, fittest, others = former[0], population[0], population[1:]
     new = [other for slot, other in enumerate(others, start=1)
            if slot >= len(former) or not np.array_equal(other, former[slot])]
-    counts = np.zeros(kept.shape, int)
+    differs = np.zeros(kept.shape, bool)
     for other in new or others:
-        counts += other != kept
-    origin = np.where(counts > 0, FIRST, ALIKE).astype(np.uint8)
-    origin[fittest != kept] = MUTATED if mutated else SECOND
-    struck = counts / len(new) if mutated and new else np.zeros(kept.shape)
-    return origin, struck.astype(np.float32)
+        differs |= other != kept
+    origin = np.where(differs, FIRST, ALIKE).astype(np.uint8)
+    origin[fittest != kept] = SECOND
+    return origin

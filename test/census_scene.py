@@ -30,7 +30,7 @@ def seen(left, right, disparities, min_disparity=0, model=FULL_SIZE):
     places = fine_places(left, right)
     possibility.left.read(left, 0, places, 0, possibility.rows)
     read_moved(possibility.right, right, min_disparity, places)
-    possibility.describe(0, possibility.rows)
+    possibility.describe(View.describe, 0, possibility.rows)
     return possibility
 
 

@@ -3,7 +3,7 @@
 """Made pairs that are matched as the truth has it: what sinks of matched pairs are tested with."""
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.matcher import Match
+from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.rig import Matched
 import numpy as np

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Plain twins of what the guided search sees of a pair: features, costs, scanline passes, choice.
+Plain twins of what the profile realtime sees of a pair: features, costs, scanline passes, choice.
 
 Nothing is mirrored, padded or packed here: column c of an array is column c of the image, and
 label d of a pixel points at column c - d of the target, at its first column where that is outside.

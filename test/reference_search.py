@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plain twins of what guides the search and of how its chromosomes are measured and joined."""
+"""Plain twins of what guides the search and of how its chromosomes are measured."""
 import numpy as np
-from reference import mixed
-from reference_refinement import components, REFUSED
+from reference_refinement import REFUSED
 
 # ---- what the half map says ----
 
@@ -81,46 +80,3 @@ def jump_costs(chromosome, small, across, down):
             away = abs(genes[row, column] - genes[other]) if there else 0
             costs[row, column] += 0 if away == 0 else small if away == 1 else jump[row, column]
     return costs
-
-
-# ---- partition crossover ----
-
-
-def partition_crossover(cost_of, mother, father, advantage=0, apart=0):
-    """
-    Try each region of differing genes in the whole mother; keep it where that costs less.
-
-    cost_of: the cost of a whole chromosome; advantage: by how much less a cell; apart: genes
-    that differ by no more are alike. Returns the child.
-    """
-    child = mother.copy()
-    differ = abs(mother.astype(float) - father) > apart
-    for region in components(differ, lambda place, near: True):
-        tried = mother.copy()
-        places = tuple(np.transpose(region))
-        tried[places] = father[places]
-        if cost_of(tried) + advantage * len(region) < cost_of(mother):
-            child[places] = father[places]
-    return child
-
-
-# ---- mutation ----
-
-
-def mutated(parent, costs, dear, radius, reach, patches, key):
-    """Return the parent with patches: dear cells around a random dear cell take a gene nearby."""
-    rows, columns = parent.shape
-    child = parent.copy()
-    for patch in range(patches):
-        row, column, down, right = (
-            (mixed(key, 4 * patch + word) >> 32) * limit >> 32
-            for word, limit in enumerate((rows, columns, 2 * reach + 1, 2 * reach + 1)))
-        if costs[row, column] < dear:
-            continue
-        gene = parent[min(max(row + down - reach, 0), rows - 1),
-                      min(max(column + right - reach, 0), columns - 1)]
-        for near in np.ndindex(rows, columns):
-            if (abs(near[0] - row) <= radius and abs(near[1] - column) <= radius
-                    and costs[near] >= dear):
-                child[near] = gene
-    return child

@@ -5,18 +5,19 @@ from dataclasses import replace
 from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import ablation, variants
-from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, VARIANTS
+from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, REALTIME
 from fuzzy_stereo_ros.benchmarks.correlation import (
     correlation_table, fittest, Point, ranks, spearman)
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence, window
+from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.fitness import FuzzyFitness, total_fitness
-from fuzzy_stereo_ros.matching.fuzzy import matching_possibility
+from fuzzy_stereo_ros.matching.paper.fuzzy_classes import matching_possibility
+from fuzzy_stereo_ros.matching.realtime.matcher import Stages
+from fuzzy_stereo_ros.matching.realtime.possibility import fine_places, View
 import numpy as np
 import pytest
 
@@ -40,9 +41,9 @@ class SmallRequest(Request):
         return [small_scene(seed) for seed in (1, 2)], ['a group']
 
 
-def matched(search=MeasuredSearch, frames=1, **changes):
+def matched(stages=None, frames=1, **changes):
     """Return the matcher and what came of it after frames of one scene."""
-    matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES, threads=1, **changes), search)
+    matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES, threads=1, **changes), stages)
     known, chance, noise = made_known(), np.random.default_rng(7), 4.0 * (frames > 1)
     for _ in range(frames):
         match = matcher.match(*(
@@ -52,83 +53,77 @@ def matched(search=MeasuredSearch, frames=1, **changes):
 
 
 def best(*arguments, **options):
-    return matched(*arguments, **options)[0].search.population[0]
+    return matched(*arguments, **options)[0].algorithm.population.genes[0]
+
+
+def crossed(crossover):
+    """Return a child, by a crossover, of the initial population of the scene."""
+    return best(Stages(crossover=crossover))
 
 
 # The variants.
 
-def test_whole_members_are_taken_as_they_are_or_not_at_all():
-    seeds = best(generations=0)
-    child = best()
-    for search in (variants.WholeMembers, variants.CutCrossover):
-        matcher, match = matched(search)
-        kept = matcher.search.population[0]
-        assert matcher.search.fitness_of(kept) >= matcher.search.fitness_of(seeds)
-        assert matcher.search.fitness_of(kept) <= matcher.search.fitness_of(child)
-        gained = matcher.search.fitness_of(kept) - matcher.search.fitness_of(seeds)
-        assert sum(match.history[0].gains.values()) == pytest.approx(gained)
-    other = matched(generations=0)[0].search.population[1]
-    kept = best(variants.WholeMembers)
-    assert any(np.array_equal(kept, whole) for whole in (seeds, other))
+CROSSOVERS = [variants.WholeMember, variants.line, variants.cut]
+
+
+@pytest.mark.parametrize('crossover', CROSSOVERS)
+def test_a_child_is_no_less_fit_than_its_parents_and_what_it_gained_is_told(crossover):
+    seeds = matched(generations=0)[0].algorithm.population.genes
+    matcher, match = matched(Stages(crossover=crossover))
+    fitness_of = matcher.algorithm.fitness_of
+    child = matcher.algorithm.population.genes[0]
+    assert fitness_of(child) >= fitness_of(seeds[0])
+    assert match.history[0].gains == {
+        'crossover': pytest.approx(fitness_of(child) - fitness_of(seeds[0]), abs=1e-12)}
+
+
+def test_a_minimum_cut_is_the_fittest_child_and_a_whole_member_the_least_fit():
+    fitness_of = matched()[0].algorithm.fitness_of
+    whole, regions, cut = (fitness_of(child) for child in (
+        crossed(variants.WholeMember), best(), crossed(variants.cut)))
+    assert whole < regions < cut
+
+
+def test_a_whole_member_is_taken_as_it_is_or_not_at_all():
+    seeds = matched(generations=0)[0].algorithm.population.genes
+    fitness_of, child = matched()[0].algorithm.fitness_of, crossed(variants.WholeMember)
+    fitter = max(seeds, key=fitness_of)
+    np.testing.assert_array_equal(child, fitter)
 
 
 def test_a_cut_child_is_one_parent_above_a_line_and_the_other_below():
-    matcher, _ = matched(generations=0)
-    parents = matcher.search.population[:2]
-    child = best(variants.CutCrossover)
-    assert any(np.array_equal(child[:line], above[:line])
-               and np.array_equal(child[line:], below[line:])
-               for line in range(1, ROWS + 1) for above, below in (parents, parents[::-1]))
-
-
-def test_without_mutation_more_generations_change_nothing():
-    np.testing.assert_array_equal(best(variants.Unmutated, generations=4), best())
-    assert (best(generations=4) != best()).any()
+    algorithm = matched(Stages(crossover=variants.line), generations=0)[0].algorithm
+    fitter, other = algorithm.population.genes
+    child = algorithm.child_of(other, fitter)
+    assert not any(np.array_equal(child, parent) for parent in (fitter, other))
+    assert any(np.array_equal(child[:line], other[:line])
+               and np.array_equal(child[line:], fitter[line:]) for line in range(1, ROWS))
 
 
 def test_without_the_prior_the_views_are_still_averaged():
-    states = [matched(search, frames=2)[0].state for search in (
-        MeasuredSearch, variants.WithoutPrior)]
+    states = [matched(stages, frames=2)[0].state for stages in (
+        None, Stages(previous_best=variants.without_previous_best))]
     np.testing.assert_array_equal(states[0].pictures, states[1].pictures)
     assert states[1].ages.max() == 2
 
 
-def test_the_terms_of_eq_3_sum_to_the_papers_fitness():
-    matcher, _ = matched(variants.PaperFitness)
-    chromosome, known = matcher.search.population[0], made_known()
-    measure = FuzzyFitness(matcher.config, ROWS, COLUMNS)
-    measure.take(known.left, known.right)
-    genes = chromosome.astype(np.uint16)
-    chosen, rows = np.zeros((ROWS, COLUMNS), np.uint8), np.zeros(ROWS, np.int64)
-    measure.choose(genes, chosen)
-    measure.evaluate(chosen, genes, measure.scratch(), 0, ROWS, rows)
-    assert matcher.search.terms(chromosome).sum() / 255 == pytest.approx(total_fitness(rows))
-
-
-def test_by_eq_3_a_region_is_taken_where_it_raises_its_terms():
-    seeds = matched(generations=0)[0].search.population[0]
-    search = matched(variants.PaperFitness)[0].search
-    assert search.terms(search.population[0]).sum() >= search.terms(seeds).sum()
-    assert (search.population[0] != seeds).any()
-
-
 def test_codes_of_grey_classes_differ_by_how_little_possible_a_match_is():
-    matcher, _ = matched(variants.GreyClasses)
-    view, known = matcher.search._possibility.left, made_known()
+    view, known = View(ROWS, COLUMNS, False, 0), made_known()
+    view.read(known.left, 0, fine_places(known.left, known.right), 0, ROWS)
+    variants.describe_by_grey_classes(view, 0, ROWS)
     code = view.census[:, :, :COLUMNS].transpose(0, 2, 1)
     one, other = code.reshape(-1, 3), code.reshape(-1, 3)[::-1]
     distance = np.unpackbits(one ^ other, axis=1).sum(axis=1)
     grey = known.left.reshape(-1).astype(float)
-    sigma = matcher.config.class_sigma
-    by_maximum = matching_possibility(grey, grey[::-1], sigma)
+    by_maximum = matching_possibility(grey, grey[::-1], MatcherConfig().class_sigma)
     assert (view.slopes == 128).all()
     assert spearman([Point(*pair) for pair in zip(by_maximum, distance)]) > 0.5
     assert (distance[grey == grey[::-1]] == 0).all()
 
 
-@pytest.mark.parametrize('variant', VARIANTS[1:], ids=lambda one: one.name)
+@pytest.mark.parametrize('variant', REALTIME[1:], ids=lambda one: one.name)
 def test_every_variant_is_another_matcher_than_the_default(variant):
-    others = best(frames=3), best(variant.search, 3, **variant.changes)
+    others = best(frames=3), best(variant.stages, 3, **variant.changes)
     assert (others[0] != others[1]).any()
 
 
@@ -160,22 +155,22 @@ def test_scenes_are_pooled_by_rank_and_as_they_are():
 
 
 def test_a_truth_is_taken_where_it_is_fitter_and_left_where_it_is_not():
-    scene, known = small_scene(), made_known()
-    search = matched()[0].search
-    before = bad_percent(search.population[0].astype(np.float32), known, 1.0)
-    fitness, left = asked_about_truth(scene, known, search)
-    assert fitness == search.fitness_of(genes_of(known.truth, search))
+    scene, known, matcher = small_scene(), made_known(), matched()[0]
+    algorithm, fittest = matcher.algorithm, matcher.algorithm.population.genes[0]
+    before = bad_percent(fittest.astype(np.float32), known, 1.0)
+    fitness, left = truth_beside_result(scene, known, matcher)
+    assert fitness == algorithm.fitness_of(genes_of(known.truth, matcher))
     assert 0 < left < before
     unknown = replace(known, truth=np.full_like(known.truth, np.nan))
-    assert asked_about_truth(scene, unknown, search)[0] == search.fitness_of(search.population[0])
-    assert np.isnan(asked_about_truth(replace(scene, family=KITTI), known, search)).all()
+    assert truth_beside_result(scene, unknown, matcher)[0] == algorithm.fitness_of(fittest)
+    assert np.isnan(truth_beside_result(replace(scene, family=KITTI), known, matcher)).all()
 
 
-def test_a_map_becomes_genes_that_the_search_can_have():
-    search = matched()[0].search
-    found = genes_of(np.array([[-3, 2.4, 2.6, 99]]), search)
+def test_a_map_becomes_genes_that_the_matcher_can_have():
+    matcher = matched()[0]
+    found = genes_of(np.array([[-3, 2.4, 2.6, 99]]), matcher)
     np.testing.assert_array_equal(found, [[0, 2, 3, DISPARITIES - 1]])
-    assert found.dtype == search.population.dtype
+    assert found.dtype == matcher.algorithm.population.genes.dtype
 
 
 # The benchmark.
@@ -189,19 +184,15 @@ def test_the_trial_of_the_default_is_what_the_matcher_finds(few):
     found = on_scene(small_scene(), SmallRequest())
     matcher, match = matched(fill=True)
     trial = found.trials[DEFAULT.name]
-    assert trial.fitness == matcher.search.fitness_of(matcher.search.population[0])
+    fittest = matcher.algorithm.population.genes[0]
+    assert trial.fitness == matcher.algorithm.fitness_of(fittest)
+    assert trial.error == bad_percent(match.disparity, made_known(), 1.0)
     assert trial.fitness == max(one.fitness for name, one in found.trials.items()
-                                if 'no ' in name[:3] or name == DEFAULT.name)
+                                if name != 'minimum cut')
+    assert trial.fitness < found.trials['minimum cut'].fitness
     assert trial.milliseconds > 0
     assert len(set(found.points)) > 0.9 * len(found.points)     # few are alike by chance
     assert any(point.fitness == trial.fitness for point in found.points)
-
-
-def test_more_mutation_and_sweeps_are_never_less_fit(few):
-    trials = on_scene(small_scene(), SmallRequest()).trials
-    for name, trial in trials.items():
-        if name.startswith(('mutation:', 'memetic')):
-            assert trial.fitness >= trials[DEFAULT.name].fitness, name
 
 
 def test_a_sequence_is_scored_with_and_without_the_previous_best():
@@ -211,7 +202,7 @@ def test_a_sequence_is_scored_with_and_without_the_previous_best():
     found = on_sequence(sequence, SmallRequest())
     errors = {name: trial.error for name, trial in found.trials.items()}
     assert errors['no previous frames'] != errors[DEFAULT.name]
-    assert set(errors) == set(found.flickers) == {one.name for one in VARIANTS if one.moving}
+    assert set(errors) == set(found.flickers) == {one.name for one in REALTIME if one.moving}
 
 
 def test_the_report_has_errors_fitness_times_and_correlations_of_all_variants(few):
@@ -224,5 +215,5 @@ def test_the_report_has_errors_fitness_times_and_correlations_of_all_variants(fe
         assert all(len(row) == len(table.columns) for row in table.rows)
     errors = report.tables[0]
     assert [row[0] for row in errors.rows] == [
-        *(one.name for one in VARIANTS if one.still), '3WAY tuned']
+        *(one.name for one in REALTIME if one.still), '3WAY tuned']
     assert report.skipped[0] == 'a group'

@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Anytime: each start begins with the population it names, and its course only gets fitter."""
+"""Anytime: each course begins where its profile does, ends in time, and is measured alike."""
 from fuzzy_stereo_ros.benchmarks import anytime, anytime_picture
-from fuzzy_stereo_ros.benchmarks.anytime import Stand, stand_at
-from fuzzy_stereo_ros.benchmarks.courses import course_of, DataSeeds, RandomSeeds, STARTS
+from fuzzy_stereo_ros.benchmarks.anytime import course_of, Stand, stand_at, Start, STARTS
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.measured_search import MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.comparing.known_pairs import KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
@@ -22,51 +20,37 @@ def small_scene(group='small'):
     return Scene(group, 'one', MIDDLEBURY, DISPARITIES, lambda: KNOWN)
 
 
-def searched(search, generations=0):
-    matcher = StereoMatcher(MatcherConfig(
-        disparities=DISPARITIES, threads=1, population=6, generations=generations), search)
-    matcher.match(KNOWN.left, KNOWN.right)
-    return matcher.search
-
-
-def test_random_seeds_use_all_genes_alike_and_none_twice():
-    population = searched(RandomSeeds).population
-    assert len({member.tobytes() for member in population}) == 6
-    counts = np.bincount(population.ravel(), minlength=DISPARITIES)
-    assert counts.size == DISPARITIES
-    assert counts.std() < 0.1 * counts.mean()
-
-
-def test_seeds_stand_in_order_of_their_fitness():
-    for search in (searched(RandomSeeds), searched(DataSeeds)):
-        assert (np.diff(search.fitness) <= 0).all()
-        np.testing.assert_array_equal(
-            search.fitness, [search.fitness_of(member) for member in search.population])
-
-
-def test_a_guess_from_the_data_is_more_possible_than_chance():
-    def cost(search):
-        return np.mean(search._fitness.costs_of(search._crew, search.population[0]))
-    assert cost(searched(DataSeeds)) < 0.75 * cost(searched(RandomSeeds))
-
-
-def test_the_first_generation_crosses_the_fittest_with_all_others():
-    seeds = searched(DataSeeds)
-    child = searched(DataSeeds, 1)
-    assert child.fitness_of(child.population[0]) > seeds.fitness[0]
-    assert child.fitness[0] == pytest.approx(child.fitness_of(child.population[0]))
-
-
 @pytest.mark.parametrize('start', STARTS, ids=lambda start: start.name)
-def test_a_course_never_gets_less_fit_and_ends_when_time_is_up(start):
-    notes = course_of(start, DISPARITIES, [(KNOWN.left, KNOWN.right)] * 2, 60)
+def test_a_course_has_the_fittest_of_each_generation_and_ends_when_time_is_up(start):
+    notes = course_of(start, small_scene(), KNOWN, 2000)
     times = [milliseconds for milliseconds, _ in notes]
     assert times == sorted(times)
     assert times[-1] < 10_000
-    search = searched(MeasuredSearch)
-    fitness = [search.fitness_of(genes.astype(np.uint8)) for _, genes in notes]
-    if 'operators and fitness' not in start.name and not start.warm:
-        assert (np.diff(fitness) > -1e-9).all()
+    matcher, seen = StereoMatcher(MatcherConfig.from_profile(start.profile, **{
+        'disparities': DISPARITIES, 'reference': 'left', 'threads': 1, **start.changes,
+        'generations': len(notes)})), []
+    matcher.match(KNOWN.left, KNOWN.right, observe=lambda _, genes: seen.append(
+        genes[matcher.algorithm.population.best].copy()))
+    assert len(notes) == len(seen)
+    for (_, genes), expected in zip(notes, seen):
+        np.testing.assert_array_equal(genes, expected)
+
+
+def test_a_course_without_a_generation_has_no_stand():
+    assert course_of(Start('none', 'realtime', {'generations': 0}), small_scene(), KNOWN, 60) == []
+
+
+def test_the_fitness_of_every_start_and_of_the_rival_is_that_of_realtime():
+    found = anytime.measure(small_scene(), 2000)
+    judge = StereoMatcher(MatcherConfig(disparities=DISPARITIES, threads=1))
+    judge.match(KNOWN.left, KNOWN.right)
+    ours = judge.algorithm.population
+    (stand,) = found.stands['realtime']
+    assert stand.fitness == judge.algorithm.fitness_of(ours.genes[ours.best])
+    assert stand.error == bad_percent(ours.genes[ours.best].astype(np.float32), KNOWN, 1.0)
+    assert found.truth[0] < 1
+    for stands in (*found.stands.values(), [found.rival]):
+        assert all(stand.fitness < 1 and 0 < stand.error <= 100 for stand in stands)
 
 
 def test_what_was_had_at_a_time_is_the_last_that_was_reached_before():
@@ -97,7 +81,7 @@ def test_the_report_has_means_scenes_a_picture_and_correlations():
     assert report.tables[-1].rows[0][0] == 'small/one'
     assert report.tables[-1].rows[0][2] > 0.5
     drawn = report.pictures.get('anytime.svg')
-    assert drawn is None or b'scanline seeds' in drawn
+    assert drawn is None or b'realtime' in drawn
 
 
 def test_a_curve_has_its_ends_and_points_that_are_a_fifth_apart():

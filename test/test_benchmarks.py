@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.benchmarks import accuracy, datasets, paper_tables, sequen
 from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, data_folder, Scene
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
+from fuzzy_stereo_ros.benchmarks.paper_variants import VARIANTS
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
@@ -440,9 +441,9 @@ def test_accuracy_scores_the_dense_output_of_the_configuration_that_is_asked_for
     assert np.isfinite(match.disparity).all()
     row = dict(zip(scenes.columns, scenes.rows[0]))
     assert row['ours'] == bad_percent(match.disparity, known, 1.0)
-    thorough = StereoMatcher(MatcherConfig.from_profile(
+    quality = StereoMatcher(MatcherConfig.from_profile(
         'quality', disparities=DISPARITIES, fill=True, threads=1)).match(known.left, known.right)
-    assert row[accuracy.QUALITY] == bad_percent(thorough.disparity, known, 1.0)
+    assert row[accuracy.QUALITY] == bad_percent(quality.disparity, known, 1.0)
     assert row['seconds of quality'] > 0
     rival = tuned_rivals(MIDDLEBURY)[0]
     assert row[rival.name] == bad_percent(
@@ -511,15 +512,22 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     monkeypatch.setattr(paper_tables, 'FIGURE_4', (few, {'population': 6, 'generations': 2}))
     report = paper_tables.run(SmallRequest())
     assert_columns_have_names_of_their_own(report)
-    first, second, figure = report.tables
-    assert [row[0] for row in first.rows] == [
-        'profile paper, right reference', 'profile paper, left reference', 'profile realtime']
+    first, earned, second, figure = report.tables
+    lines = [row[0] for row in first.rows]
+    assert lines[0] == 'literal, random'
+    assert {'uniform, random, mean of the seeds', 'uniform, winner takes all',
+            'strict, winner takes all', 'profile realtime'} <= set(lines)
+    of_seeds = [row[2] for row in first.rows if 'seed ' in row[0]]
+    assert len(of_seeds) == 3
+    assert first.rows[lines.index('uniform, random, mean of the seeds')][2] == pytest.approx(
+        np.mean(of_seeds))
+    assert [row[0] for row in earned.rows] == [variant.name for variant in VARIANTS]
+    assert earned.rows[0][-1] == '100.000'
     assert ('the paper, as printed', None, 3400, '1.000') in second.rows
     assert [row[0] for row in second.rows[4:]] == [
-        'profile paper, 4 individuals, 2 generations',
-        'profile realtime, 4 individuals, 2 generations: scanline seeds, partition crossover, '
-        'mutation',
-        'profile realtime, 4 individuals, 2 generations: the same, and a sweep in each',
+        'literal, random, 4 individuals, 2 generations',
+        'uniform, random, 4 individuals, 2 generations',
+        'uniform, winner takes all, 4 individuals, 2 generations',
         'profile realtime, as it is', 'OpenCV 3WAY tuned, dense']
     assert len(figure.rows) == 4
     assert any('small instead' in sentence for sentence in report.skipped)
@@ -527,11 +535,12 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
 
 def test_what_the_paper_prints_and_what_its_text_says_stand_above_what_is_reached():
     pairs = [replace(small_scene(), name=name) for name in paper_tables.TABLE_I]
-    found = [{'ours': paper_tables.Trial(place, 500.0)} for place in (1.0, 2.0, 3.0, 6.0)]
+    found = [{'ours': paper_tables.Trial(place, 500.0, bad_of_all=2 * place)}
+             for place in (1.0, 2.0, 3.0, 6.0)]
     assert paper_tables._first_table(pairs, found).rows == [
-        ('the paper, as printed', 2.74, 2.5, 14.7, 7.78, pytest.approx(6.93), None),
-        ("the paper's text, same evaluation", None, None, None, None, 15.3, None),
-        ('ours', 1.0, 2.0, 3.0, 6.0, 3.0, 0.5)]
+        ('the paper, as printed', 2.74, 2.5, 14.7, 7.78, pytest.approx(6.93), None, None),
+        ("the paper's text, same evaluation", None, None, None, None, 15.3, None, None),
+        ('ours', '1.00 / 2.00', '2.00 / 4.00', '3.00 / 6.00', '6.00 / 12.00', 3.0, 6.0, 0.5)]
     names = {count: [row[0] for row in paper_tables._first_table(some, found[:count]).rows]
              for count, some in ((3, pairs[:3]), (1, [small_scene()]))}
     assert names == {3: ['the paper, as printed', 'ours'], 1: ['ours']}
@@ -574,7 +583,7 @@ def test_all_benchmarks_run_in_their_short_form_and_fill_the_page(tmp_path, monk
     (['accuracy', '--only', 'nothing'], 'no scene'),
     (['accuracy', '--data', 'nowhere'], 'no folder nowhere'),
     (['accuracy', '--output', 'page.html'], 'suffix'),
-    (['accuracy', '--population', '1'], 'population is 1'),
+    (['accuracy', '--population', '0'], 'population is 0'),
 ])
 def test_what_cannot_be_benchmarked_is_refused_in_one_sentence(words, reason, capsys):
     try:

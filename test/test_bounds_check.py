@@ -12,9 +12,9 @@ import pytest
 HERE = Path(__file__).parent
 # The tests of kernels against their twins; those of whole matches are in the program's sizes.
 KERNEL_TESTS = [f'test/test_{name}.py' for name in (
-    'averaging', 'choice', 'consistency', 'costs', 'darkness', 'dense_surface', 'features',
-    'filling', 'fitness', 'fuzzy', 'medians', 'motion', 'narrowing', 'operators', 'partition',
-    'polish', 'scanlines', 'subpixel', 'support_possibility', 'surface_guess', 'trust')]
+    'averaging', 'choice', 'consistency', 'costs', 'crossover', 'darkness', 'dense_surface',
+    'features', 'filling', 'fitness', 'fuzzy', 'medians', 'motion', 'narrowing', 'operators',
+    'realtime_fitness', 'scanlines', 'subpixel', 'support_possibility', 'surface_guess', 'trust')]
 
 
 @pytest.fixture(scope='module')

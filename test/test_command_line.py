@@ -180,7 +180,7 @@ BAD_INPUT = {
     'out of range': (match_arguments(elite=2), 'elite is 2.0; allowed are numbers from 0'),
     'NaN': (match_arguments(elite='nan'), 'elite is nan; allowed are numbers'),
     'an even neighbourhood': (match_arguments(neighbourhood=4), 'allowed are odd numbers'),
-    'no such choice': (match_arguments(survival='luck'), "invalid choice: 'luck'"),
+    'no such choice': (match_arguments(algorithm='luck'), "invalid choice: 'luck'"),
     'too many disparities': (match_arguments(disparities=81), '80'),
     'a missing image': (['match', 'left.png', 'none.png', *match_arguments()[3:]],
                         'none.png cannot be read: No such file'),
@@ -356,13 +356,12 @@ def test_where_bits_differ_it_is_told_what_else_does(report, capsys):
 
 
 @pytest.mark.parametrize('words, changed', [
-    (['--seed', '9', '--generations', '2', '--sweeps', '1'],
-     {'seed': 9, 'generations': 2, 'sweeps': 1}),
+    (['--seed', '9', '--population', '1'], {'seed': 9, 'population': 1}),
     (['--min-disparity', '-3'], {'min_disparity': -3}),
     (['--reference', 'right'], {'reference': 'right'}),
     (['--no-warm-start'], {'warm_start': False}),
     (['--profile', 'quality', '--generations', '1'],
-     {'warm_start': False, 'search': 'thorough'}),
+     {'warm_start': False, 'algorithm': 'quality'}),
 ])
 def test_an_option_changes_the_saved_parameter_and_nothing_is_promised(
         report, capsys, words, changed):

@@ -69,16 +69,16 @@ class Watched(MatcherConfig):
         return super().__getattribute__(name)
 
 
-@pytest.mark.parametrize('search', ['guided', 'thorough', 'paper'])
-def test_what_not_every_search_heeds_says_which_do(search):
+@pytest.mark.parametrize('algorithm', ['realtime', 'quality', 'paper'])
+def test_what_not_every_algorithm_heeds_says_which_do(algorithm):
     chance = np.random.default_rng(0)
-    config = Watched(search=search, disparities=8, generations=3, population=4)
+    config = Watched(algorithm=algorithm, disparities=8, generations=3, population=4)
     Watched.read.clear()
     matcher = StereoMatcher(config)
     for stamp in (1, 2):
         matcher.match(*chance.integers(0, 256, (2, 32, 48), np.uint8), stamp=stamp)
     heeded = {field.name for field in fields(MatcherConfig) if field.name in Watched.read}
-    named = {field.name: re.search(r'\(([a-z ]+) search\b', field.metadata['sentence'])
-             for field in fields(MatcherConfig)}
-    assert heeded == {name for name, searches in named.items()
-                      if searches is None or search in searches[1].split()}
+    named = {field.name: re.search(r'\(((realtime|quality|paper)\b[a-z ]*)',
+                                   field.metadata['sentence']) for field in fields(MatcherConfig)}
+    assert heeded == {name for name, algorithms in named.items()
+                      if algorithms is None or algorithm in algorithms[1].split()}

@@ -6,7 +6,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import (
     beyond, box_row, cost_rows, match_cost, raw_row)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, ScanlineGuess
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
 from hypothesis import given, settings, strategies as st
 from numba import njit
 import numpy as np
@@ -30,7 +30,7 @@ def some_prior(shape, disparities, seed):
 def costs_of_rows(possibility, priors, row, count, begin, end, low, blocks):
     """Return what `cost_rows` writes: (count, end - begin, 32 * blocks), and nothing else."""
     width, pixel, slack = end - begin, LANES * blocks, 5
-    search = ScanlineGuess(possibility, 16).search_by(*priors)
+    search = Scanlines(possibility, 16).search_by(*priors)
     costs = np.full((count + 2, width * pixel + slack), 99, np.uint8)
     codes, leanings = (np.full(planes * count * width + 3, 7, np.uint32) for planes in (4, 2))
     cost_rows(search, row, count, begin, end, low, blocks, costs.ctypes.data, costs.shape[1],
@@ -166,7 +166,7 @@ def test_box_costs_are_sums_of_3_by_3_pixels_with_the_border_repeated(shape, dis
     possibility = seen(left, right, disparities, model=HALF_SIZE)
     (rows, columns), blocks = shape, -(-disparities // LANES)
     size = columns * LANES * blocks
-    search = ScanlineGuess(possibility, 16).search_by(*[no_prior(shape, disparities)] * 2)
+    search = Scanlines(possibility, 16).search_by(*[no_prior(shape, disparities)] * 2)
     raw = np.full((rows, size + 5), 99, np.uint8)
     codes = np.full(4 * columns + 3, 7, np.uint32)
     for row in range(rows):

@@ -1,60 +1,68 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The deadline inside a generation, by a clock that only operators move."""
-from fuzzy_stereo_ros.benchmarks.measured_search import MeasuredSearch
+"""The deadline in each profile, by a clock that only operators move."""
+from dataclasses import replace
+import sys
+
 from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import (
     evolution, matcher as matcher_module, MatcherConfig, StereoMatcher)
-from fuzzy_stereo_ros.matching.fitness import total_fitness
-from fuzzy_stereo_ros.matching.paper_population import PaperPopulation
-from fuzzy_stereo_ros.matching.paper_search import PaperSearch
-from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
-from fuzzy_stereo_ros.matching.realtime.scanlines import ScanlineGuess
+from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 import numpy as np
 import pytest
 
-GUIDED = MatcherConfig(disparities=24, threads=1, generations=3, population=4, sweeps=2)
-PAPER = MatcherConfig.from_profile(
-    'paper', disparities=24, threads=1, generations=3, population=8, reference='left')
-LITTLE = 0.06      # regions that are fitter by less than an advantage are not taken over
-CASES = [(GUIDED, MeasuredSearch), (PAPER, PaperSearch)]
-OPERATORS = [(CensusFitness, 'join'), (CensusFitness, 'mutate'), (ScanlineGuess, 'polish'),
-             (PaperPopulation, 'live_on'), (PaperPopulation, 'be_crossed'),
-             (PaperPopulation, 'be_mutated')]
-IN_ALL = {GUIDED: 1 + 2 * (3 * 2 + 2 * 2), PAPER: 3 * (3 + 5 * 2)}
+COMMON = {'disparities': 24, 'threads': 1, 'generations': 3, 'reference': 'left'}
+CONFIGS = {
+    'realtime': MatcherConfig(**COMMON),
+    'quality': MatcherConfig.from_profile('quality', **COMMON),
+    'paper': MatcherConfig.from_profile('paper', **COMMON, population=8)}
 SCENE = made_pair(40, 60, 24, seed=2, noise=2.0)
 
 
 class Clock:
-    """A clock that stands at 0 ms but for the operators: each takes 1 ms and is noted."""
+    """A clock that stands but for the operators, of which each takes 1 ms, and when told."""
 
     def __init__(self):
-        self.started = []
+        self.now_ms, self.started = 0, []
 
     def perf_counter_ns(self):
-        return int(1e6 * len(self.started))
+        return int(1e6 * self.now_ms)
 
     def slow(self, operator):
-        def slowed(*arguments):
-            self.started.append(len(self.started))
-            return operator(*arguments)
+        def slowed(population, random):
+            self.started.append(self.now_ms)
+            operator(population, random)
+            self.now_ms += 1
         return slowed
 
 
+@pytest.fixture(params=CONFIGS.values(), ids=CONFIGS)
+def config(request):
+    return request.param
+
+
 @pytest.fixture
-def clock(monkeypatch):
-    clock = Clock()
+def clock(config, monkeypatch):
+    """Return the clock of a profile; `clock.seeding_ms` is what each initial population takes."""
+    clock, evolve = Clock(), evolution.evolve
+    clock.seeding_ms = 0
+
+    def evolve_slowly(population, operators, *others):
+        clock.now_ms += clock.seeding_ms
+        return evolve(population, {name: clock.slow(operator)
+                                   for name, operator in operators.items()}, *others)
+
     for module in (evolution, matcher_module):
         monkeypatch.setattr(module, 'time', clock)
-    for kind, name in OPERATORS:
-        monkeypatch.setattr(kind, name, clock.slow(getattr(kind, name)))
+    kind = ALGORITHMS[config.algorithm]
+    monkeypatch.setattr(sys.modules[kind.__module__], 'evolve', evolve_slowly)
     return clock
 
 
-def matched(config, search_type, clock, **changes):
+def matched(config, clock, **changes):
     """Return the match of the scene and its matcher; the clock starts anew."""
-    clock.started.clear()
-    matcher = StereoMatcher(MatcherConfig(**{**vars(config), **changes}), search_type)
+    clock.now_ms, clock.started = 0, []
+    matcher = StereoMatcher(replace(config, **changes))
     return matcher.match(SCENE.left, SCENE.right), matcher
 
 
@@ -63,99 +71,67 @@ def bits(match):
             [(row.best_fitness, row.mean_fitness, row.gains) for row in match.history])
 
 
-def measured(search):
-    """Return the fitness of each chromosome of a search, measured anew, from a common zero."""
-    if isinstance(search, MeasuredSearch):
-        return np.array([search.fitness_of(member) for member in search.population])
-    found = []
-    for genes in search.population:
-        chosen, rows = np.zeros(genes.shape, np.uint8), np.zeros(len(genes), np.int64)
-        search._measure.choose(genes, chosen)
-        search._measure.evaluate(chosen, genes, search._scratches[0], 0, len(genes), rows)
-        found.append(total_fitness(rows))
-    return np.array(found)
+def operators_in_all(config, clock):
+    """Return how many operators run without a deadline."""
+    matched(config, clock)
+    return len(clock.started)
 
 
-@pytest.mark.parametrize('config, search_type', CASES)
-def test_no_operator_starts_at_or_after_the_deadline_and_all_that_may_do(
-        clock, config, search_type):
-    for deadline in range(1, IN_ALL[config] + 2):
-        match, _ = matched(config, search_type, clock, deadline_ms=deadline - 0.5)
-        assert len(clock.started) == min(deadline, IN_ALL[config])
-        assert all(started < deadline for started in clock.started)
+def test_no_operator_starts_at_or_after_the_deadline_and_all_that_may_do(clock, config):
+    in_all = operators_in_all(config, clock)
+    assert in_all >= 1
+    for deadline in range(1, in_all + 2):
+        match, _ = matched(config, clock, deadline_ms=deadline - 0.5)
+        assert clock.started == [*range(min(deadline, in_all))]
+        assert sum(len(row.gains) for row in match.history) == len(clock.started)
         assert match.generations == len(match.history) <= config.generations
 
 
-@pytest.mark.parametrize('config, search_type', CASES)
-def test_a_generation_cut_short_leaves_a_population_that_is_what_its_fitness_says(
-        clock, config, search_type):
-    seed = seeds_fitness(config, search_type, clock)
-    for deadline in range(1, IN_ALL[config] + 1):
-        match, matcher = matched(config, search_type, clock, deadline_ms=deadline - 0.5)
-        search, row = matcher.search, match.history[-1]
-        assert len(search.population) == len(search.fitness) >= 1
-        again = measured(search)
-        assert search.fitness - search.fitness[search.best] == pytest.approx(
-            again - again[search.best], abs=1e-9)
-        assert row.best_fitness == search.fitness[search.best]
-        assert row.best_fitness >= search.fitness.max() - LITTLE
-        assert row.mean_fitness == search.fitness.mean()
+def test_a_generation_cut_short_leaves_a_population_whose_best_gained_what_is_told(clock, config):
+    matcher = matched(config, clock, generations=0)[1]
+    population = matcher.algorithm.population
+    seed = population.fitness[population.best]
+    for deadline in range(1, operators_in_all(config, clock) + 1):
+        match, matcher = matched(config, clock, deadline_ms=deadline - 0.5)
+        population, row = matcher.algorithm.population, match.history[-1]
+        assert len(population.genes) == len(population.fitness) >= 1
+        assert row.best_fitness == population.fitness[population.best] == population.fitness.max()
+        assert row.mean_fitness == population.fitness.mean()
         gains = [gain for one in match.history for gain in one.gains.values()]
-        assert row.best_fitness == pytest.approx(seed + sum(gains), abs=1e-3)
-        assert all(np.diff([seed, *(one.best_fitness for one in match.history)]) >= 0)
+        assert min(gains) >= 0
+        assert row.best_fitness == pytest.approx(seed + sum(gains), rel=1e-12)
 
 
-def seeds_fitness(config, search_type, clock):
-    search = matched(config, search_type, clock, generations=0)[1].search
-    return search.fitness[search.best]
+@pytest.mark.parametrize('config', [CONFIGS['realtime']])
+def test_the_fitness_that_is_told_is_that_of_each_chromosome(clock, config):
+    """From a common zero: a sample of the rows is measured, and all that crossover gains."""
+    algorithm = matched(config, clock)[1].algorithm
+    fitness = algorithm.population.fitness
+    again = [algorithm.fitness_of(member) for member in algorithm.population.genes]
+    assert fitness[1] < fitness[0]
+    assert fitness - fitness[0] == pytest.approx(np.subtract(again, again[0]), abs=1e-9)
 
 
-@pytest.mark.parametrize('config, search_type', CASES)
-def test_a_deadline_that_has_passed_leaves_the_seed(monkeypatch, clock, config, search_type):
-    seed, _ = matched(config, search_type, clock, generations=0)
-    start = search_type.start
-
-    def late(self, *arguments):
-        start(self, *arguments)
-        clock.started += range(5)
-
-    monkeypatch.setattr(search_type, 'start', late)
-    match, matcher = matched(config, search_type, clock, deadline_ms=5.0)
-    assert bits(match) == bits(seed)
-    assert len(clock.started) == 5
+def test_a_deadline_that_passes_before_the_first_generation_leaves_the_seeds(clock, config):
+    seeds, _ = matched(config, clock, generations=0)
+    clock.seeding_ms = 5
+    match, _ = matched(config, clock, deadline_ms=5.0)
+    assert clock.started == []
+    assert bits(match) == bits(seeds)
 
 
-@pytest.mark.parametrize('config, search_type', CASES)
-def test_a_deadline_that_passes_as_a_generation_starts_leaves_what_there_was(
-        config, search_type):
-    matcher = StereoMatcher(config, search_type)
-    matcher.match(SCENE.left, SCENE.right)
-    search = matcher.search
-    population, fitness = search.population.copy(), search.fitness.copy()
-    for number in (1, 2):
-        assert not any(search.generation(number, lambda: False).values())
-        np.testing.assert_array_equal(search.population, population)
-        np.testing.assert_array_equal(search.fitness, fitness)
+def test_a_deadline_that_does_not_come_and_one_that_came_before_change_no_bit(clock, config):
+    free, _ = matched(config, clock)
+    assert bits(matched(config, clock, deadline_ms=1e3)[0]) == bits(free)
+    _, matcher = matched(config, clock, deadline_ms=0.5)
+    matcher.config = config         # which has no deadline
+    matcher.reset()
+    assert bits(matcher.match(SCENE.left, SCENE.right)) == bits(free)
 
 
-@pytest.mark.parametrize('config, search_type', CASES)
-def test_a_deadline_that_does_not_come_and_one_that_came_before_change_no_bit(
-        clock, config, search_type):
-    free, _ = matched(config, search_type, clock)
-    assert len(clock.started) == IN_ALL[config]
-    assert bits(matched(config, search_type, clock, deadline_ms=1e3)[0]) == bits(free)
-    if config is PAPER:
-        matcher = StereoMatcher(config, search_type)
-        matcher.match(SCENE.left, SCENE.right)
-        matcher.search.generation(4, iter([True, True, False]).__next__)
-        assert len(matcher.search.population) < config.population
-        assert bits(matcher.match(SCENE.left, SCENE.right)) == bits(free)
-
-
-def test_threads_that_share_a_generation_stop_alike(clock):
-    match, matcher = matched(PAPER, PaperSearch, clock, threads=3, deadline_ms=6.5)
-    assert len(clock.started) <= 7 + 2          # those that ran as the deadline passed
-    assert measured(matcher.search) == pytest.approx(matcher.search.fitness)
-    seed, _ = matched(PAPER, PaperSearch, clock, generations=0)
-    assert match.history[-1].best_fitness >= seeds_fitness(PAPER, PaperSearch, clock)
-    assert match.disparity.shape == seed.disparity.shape
+def test_threads_that_share_the_work_stop_alike(clock, config):
+    in_all = operators_in_all(config, clock)
+    for deadline in range(1, in_all + 1):
+        one, three = (matched(config, clock, threads=threads, deadline_ms=deadline - 0.5)[0]
+                      for threads in (1, 3))
+        assert bits(one) == bits(three)

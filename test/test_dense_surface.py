@@ -3,16 +3,16 @@
 """Maps in parts of a pixel: medians, local planes, fitness, crossover."""
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
-from fuzzy_stereo_ros.matching.kernels.region_crossover import cross_regions
-from fuzzy_stereo_ros.matching.quality.fitness import Steps, SurfaceFitness
+from fuzzy_stereo_ros.matching.quality.seed_fitness import Steps, SurfaceFitness
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
+from reference_crossover import change_of
 import reference_quality as twins
-from reference_search import partition_crossover
 
 SHAPES = [(1, 1), (1, 9), (9, 1), (8, 11)]
 BY_COLOUR = np.exp(-np.arange(766) / 20).astype(np.float32)
@@ -140,22 +140,26 @@ def crossings(draw):
 
 @settings(max_examples=200, deadline=None)
 @given(crossings(), st.sampled_from([0, 0.25, 1]), st.sampled_from([0, 0.125, 0.5]))
-def test_each_region_is_that_of_the_fitter_parent_as_found_by_trying_them_all(
+def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
         crossing, free, apart):
-    mother, father, mother_costs, father_costs, across, down = crossing
-    numbers = [np.float32(number) for number in (8, free, 20)]
+    first, second, first_costs, second_costs, across, down = crossing
+    numbers, apart = [np.float32(number) for number in (8, free, 20)], np.float32(apart)
 
     def cost(surface):
-        genes = np.where(surface == mother, mother_costs, father_costs)
+        genes = np.where(surface == first, first_costs, second_costs)
         return twins.surface_cost(surface, genes, across, down, *numbers)
 
-    child, costs = mother.copy(), mother_costs.copy()
-    parent, change = np.full(mother.size // 2 + 2, -7, np.int32), np.full(mother.size // 2 + 2, 7.)
-    saved, dearer = cross_regions(
-        child, costs, father, father_costs, across, down, *numbers, np.float32(apart),
-        np.full(mother.shape, -7, np.int32), parent, change)
-    np.testing.assert_array_equal(child, partition_crossover(cost, mother, father, apart=apart))
-    np.testing.assert_array_equal(costs, np.where(child == mother, mother_costs, father_costs))
-    assert saved == cost(mother) - cost(child)
-    if apart == 0:
-        assert dearer == cost(father) - cost(mother)
+    exchange = Exchange(*first.shape, 4)
+    exchange.hold(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
+    np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
+    exchange.pairs[:] = 99
+    surface_cost.exchange_changes(
+        first, first_costs, second, second_costs, across, down, *numbers, apart, exchange.cells,
+        exchange.alone, exchange.pairs)
+    for share in (2, 5, 10):
+        exchange.taken[:] = random_map((exchange.cells.size,), 10, share) < share
+        child = first.copy()
+        taken = exchange.cells[exchange.taken]
+        child.flat[taken] = second.flat[taken]
+        assert change_of(exchange, exchange.taken) == surface_cost.PARTS * (
+            cost(child) - cost(first))

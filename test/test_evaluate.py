@@ -136,9 +136,9 @@ def test_ours_takes_the_profile_that_is_named_and_the_others_their_own():
     changes = {'population': 7}
     named = {word: contestant_of(word, 'paper', changes).config(16)
              for word in ('ours', 'ours:realtime', 'ours:quality')}
-    assert named['ours'].search == 'paper'
-    assert named['ours:realtime'].search == 'guided'
-    assert named['ours:quality'].search == 'thorough'
+    assert named['ours'].algorithm == 'paper'
+    assert named['ours:realtime'].algorithm == 'realtime'
+    assert named['ours:quality'].algorithm == 'quality'
     assert {config.population for config in named.values()} == {7}
     assert {config.reference for config in named.values()} == {'left'}
 
@@ -512,7 +512,7 @@ def scene(tmp_path, monkeypatch):
     (['scene', '--matcher', 'magic'], "matcher is 'magic'; allowed are ours, ours:realtime"),
     (['scene', '--matcher', 'opencv:hh4:fast'], "matcher is 'opencv:hh4:fast'"),
     (['scene', '--matcher'], 'no matcher is named'),
-    (['scene', '--population', '1'], 'population is 1'),
+    (['scene', '--population', '0'], 'population is 0'),
     (['scene', '--repeats', '0'], '--repeats is 0; allowed are 1 and more'),
     (['scene', '--threads', '0'], '--threads is 0; allowed are 1 and more'),
     (['scene', '--disparities', '0'], '--disparities is 0'),

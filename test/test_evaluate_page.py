@@ -7,8 +7,7 @@ import json
 
 import cv2
 from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.comparing.gallery import (
-    colour_error, Gallery, NOTHING_FOUND, UNKNOWN_GREY)
+from fuzzy_stereo_ros.comparing.gallery import colour_error, Gallery, NOTHING_FOUND, UNKNOWN_GREY
 from fuzzy_stereo_ros.comparing.known_pairs import KnownPair
 from fuzzy_stereo_ros.comparing.small_pictures import drawing, indexed_png, photograph, WIDTH
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity

@@ -2,31 +2,43 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loop, its budget, its history."""
 from fuzzy_stereo_ros.matching import evolution
-from fuzzy_stereo_ros.matching.evolution import Budget, diversity, evolve, Generation
-from hypothesis import given, strategies as st
+from fuzzy_stereo_ros.matching.evolution import Budget, diversity, evolve, Generation, Random
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
 import pytest
 
 
-class Climber:
-    """A search whose best gains 1 a generation, and that settles when told."""
+class Climbers:
+    """A population whose best gains 1 by the operator `climb`, and that converges when told."""
 
-    def __init__(self, settles_after=None):
-        self.population = np.zeros((3, 4, 5), np.uint16)
+    def __init__(self, converges_after=None):
+        self.genes = np.zeros((3, 4, 5), np.uint16)
         self.fitness = np.array([1.0, 5.0, 3.0])
         self.best = 1
-        self.numbers = []
-        self.settles_after = settles_after
+        self.randoms = []
+        self.converges_after = converges_after
 
     @property
-    def settled(self):
-        return self.settles_after is not None and len(self.numbers) >= self.settles_after
+    def converged(self):
+        return self.converges_after is not None and len(self.randoms) >= self.converges_after
 
-    def generation(self, number, in_time):
-        self.numbers.append(number)
-        self.fitness[self.best] += 1
-        return {'step': 1.0}
+    @property
+    def numbers(self):
+        return [random.words[-1] for random in self.randoms]
+
+
+def climb(population, random):
+    population.randoms.append(random)
+    population.fitness[population.best] += 1
+
+
+def rest(population, random):
+    pass
+
+
+OPERATORS = {'step': climb, 'rest': rest}
+SOURCE = Random((7, 8))
 
 
 @pytest.fixture
@@ -44,36 +56,49 @@ def clock(monkeypatch):
 
 
 def test_generations_are_counted_from_one_to_the_budget():
-    search = Climber()
-    history = evolve(search, Budget(4, 0, 0))
-    assert search.numbers == [1, 2, 3, 4]
+    population = Climbers()
+    history = evolve(population, OPERATORS, SOURCE, Budget(4, 0, 0))
+    assert population.numbers == [1, 2, 3, 4]
     assert [row.number for row in history] == [1, 2, 3, 4]
 
 
-def test_no_generations_leave_the_search_alone():
-    search = Climber()
-    assert evolve(search, Budget(0, 0, 0)) == []
-    assert search.numbers == []
+def test_each_generation_has_a_random_source_of_its_own():
+    population = Climbers()
+    evolve(population, OPERATORS, SOURCE, Budget(3, 0, 0))
+    assert population.randoms == [Random((7, 8, number)) for number in (1, 2, 3)]
 
 
-def test_a_settled_search_stops_at_once():
-    search = Climber(settles_after=2)
-    assert len(evolve(search, Budget(10, 0, 0))) == 2
-    assert evolve(search, Budget(10, 0, 0)) == []
+def test_no_generations_leave_the_population_alone():
+    population = Climbers()
+    assert evolve(population, OPERATORS, SOURCE, Budget(0, 0, 0)) == []
+    assert population.numbers == []
 
 
-def test_nothing_starts_at_or_after_the_deadline(clock):
-    search = Climber()
-    step = search.generation
+def test_a_population_that_has_converged_stops_at_once():
+    population = Climbers(converges_after=2)
+    assert len(evolve(population, OPERATORS, SOURCE, Budget(10, 0, 0))) == 2
+    assert evolve(population, OPERATORS, SOURCE, Budget(10, 0, 0)) == []
 
-    def slow(number, in_time):
+
+def test_no_generation_starts_at_or_after_the_deadline(clock):
+    def slow(population, random):
         clock.now_ms += 40
-        return step(number, in_time)
+        climb(population, random)
 
-    search.generation = slow
-    history = evolve(search, Budget(1000, 80, int(1000e6)))
-    assert search.numbers == [1, 2]
+    population = Climbers()
+    history = evolve(population, {'step': slow}, SOURCE, Budget(1000, 80, int(1000e6)))
+    assert population.numbers == [1, 2]
     assert [row.milliseconds for row in history] == [40, 40]
+
+
+def test_no_operator_starts_at_or_after_the_deadline(clock):
+    def slow(population, random):
+        clock.now_ms += 40
+        climb(population, random)
+
+    operators = dict.fromkeys('abc', slow)
+    history = evolve(Climbers(), operators, SOURCE, Budget(1000, 160, int(1000e6)))
+    assert [list(row.gains) for row in history] == [['a', 'b', 'c'], ['a']]
 
 
 def test_a_deadline_of_0_is_none(clock):
@@ -94,20 +119,36 @@ def test_time_spent_before_the_loop_counts(clock):
 
 
 def test_a_row_of_history_says_what_the_generation_reached():
-    row = evolve(Climber(), Budget(2, 0, 0))[-1]
+    row = evolve(Climbers(), OPERATORS, SOURCE, Budget(2, 0, 0))[-1]
     assert isinstance(row, Generation)
     assert row.best_fitness == 7
     assert row.mean_fitness == pytest.approx((1 + 7 + 3) / 3)
-    assert row.gains == {'step': 1.0}
+    assert row.gains == {'step': 1.0, 'rest': 0.0}
     assert row.diversity == 0
     assert row.milliseconds >= 0
 
 
-def test_the_observer_sees_each_generation_with_its_population():
-    search, seen = Climber(), []
-    evolve(search, Budget(3, 0, 0), lambda number, population: seen.append((number, population)))
+def test_the_observer_sees_each_generation_with_its_genes():
+    population, seen = Climbers(), []
+    evolve(population, OPERATORS, SOURCE, Budget(3, 0, 0),
+           lambda number, genes: seen.append((number, genes)))
     assert [number for number, _ in seen] == [1, 2, 3]
-    assert all(population is search.population for _, population in seen)
+    assert all(genes is population.genes for _, genes in seen)
+
+
+@settings(deadline=None)
+@given(st.lists(st.integers(-2**70, 2**70), max_size=4), st.integers(0, 40))
+def test_equal_words_give_equal_numbers_from_0_to_below_1(words, number):
+    draws = Random(tuple(words)).uniform(number)
+    np.testing.assert_array_equal(draws, Random(tuple(words)).uniform(number))
+    assert draws.shape == (number,)
+    assert ((draws >= 0) & (draws < 1)).all()
+
+
+def test_a_child_of_a_random_source_draws_other_numbers():
+    draws = {Random(words).uniform(1)[0] for words in ((), (0,), (1,), (0, 0), (0, 1), (1, 0))}
+    assert len(draws) == 6
+    assert Random((1,)).child(2, 3) == Random((1, 2, 3))
 
 
 @given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 5), st.integers(1, 6),

@@ -72,9 +72,10 @@ def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, ca
 
 
 def test_a_person_reads_a_row_for_each_generation_that_is_shown(folder, capsys):
-    assert main(words_for(generations=12, ground_truth='truth.pfm')) == 0
+    assert main(words_for(profile='paper', reference='left', population=3, generations=12,
+                          ground_truth='truth.pfm')) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == '80x48 pixels of the left image, profile realtime, population 3'
+    assert lines[0] == '80x48 pixels of the left image, profile paper, population 3'
     assert lines[1].split()[:4] == ['generation', 'best', 'mean', 'worst']
     rows = [[float(word) for word in line.split()] for line in lines[2:-1]]
     assert [row[0] for row in rows] == [0, 1, 2, 5, 12]
@@ -91,7 +92,7 @@ def main_lines(capsys, words):
 @pytest.mark.parametrize('suffix', ['.mp4', '.avi'])
 def test_picture_and_film_are_written_and_said(folder, suffix, capsys):
     lines = main_lines(capsys, words_for(
-        generations=2, picture='evolution.png', video=f'evolution{suffix}'))
+        profile='quality', generations=2, picture='evolution.png', video=f'evolution{suffix}'))
     assert lines[-2:] == ['evolution.png: written', f'evolution{suffix}: written']
     assert read_image('evolution.png').shape[1] > 900
     film = cv2.VideoCapture(f'evolution{suffix}')
@@ -127,7 +128,7 @@ BAD_INPUT = {
     'truth of another size': (words_for(ground_truth='small.png', ground_truth_scale=4),
                               'small.png is 79x48'),
     'a mask alone': (words_for(mask='visible.png'), '--mask needs --ground-truth'),
-    'out of range': (words_for(population=1), 'population is 1; allowed are'),
+    'out of range': (words_for(population=0), 'population is 0; allowed are'),
     'too many disparities': (words_for(disparities=81, video='out.mp4', picture='out.png'),
                              '81 disparities are more than the 80 columns')}
 
@@ -175,7 +176,8 @@ def test_an_interrupted_film_holds_what_was_seen(folder, monkeypatch):
         return watched_match(config, left, right, tell_two)
 
     monkeypatch.setattr(evolve, 'watched_match', interrupted)
-    assert main(words_for(generations=4, video='out.avi', picture='out.png')) == 130
+    assert main(words_for(profile='quality', generations=4, video='out.avi',
+                          picture='out.png')) == 130
     film = cv2.VideoCapture('out.avi')
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
     assert not (folder / 'out.png').exists()

@@ -8,8 +8,7 @@ import math
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.checks import MOST_PIXELS
-from fuzzy_stereo_ros.parameter_table import (
-    matcher_parameters, NODE_PARAMETERS, profile_config)
+from fuzzy_stereo_ros.parameter_table import matcher_parameters, NODE_PARAMETERS, profile_config
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -73,8 +72,9 @@ def configs():
         speckle_size=st.integers(0, 50), speckle_range=st.integers(0, 255),
         warm_start=st.booleans(), reference=st.sampled_from(['left', 'right']),
         seed=st.integers(0, 2**31 - 1), neighbourhood=st.sampled_from([1, 3, 31]),
-        sweeps=st.integers(0, 1), mutation_rate=st.floats(0, 1), elite=st.floats(0, 1),
-        survival=st.sampled_from(['rank', 'sigmoid']), class_sigma=st.floats(1, 1000))
+        mutation_rate=st.floats(0, 1), elite=st.floats(0, 1), class_sigma=st.floats(1, 1000),
+        reading=st.sampled_from(['literal', 'uniform', 'strict']),
+        initial_population=st.sampled_from(['random', 'winner_takes_all']))
 
 
 def assert_sound(match, shape, config):
@@ -158,7 +158,7 @@ VALUES = st.one_of(
     st.integers(-9, 300), st.floats(-1, 70), st.fractions(), st.lists(st.integers(), max_size=3),
     st.sampled_from([10**400, -10**400, Fraction(10**400), np.int64(5), np.float32('nan'),
                      np.array([1, 2]), np.array(['left', 'right']), np.bool_(True), 1j, {}]),
-    st.sampled_from(['rank', 'sigmoid', 'paper', 'left']))
+    st.sampled_from(['realtime', 'quality', 'paper', 'left']))
 
 
 @examples(400)

@@ -74,7 +74,7 @@ def filled(pair):
     disparity = np.linspace(0, 15, shape[0] * shape[1], dtype=np.float32).reshape(shape)
     disparity[0, 0] = np.nan
     match = made_match(disparity)
-    config = SimpleNamespace(min_disparity=0, disparities=16, fill=False, search='guided')
+    config = SimpleNamespace(min_disparity=0, disparities=16, fill=False, algorithm='realtime')
     depth = depth_of(match.disparity, pair.calibration)
     for encoding in ('32FC1', '16UC1'):
         fill_depth(image_stand_in(), depth, pair, encoding)

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = 'fuzzy_stereo_ros'
-LONGEST_MODULE = 300
+LONGEST_MODULE = 400
 SPDX_LINES = ('# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
               '# SPDX-License-Identifier: Apache-2.0')
 NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base', 'manager'}
@@ -264,11 +264,11 @@ def test_a_module_name_that_says_nothing_is_refused(name):
     assert 'says nothing' in breach
 
 
-def test_a_module_may_have_300_lines_and_no_more():
-    longest = made_source(*['value = 1'] * 298)
+def test_a_module_may_have_400_lines_and_no_more():
+    longest = made_source(*['value = 1'] * 398)
     assert breaches(IN_FLAT, longest) == []
     (breach,) = breaches(IN_FLAT, longest + 'value = 1\n')
-    assert 'has 301 lines' in breach
+    assert 'has 401 lines' in breach
 
 
 @pytest.mark.parametrize('source', [

@@ -340,5 +340,5 @@ def test_all_kernels_are_compiled_by_one_module_and_depend_on_no_source_elsewher
     for source in SOURCES.rglob('*.py'):
         text = source.read_text(encoding='utf-8')
         assert ('njit' in text) == (source.stem == 'compiled'), source
-        assert all(name.startswith('fuzzy_stereo_ros.matching.kernels.')
+        assert all(f'{name}.'.startswith('fuzzy_stereo_ros.matching.kernels.')
                    for name in re.findall(r'(?:from|import) +(fuzzy_stereo_ros\S*)', text)), source

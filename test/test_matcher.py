@@ -6,11 +6,15 @@ from dataclasses import replace
 from fuzzy_stereo_ros.evaluation import score
 from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.evolution import Random
+from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
+from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 import numpy as np
 import pytest
 
 SECOND = 1_000_000_000
-CONFIG = MatcherConfig(disparities=24, threads=1, generations=3, sweeps=1)
+CONFIG = MatcherConfig(disparities=24, threads=1)
+PAPER = replace(CONFIG, algorithm='paper', population=4, generations=3)
 
 
 def scene(rows=60, columns=100, seed=0, **options):
@@ -53,10 +57,9 @@ def test_the_same_frames_give_the_same_bits_whatever_the_number_of_threads():
                 getattr(matcher.state, name), getattr(matchers[0].state, name))
 
 
-def populations(pair, stamp=None, state=None, **changes):
-    """Return copies of the populations after each generation."""
-    matcher, seen = StereoMatcher(replace(CONFIG, **changes)), []
-    matcher.restore(state)
+def populations(pair, stamp=None, **changes):
+    """Return copies of the populations after each generation of the paper's algorithm."""
+    matcher, seen = StereoMatcher(replace(PAPER, **changes)), []
     matcher.match(pair.left, pair.right, stamp,
                   lambda _, population: seen.append(population.copy()))
     return seen
@@ -65,24 +68,30 @@ def populations(pair, stamp=None, state=None, **changes):
 @pytest.mark.parametrize('one, two', [
     ({'seed': 0}, {'seed': 1}), ({'stamp': 5}, {'stamp': 6}), ({'stamp': None}, {'stamp': 5})])
 def test_chance_comes_from_the_seed_and_the_stamp(one, two):
-    """Each generation after the first throws patches; the first has none."""
     pair = scene()
     first, again, other = populations(pair, **one), populations(pair, **one), populations(
         pair, **two)
     assert len(first) == len(again) == 3
     for population, same in zip(first, again):
         np.testing.assert_array_equal(population, same)
-    np.testing.assert_array_equal(first[0], other[0])
-    assert not np.array_equal(first[1], other[1])
+    assert not any(np.array_equal(one, two) for one, two in zip(first, other))
 
 
-def test_without_stamps_the_number_of_the_frame_is_part_of_chance():
-    pair, matcher = scene(), StereoMatcher(CONFIG)
+def test_without_stamps_the_number_of_the_frame_is_part_of_chance(monkeypatch):
+    sources = []
+
+    class Noting(RealtimeMatcher):
+        def match(self, left, right, previous, random, *others):
+            sources.append(random)
+            return super().match(left, right, previous, random, *others)
+
+    monkeypatch.setitem(ALGORITHMS, 'realtime', Noting)
+    pair, matcher = scene(), StereoMatcher(replace(CONFIG, seed=3))
+    for stamp in (None, None, 10, 2000, None):
+        matcher.match(pair.left, pair.right, stamp)
+    matcher.restore(replace(matcher.state, frame=6))
     matcher.match(pair.left, pair.right)
-    second, eighth = (populations(pair, state=replace(matcher.state, frame=before))
-                      for before in (0, 6))
-    np.testing.assert_array_equal(second[0], eighth[0])
-    assert not np.array_equal(second[1], eighth[1])
+    assert sources == [Random((3, word)) for word in (0, 1, 10, 2000, 0, 7)]
 
 
 def test_another_size_in_between_changes_nothing():
@@ -350,25 +359,27 @@ def test_disparities_are_finer_than_a_pixel():
 # ---- the course of a match ----
 
 
-def test_history_has_a_row_a_generation_and_the_best_never_gets_worse():
-    pair = scene()
-    match = matched(pair, generations=4)
-    assert match.generations == len(match.history) == 4
-    assert [row.number for row in match.history] == [1, 2, 3, 4]
+@pytest.mark.parametrize('config, generations', [(CONFIG, 1), (PAPER, 4)])
+def test_history_has_a_row_a_generation_and_the_best_never_gets_worse(config, generations):
+    """In the profile realtime the first generation has crossed all that there is."""
+    match = matched(scene(), config, generations=4)
+    assert match.generations == len(match.history) == generations
+    assert [row.number for row in match.history] == [*range(1, generations + 1)]
     best = [row.best_fitness for row in match.history]
     assert best == sorted(best)
     for before, row in zip(best, match.history[1:]):
         assert row.best_fitness == pytest.approx(before + sum(row.gains.values()))
     for row in match.history:
-        assert row.mean_fitness <= row.best_fitness <= 1
+        assert row.mean_fitness <= row.best_fitness
         assert 0 <= row.diversity <= 1
         assert row.milliseconds >= 0
         assert all(gain >= 0 for gain in row.gains.values())
-    assert set(match.history[0].gains) == {'crossover'}
-    assert set(match.history[1].gains) == {'mutation', 'sweep'}
+    if config is CONFIG:
+        assert best[-1] <= 1
+        assert set(match.history[0].gains) == {'crossover'}
 
 
-@pytest.mark.parametrize('population', [2, 3, 5])
+@pytest.mark.parametrize('population', [1, 2, 5])
 def test_the_observer_sees_every_generation_s_population(population):
     pair, matcher = scene(), StereoMatcher(replace(CONFIG, population=population))
     for warm in (False, True):
@@ -380,8 +391,18 @@ def test_the_observer_sees_every_generation_s_population(population):
         members = [chromosomes for _, chromosomes in seen]
         assert all(chromosomes.shape[1:] == (60, 100) for chromosomes in members)
         assert all(chromosomes.dtype == np.uint8 for chromosomes in members)
-        assert len(members[0]) == 2
-        assert len(members[-1]) == population
+        assert [len(chromosomes) for chromosomes in members] == [min(population, 2)]
+
+
+@pytest.mark.parametrize('config', [CONFIG, PAPER])
+def test_one_chromosome_is_a_population_too(config):
+    match = matched(scene(), config, population=1)
+    assert match.generations > 0
+    for row in match.history:
+        assert row.mean_fitness == row.best_fitness
+        assert row.diversity == 0
+    if config is CONFIG:
+        assert match.history[0].gains == {'crossover': 0.0}
 
 
 def test_times_are_told_by_stage_and_sum_up_to_the_total():
@@ -402,12 +423,11 @@ def test_a_deadline_that_has_passed_leaves_the_seed_and_no_generation():
     assert wrong(matched(pair, deadline_ms=1e-6, fill=True), pair) < 10
 
 
-@pytest.mark.parametrize('changes', [{}, {'search': 'paper', 'population': 4}])
+@pytest.mark.parametrize('config', [CONFIG, PAPER])
 @pytest.mark.parametrize('columns', [100, 20])
-def test_warming_up_changes_no_bit(changes, columns):
+def test_warming_up_changes_no_bit(config, columns):
     """Also for images with fewer columns than disparities, which only matching refuses."""
-    pair, config = scene(), replace(CONFIG, **changes)
-    matcher = StereoMatcher(config)
+    pair, matcher = scene(), StereoMatcher(config)
     matcher.warm_up(60, columns)
     assert_same(matcher.match(pair.left, pair.right), matched(pair, config))
 

@@ -8,7 +8,8 @@ import sys
 
 from fuzzy_stereo_ros import memory, rig
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.realtime.matcher import GuidedSearch
+from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
+from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
@@ -76,7 +77,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from node_process import shifted_pair
 from soaked_node import held
 
-matcher = StereoMatcher(MatcherConfig(disparities=24, threads=1, generations=2))
+matcher = StereoMatcher(MatcherConfig(disparities=24, threads=1))
 for _ in range(2):
     for _ in range({MATCHES}):
         matcher.match(*shifted_pair(3, 96, 192))
@@ -134,22 +135,23 @@ def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(mo
     assert made.close()
 
 
-def test_of_two_image_sizes_a_matcher_holds_one_at_a_time():
+def test_of_two_image_sizes_a_matcher_holds_one_at_a_time(monkeypatch):
     held = []
 
-    class Search(GuidedSearch):
-        def __init__(self, *size):
-            held.append(matcher.search)
-            super().__init__(*size)
+    class Noting(RealtimeMatcher):
+        def __init__(self, *given):
+            held.append(matcher.algorithm)
+            super().__init__(*given)
 
-    matcher = StereoMatcher(MatcherConfig(disparities=8), Search)
+    monkeypatch.setitem(ALGORITHMS, 'realtime', Noting)
+    matcher = StereoMatcher(MatcherConfig(disparities=8))
     for rows in (40, 60):
         matcher.match(*shifted_pair(3, rows))
     assert held == [None, None]
-    assert matcher.search is not None
+    assert isinstance(matcher.algorithm, Noting)
 
 
-CONFIGS = [MatcherConfig(disparities=16), MatcherConfig(disparities=16, generations=3),
+CONFIGS = [MatcherConfig(disparities=16),
            MatcherConfig.from_profile('quality', disparities=16),
            MatcherConfig.from_profile('paper', disparities=16, population=4, generations=2)]
 AT_ONCE = 40        # bytes of an argument's fingerprint that numba before 0.60 remembers
@@ -184,7 +186,7 @@ def test_kernels_are_called_with_no_tuple_that_older_numba_would_keep_for_ever(
     matcher = StereoMatcher(config)
     for _ in range(2):
         matcher.match(*shifted_pair(3, 48, 64))
-    assert found or config.search == 'paper'
+    assert found or config.algorithm == 'paper'
     assert [one for one in found if len(one[1]) > AT_ONCE] == []
 
 

@@ -7,9 +7,9 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.scanlines.narrowing import (
     flat, lean_on_half, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.realtime.half_size import CoarseGuess, SPECKLE, TILE
+from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    extra_columns, fine_places, HALF_SIZE, View)
+    CensusPossibility, extra_columns, fine_places, HALF_SIZE, View)
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -137,14 +137,17 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     left, right = small_pair(*shape, channels=3)
     places = fine_places(left, right)
     extra = extra_columns(min_disparity, disparities)
-    coarse, half_rows = CoarseGuess(*shape, disparities, extra), shape[0] // 2
+    half_rows = shape[0] // 2
+    possibility = CensusPossibility(
+        half_rows, shape[1] // 2, -(-disparities // 2), HALF_SIZE, extra // 2)
     full = View(*shape, False, 96), View(shape[0], shape[1] + extra, True, 96)
     full[0].read(left, 0, places, 0, shape[0])
     read_moved(full[1], right, min_disparity, places)
-    for view, half in zip(full, (coarse.possibility.left, coarse.possibility.right)):
+    for view, half in zip(full, (possibility.left, possibility.right)):
         view.halve(half, 0, half_rows)
-    coarse.possibility.describe(0, half_rows)
-    coarse.search(Crew(1), (min_disparity, min_disparity + shape[1] - 1))
+    possibility.describe(View.describe, 0, half_rows)
+    half = HalfSize(possibility, *shape, disparities).search(
+        Crew(1), (min_disparity, min_disparity + shape[1] - 1))
     labels, verdict = half_map_of_twins(left, right, disparities, places, min_disparity)
-    np.testing.assert_array_equal(coarse.verdict, verdict)
-    np.testing.assert_array_equal(coarse.labels, labels)
+    np.testing.assert_array_equal(half.verdict, verdict)
+    np.testing.assert_array_equal(half.labels, labels)

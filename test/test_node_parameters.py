@@ -92,14 +92,14 @@ def test_a_change_that_is_not_allowed_changes_nothing(bench):
     done, reason = bench.set_parameters(disparity_range=20, neighbourhood=4)
     assert not done
     assert reason == 'neighbourhood is 4; allowed are odd numbers from 1 to 31'
-    assert bench.parameters('disparity_range', 'neighbourhood') == [16, 5]
+    assert bench.parameters('disparity_range', 'neighbourhood') == [16, 25]
     assert bench.match(*PAIR).max_disparity == 15.0
 
 
 @pytest.mark.parametrize('change, reason', [
     ({'disparity_range': 0}, 'disparity_range out of range'),
     ({'profile': 'fast'}, "profile is 'fast'; allowed are "),
-    ({'survival': 'luck'}, "survival is 'luck'; allowed are rank, sigmoid"),
+    ({'algorithm': 'luck'}, "algorithm is 'luck'; allowed are realtime, quality, paper"),
     ({'queue_size': 3}, 'read-only parameter: queue_size'),
     ({'confidence_threshold': 'high'}, 'Wrong parameter type'),
 ])
@@ -110,7 +110,7 @@ def test_a_refusal_says_why(bench, change, reason):
 
 
 def test_a_profile_presets_what_is_not_set_along_with_it(bench):
-    names = ('population', 'generations', 'search', 'disparity_range')
+    names = ('population', 'generations', 'algorithm', 'disparity_range')
     before = bench.parameters(*names)
     assert bench.change(profile='paper', population=4, generations=1) == (True, '')
     assert bench.parameters(*names) == [4, 1, 'paper', 16]
@@ -157,7 +157,7 @@ def test_the_paper_s_profile_at_start_gives_left_referenced_disparities(make_ben
         bench.connect()
         message = bench.first_match(*PAIR)
         assert (message.max_disparity, message.delta_d) == (15.0, 1.0)
-        assert bench.parameters('search', 'population') == ['paper', 8]
+        assert bench.parameters('algorithm', 'population') == ['paper', 8]
 
 
 @pytest.mark.parametrize('argument, sentence', [

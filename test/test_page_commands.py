@@ -165,7 +165,7 @@ def test_a_variable_that_is_set_has_an_effect(words, tmp_path):
         assert (ROOT / file.lstrip('/')).is_file()
         return
     if name == 'NUMBA_CACHE_DIR':
-        run_code(f'from {PACKAGE}.matching.kernels.chance import mixed\n'
+        run_code(f'from {PACKAGE}.matching.kernels.genetic.random_numbers import mixed\n'
                  'import numpy as np\nmixed(np.uint64(1), np.uint64(2))', {name: str(tmp_path)})
         assert [*tmp_path.rglob('*.nbi')]
         return

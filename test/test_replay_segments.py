@@ -5,7 +5,7 @@ from concurrent.futures import Future
 import weakref
 
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.matcher import Match
+from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.pairs.bag_reading import BagMessage, DamagedBag
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.replay import Tally

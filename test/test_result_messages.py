@@ -42,8 +42,8 @@ def test_a_disparity_message_is_filled_as_the_contract_says():
 
 def test_the_step_of_a_message_is_the_one_the_matcher_rounds_to():
     assert DISPARITY_STEP == 1 / STEPS
-    assert filled([[5.0]], search='paper').delta_d == 1.0
-    surfaces = filled([[5.0]], search='thorough', min_disparity=-40, disparities=60)
+    assert filled([[5.0]], algorithm='paper').delta_d == 1.0
+    surfaces = filled([[5.0]], algorithm='quality', min_disparity=-40, disparities=60)
     assert surfaces.delta_d == np.nextafter(np.float32(40), np.float32(41)) - 40
 
 

@@ -69,10 +69,10 @@ SCENES = {
     '12 bits': {'grey': 'both', 'bits': 12},
     '16 bits in colour': {'bits': 16},
     'negative disparities': {'min_disparity': -7},
-    'chance': {'generations': 3, 'sweeps': 1, 'seed': 5},
     'from the right': {'reference': 'right'},
     'filled': {'fill': True},
     'paper': {'profile': 'paper', 'population': 6, 'generations': 3},
+    'chance': {'profile': 'paper', 'population': 6, 'generations': 3, 'seed': 5},
     'quality': {'profile': 'quality', 'generations': 1},
 }
 
@@ -340,8 +340,8 @@ DAMAGES = {
         lambda folder: rewritten(folder / 'parameters.json', shiny=1),
         'parameters.json has shiny, as no file of version .* take the version that wrote it'),
     'an older parameter': (
-        lambda folder: rewritten(folder / 'parameters.json', patience=None),
-        'parameters.json lacks patience'),
+        lambda folder: rewritten(folder / 'parameters.json', elite=None),
+        'parameters.json lacks elite'),
     'a parameter out of range': (
         lambda folder: rewritten(folder / 'parameters.json', elite=7.0),
         'parameters.json: elite is 7.0; allowed are numbers from 0.0 to 1.0'),

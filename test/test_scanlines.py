@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, splat, store
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, ScanlineGuess, SHIFT
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines, SHIFT
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 from numba import njit
@@ -125,9 +125,10 @@ class Scanned:
         left, right = small_pair(*shape, disparity=min(4, shape[1] - 1), channels=channels)
         self.disparities = disparities
         self.possibility = seen(left, right, disparities, min_disparity, model)
-        self.guess = ScanlineGuess(self.possibility, tile)
-        maps, self._guarded = zip(*map(guarded, self.guess.chosen))
-        self.guess.chosen = Chosen(*maps)
+        self.scanlines = Scanlines(self.possibility, tile)
+        maps, self._guarded = zip(*map(guarded, self.scanlines.chosen))
+        self.scanlines.chosen = Chosen(*maps)
+        self.windows = None if windows_seed is None else self.scanlines.windows
         if windows_seed is not None:
             self._choose_windows(np.random.default_rng(windows_seed))
         self.priors = [self._prior(shape, seed) for seed in (1, 2)] if priors else []
@@ -137,10 +138,11 @@ class Scanned:
         self._pair = left, right, min_disparity, model
 
     def search(self):
-        for memory in self.guess._memory:
+        for memory in self.scanlines._memory:
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
-        self.guess.search(self.crew, *self.priors)
+        chosen = self.scanlines.search(self.crew, self.windows, *self.priors)
+        assert chosen is self.scanlines.chosen
         assert self._unused() == before
         for whole in self._guarded:
             assert np.all(whole[:GUARD] == 0xA5)
@@ -149,7 +151,7 @@ class Scanned:
     def _unused(self):
         """Return the bytes of the working memory that belong to none of its parts."""
         unused = []
-        for scratch, memory in zip(self.guess._scratch, self.guess._memory):
+        for scratch, memory in zip(self.scanlines._scratch, self.scanlines._memory):
             places = scratch._asdict()
             for number in ('strip', 'kept', 'chain', 'words'):
                 del places[number]
@@ -163,34 +165,33 @@ class Scanned:
                         random_map(shape, 3, seed), self.disparities, *RULES)
 
     def _choose_windows(self, chance):
-        windows, most = self.guess.windows, self.guess.most_blocks
+        windows, most = self.scanlines.windows, self.scanlines.most_blocks
         windows.blocks[:] = chance.integers(1, most + 1, windows.blocks.shape)
         last = np.maximum(self.disparities - LANES * windows.blocks, 0)
         windows.low[:] = chance.integers(0, last + 1)
-        self.guess.pack()
 
     def twin(self):
         """Return sums (R, C, D) and the windows: low, high, tile."""
         left, right, min_disparity, model = self._pair
-        windows, labels = self.guess.windows, self.disparities
+        windows, labels = self.scanlines.windows, self.disparities
         costs = twin_costs(left, right, labels, min_disparity, model)
         if model.box:
             costs = twins.box_costs(costs, model.box)
         for prior in self.priors:
             costs = costs + twins.prior_costs(prior.labels, prior.weights, RULES, labels)
         high = np.minimum(windows.low + LANES * windows.blocks, labels)
-        search = windows.low, high, self.guess.tile
+        search = windows.low, high, self.scanlines.tile
         grey = self.possibility.left.grey[:, :left.shape[1]]
         across, down = twins.jump_penalties(grey, twins.jump_table(model))
         sums = twins.summed_passes(
             costs, twins.outside_windows(costs.shape, *search), across, down, model.small,
-            [band[1:] for band in self.guess.bands], self.guess.tile, OVERLAP)
+            [band[1:] for band in self.scanlines.bands], self.scanlines.tile, OVERLAP)
         return sums, search
 
 
 def check(scanned):
     sums, search = scanned.twin()
-    chosen, expected = scanned.guess.chosen, twins.chosen(sums, *search)
+    chosen, expected = scanned.scanlines.chosen, twins.chosen(sums, *search)
     for name, values in zip(('labels', 'offsets', 'sums', 'margins'), expected):
         np.testing.assert_array_equal(getattr(chosen, name), values, name)
     extra = chosen.target.shape[1] - chosen.labels.shape[1]
@@ -248,7 +249,7 @@ def test_any_size_of_images_tiles_and_windows_is_that_of_the_twin(
 @pytest.mark.parametrize('rows', [127, 128, 133, 150])
 def test_the_bands_of_larger_images_start_their_paths_outside(rows, tile):
     scanned = Scanned((rows, 12), 40, tile, windows_seed=2)
-    assert len(scanned.guess.bands) == (2 if rows >= 128 else 1)
+    assert len(scanned.scanlines.bands) == (2 if rows >= 128 else 1)
     check(scanned)
 
 
@@ -260,7 +261,7 @@ def test_the_box_sums_of_larger_images_are_those_of_the_twin_in_every_strip_and_
 @pytest.mark.parametrize('model', [FULL_SIZE, HALF_SIZE])
 def test_four_bands_at_both_sizes_are_those_of_the_twin(model):
     scanned = Scanned((641, 5), 5, model=model, threads=3)
-    assert len(scanned.guess.bands) == 4
+    assert len(scanned.scanlines.bands) == 4
     check(scanned)
 
 
@@ -268,34 +269,33 @@ def test_four_bands_at_both_sizes_are_those_of_the_twin(model):
 def test_the_number_of_threads_changes_nothing(disparities):
     one, three = (Scanned((300, 20), disparities, 16, windows_seed=3, priors=True, threads=threads)
                   for threads in (1, 3))
-    for values, expected in zip(three.guess.chosen, one.guess.chosen):
+    for values, expected in zip(three.scanlines.chosen, one.scanlines.chosen):
         np.testing.assert_array_equal(values, expected)
 
 
 def test_an_array_that_is_not_contiguous_is_refused():
     scanned = Scanned((5, 8), 4)
-    prior = scanned.guess.no_prior
+    prior = scanned.scanlines.no_prior
     with pytest.raises(ValueError, match='not contiguous'):
-        scanned.guess.search(Crew(1), prior._replace(weights=prior.weights[::-1]))
+        scanned.scanlines.search(Crew(1), None, prior._replace(weights=prior.weights[::-1]))
 
 
 def test_what_was_searched_before_leaves_no_trace():
     scanned = Scanned((40, 50), 64, tile=16, windows_seed=1)
-    before = [values.copy() for values in scanned.guess.chosen]
-    windows = scanned.guess.windows.low.copy(), scanned.guess.windows.blocks.copy()
-    scanned.guess.search_everything()
+    before = [values.copy() for values in scanned.scanlines.chosen]
+    windows = scanned.scanlines.windows.low.copy(), scanned.scanlines.windows.blocks.copy()
+    scanned.windows = None
     scanned.search()
-    assert not np.array_equal(scanned.guess.chosen.labels, before[0])
-    scanned.guess.windows.low[:], scanned.guess.windows.blocks[:] = windows
-    scanned.guess.pack()
+    assert not np.array_equal(scanned.scanlines.chosen.labels, before[0])
+    scanned.windows = scanned.scanlines.windows
+    scanned.windows.low[:], scanned.windows.blocks[:] = windows
     scanned.search()
-    for values, expected in zip(scanned.guess.chosen, before):
+    for values, expected in zip(scanned.scanlines.chosen, before):
         np.testing.assert_array_equal(values, expected)
 
 
 def test_a_shifted_scene_is_found():
     left, right = small_pair(40, 60, disparity=7)
-    guess = ScanlineGuess(seen(left, right, 32), 16)
-    guess.search(Crew(1))
+    chosen = Scanlines(seen(left, right, 32), 16).search(Crew(1))
     inside = np.s_[4:-4, 12:-4]
-    assert np.mean(guess.chosen.labels[inside] == 7) > 0.95
+    assert np.mean(chosen.labels[inside] == 7) > 0.95

@@ -5,8 +5,7 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros.parameter_table import (
-    matcher_parameters, NODE_PARAMETERS, profile_config)
+from fuzzy_stereo_ros.parameter_table import matcher_parameters, NODE_PARAMETERS, profile_config
 from node_process import NodeProcess, own_domain, shifted_pair
 from pages import text_of
 import pytest

@@ -36,9 +36,8 @@ def expressed(shape, disparities, seed=0, verdict=None, **changes):
     verdict = random_verdict if verdict is None else np.full(shape, verdict, np.uint8)
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = Refinement(*shape, disparities, final.dtype)
-    refinement.verdict[:], refinement.labels[:] = verdict, final
-    disparity, confidence = (np.full(shape, 99, np.float32) for _ in range(2))
-    refinement.express(CREW, chosen, config, disparity, confidence)
+    refinement.verdict[:] = verdict
+    disparity, confidence = refinement.express(CREW, final, chosen, config)
     fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, verdict)
     sure = twins.confidence(twins.certainty(chosen.sums, chosen.margins, verdict), verdict)
     return disparity, confidence, fine, sure, verdict
@@ -74,9 +73,7 @@ def test_labels_in_the_middle_of_their_like_move_by_the_mean_of_their_offsets():
     offsets[1, 1], offsets[4, 4] = 8, 5
     chosen = SimpleNamespace(labels=final, offsets=offsets, sums=final, margins=final)
     refinement = Refinement(5, 5, 64, np.uint8)
-    refinement.labels[:] = final
-    disparity, confidence = (np.zeros((5, 5), np.float32) for _ in range(2))
-    refinement.express(CREW, chosen, MatcherConfig(), disparity, confidence)
+    disparity, _ = refinement.express(CREW, final, chosen, MatcherConfig())
     assert disparity[2, 2] == 20 + 1 / 16       # 13 / 25 of a sixteenth, rounded
     assert disparity[0, 0] == 20 + 1 / 16       # 8 / 9
     assert disparity[0, 4] == 20
@@ -99,9 +96,7 @@ def test_only_where_nothing_is_known_a_pixel_is_refused_without_a_threshold(marg
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros((19, 19), np.int8),
                              sums=np.full((19, 19), 255, np.uint8), margins=margins)
     refinement = Refinement(19, 19, 64, np.uint8)
-    refinement.labels[:] = labels
-    disparity, confidence = (np.full((19, 19), 99, np.float32) for _ in range(2))
-    refinement.express(CREW, chosen, MatcherConfig(), disparity, confidence)
+    disparity, _ = refinement.express(CREW, labels, chosen, MatcherConfig())
     assert np.count_nonzero(disparity == 7) == valid * AROUND**2
     assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
 
@@ -112,10 +107,8 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
                              sums=np.zeros((4, 5), np.uint8),
                              margins=np.full((4, 5), CLEAR_MARGIN, np.uint8))
     refinement = Refinement(4, 5, 64, np.uint8)
-    refinement.labels[:] = labels
-    disparity, confidence = (np.full((4, 5), 99, np.float32) for _ in range(2))
-    refinement.express(CREW, chosen, MatcherConfig(confidence_threshold=0.5), disparity,
-                       confidence)
+    disparity, confidence = refinement.express(
+        CREW, labels, chosen, MatcherConfig(confidence_threshold=0.5))
     assert np.all(confidence == 0.5)
     assert np.all(disparity == 7)
 

@@ -5,15 +5,16 @@ Ablation: the matcher as it is, and with each part removed or replaced, on scene
 
 Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
 """
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
-from fuzzy_stereo_ros.benchmarks import ablation_picture, ablation_tables, variants
+from fuzzy_stereo_ros.benchmarks import ablation_picture, ablation_tables
 from fuzzy_stereo_ros.benchmarks.correlation import Point
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
+from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
+from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
 from fuzzy_stereo_ros.comparing.report import environment, Report
 from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
@@ -23,48 +24,6 @@ import numpy as np
 
 TURNS = 3       # of which the fastest counts
 RIVAL = '3WAY'
-
-
-@dataclass(frozen=True)
-class Variant:
-    """
-    The matcher with a part removed or replaced.
-
-    changes: {parameter: value}; search: the class of its search. still, moving: whether it is
-    another matcher than the default on single scenes, and on sequences. timed: its time tells.
-    """
-
-    name: str
-    changes: dict = field(default_factory=dict)
-    search: type = MeasuredSearch
-    still: bool = True
-    moving: bool = True
-    timed: bool = True
-
-
-DEFAULT = Variant('as it is')
-VARIANTS = (
-    DEFAULT,
-    Variant('no population: the best seed alone', {'generations': 0}),
-    Variant('no partition crossover: the fitter member as a whole',
-            search=variants.WholeMembers),
-    Variant("cut crossover, the paper's, instead", search=variants.CutCrossover),
-    Variant('mutation: 9 generations more', {'generations': 10}),
-    Variant('mutation not aimed: 9 generations more', {'generations': 10, 'mutation_rate': 1.0}),
-    Variant('mutation without partition crossover: 9 generations more', {'generations': 10},
-            variants.WholeMembers, moving=False),
-    Variant('memetic sweep: 1, no mutation', {'generations': 2, 'sweeps': 1}, variants.Unmutated),
-    Variant('memetic sweeps: 2, no mutation', {'generations': 2, 'sweeps': 2},
-            variants.Unmutated),
-    Variant('mutation and a sweep: 9 generations more', {'generations': 10, 'sweeps': 1},
-            moving=False),
-    Variant('no previous frames', {'warm_start': False}, still=False),
-    Variant('previous frames averaged, no previous best as prior', search=variants.WithoutPrior,
-            still=False),
-    Variant("the paper's fitness, Eq. 3, by region", search=variants.PaperFitness, timed=False),
-    Variant("the paper's possibility, three grey classes", search=variants.GreyClasses,
-            timed=False),
-)
 
 
 @dataclass(frozen=True)
@@ -82,7 +41,7 @@ class StillResult:
     What was found on a scene.
 
     trials: {name of variant or rival: `Trial`}. points: of all different chromosomes that came
-    up; truth: the two figures of `asked_about_truth`.
+    up; truth: the two figures of `truth_beside_result`.
     """
 
     scene: Scene
@@ -124,11 +83,11 @@ def run(request):
         'fitness': 'of the best chromosome before refinement, by the fitness of the matcher as it '
                    'is, measured everywhere; 1 would be fully possible and smooth',
         'time': f'all variants in turns; scenes: minimum of {TURNS}; sequences: median of the '
-                'frames after the first; the replaced fitness and possibility are written to '
-                'compare, not to be fast: no times of them',
+                'frames after the first; the replaced possibility is written to compare, not to '
+                'be fast: no times of it',
         'sequences': 'those of the benchmark `warm`, scored as there',
     }
-    found = ablation_tables.tables(still, moving, VARIANTS)
+    found = ablation_tables.tables(still, moving, REALTIME)
     pictures, lacking = as_svg('ablation.svg', partial(ablation_picture.draw, found))
     return Report('ablation', 'Ablation', settings, found, [*skipped, *missing, *lacking],
                   pictures)
@@ -138,7 +97,7 @@ def on_scene(scene, request):
     """Return the `StillResult` of one scene."""
     known = scene.read()
     matchers = {variant.name: _matcher(variant, scene, request)
-                for variant in VARIANTS if variant.still}
+                for variant in REALTIME if variant.still}
     seen, matches = {}, {name: [] for name in matchers}
 
     def observe(_, population):
@@ -149,19 +108,19 @@ def on_scene(scene, request):
             matcher.reset()
             matches[name].append(matcher.match(known.left, known.right,
                                                observe=None if turn else observe))
-    judge = matchers[DEFAULT.name].search
+    judge = matchers[DEFAULT.name]
     trials = {}
     for name, matcher in matchers.items():
-        observe(None, matcher.search.population[:1])
+        observe(None, matcher.algorithm.population.genes[:1])
         trials[name] = Trial(
             bad_percent(matches[name][-1].disparity, known, scene.limit),
-            judge.fitness_of(matcher.search.population[0]),
+            judge.algorithm.fitness_of(matcher.algorithm.population.genes[0]),
             min(match.times['total'] for match in matches[name][1:]))
     rival, trials[rival.name] = _rival(scene, known, judge)
-    points = [Point(judge.fitness_of(genes),
+    points = [Point(judge.algorithm.fitness_of(genes),
                     bad_percent(genes.astype(np.float32), known, scene.limit))
               for genes in seen.values()]
-    return StillResult(scene, trials, points, asked_about_truth(scene, known, judge))
+    return StillResult(scene, trials, points, truth_beside_result(scene, known, judge))
 
 
 def _rival(scene, known, judge):
@@ -169,20 +128,20 @@ def _rival(scene, known, judge):
     rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == RIVAL)
     found = dense(rival.match(known.left, known.right, scene.disparities))
     return rival, Trial(bad_percent(found, known, scene.limit),
-                        judge.fitness_of(genes_of(found, judge)))
+                        judge.algorithm.fitness_of(genes_of(found, judge)))
 
 
 def on_sequence(sequence, request):
     """Return the `MovingResult` of one sequence."""
     frames = sequence.read()
     matchers = {variant.name: _matcher(variant, sequence, request)
-                for variant in VARIANTS if variant.moving}
+                for variant in REALTIME if variant.moving}
     judge = matchers[DEFAULT.name]
     matches, fitness = ({name: [] for name in matchers} for _ in range(2))
     for known in frames:
         for name, matcher in matchers.items():
             matches[name].append(matcher.match(known.left, known.right))
-            fitness[name].append(judge.search.fitness_of(matcher.search.population[0]))
+            fitness[name].append(judge.algorithm.fitness_of(matcher.algorithm.population.genes[0]))
     scored = [number for number in sequence.scored if frames[number].truth is not None]
     first = max(1, sequence.scored.start)
     return MovingResult(
@@ -199,7 +158,7 @@ def on_sequence(sequence, request):
 
 
 def _matcher(variant, scene, request):
-    return StereoMatcher(request.config(scene.disparities, **variant.changes), variant.search)
+    return StereoMatcher(request.config(scene.disparities, **variant.changes), variant.stages)
 
 
 def _mean(values):

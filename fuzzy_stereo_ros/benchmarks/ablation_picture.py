@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The picture of the ablation: error and time of each variant beside the matcher as it is."""
-from fuzzy_stereo_ros.benchmarks.picture import (
-    column, DEFAULT, OURS, OURS_LIGHT, RIVAL, titled)
+from fuzzy_stereo_ros.benchmarks.picture import column, DEFAULT, OURS, OURS_LIGHT, RIVAL, titled
 
 SCENES, SEQUENCES, TIMES = 'Scenes: mean error', 'Sequences: mean error', 'Scenes: mean time'
 ROOM = 2.4      # an error of more than so many times that of the matcher as it is, is cut there

@@ -1,21 +1,20 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Anytime: error and fitness against milliseconds, from four kinds of initial population.
+Anytime: error and fitness against milliseconds, as evolution goes on from several populations.
 
 What counts is the chromosome itself, before refinement.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
+import time
 
 from fuzzy_stereo_ros.benchmarks import anytime_picture
 from fuzzy_stereo_ros.benchmarks.correlation import correlation_table, Point
-from fuzzy_stereo_ros.benchmarks.courses import ALLELES, course_of, STARTS
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.measured_search import asked_about_truth, genes_of, MeasuredSearch
 from fuzzy_stereo_ros.benchmarks.paper_tables import fastest
 from fuzzy_stereo_ros.benchmarks.picture import as_svg
-from fuzzy_stereo_ros.benchmarks.speed import with_noise
+from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
 from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
 from fuzzy_stereo_ros.comparing.report import environment, Report, Table
 from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
@@ -23,10 +22,25 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
 
 CLASSIC, MODERN, MADE = 'middv2', 'midd2006_third', 'made'
-CHECKPOINTS = (10, 20, 50, 100, 200, 500, 1000, 2000)    # milliseconds
+CHECKPOINTS = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)    # milliseconds
 QUICK_CHECKPOINTS = (1, 20, 60)
-NOISE = 3           # grey levels, fresh in every frame: else the frame before were this one
 RIVAL, RIVAL_TURNS = '3WAY', 3
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where an evolution starts: a profile, and changes of its parameters."""
+
+    name: str
+    profile: str
+    changes: dict = field(default_factory=dict)
+
+
+STARTS = (
+    Start('paper', 'paper', {'generations': 200}),
+    Start('quality', 'quality'),
+    Start('realtime', 'realtime'),
+)
 
 
 @dataclass(frozen=True)
@@ -44,7 +58,7 @@ class Courses:
     What was found on a scene: {name of start: list of `Stand`, in order of time}.
 
     rival: the one `Stand` of OpenCV's matcher. truth: the two figures
-    of `asked_about_truth`.
+    of `truth_beside_result`.
     """
 
     scene: Scene
@@ -62,20 +76,13 @@ def run(request):
         found = [measure(scene, checkpoints[-1]) for scene in request.follow(shown, 'anytime')]
     settings = {
         **environment('one each'),
-        'pairs': f'with fresh noise of {NOISE} grey levels in each frame',
-        'random': 'independent, uniform genes; the search is given the scanline pass for free '
-                  '(windows of labels, which pixels are hidden): it knows more than chance does',
-        'guesses from the data': f'each gene the most possible of {ALLELES} random ones; the '
-                                 'search is given the same',
-        'scanline seeds': 'profile realtime, cold, with generations until time is up',
-        'previous frame': 'the same after two frames of the same scene',
-        'our operators': 'partition crossover with 9 mutants a generation, population 10; '
-                         'mutation strikes any cell where genes come from chance or data, else '
-                         'the 40 % least possible ones; *sweeps*: a memetic sweep a generation',
+        **{start.name: f'profile {start.profile}' + ''.join(
+            f', {name} = {value}' for name, value in start.changes.items()) for start in STARTS},
         'rival': f'{RIVAL}, tuned for the family, dense, minimum of {RIVAL_TURNS} turns',
         'error': 'of the chromosome itself, without refinement: percent of pixels off by more '
                  'than 1 px (Middlebury, made) or 3 px (KITTI)',
-        'fitness': 'that of profile realtime, cold, measured everywhere, of all alike',
+        'fitness': 'that of profile realtime, cold, in whole pixels, measured everywhere, of all '
+                   'alike',
     }
     pictures, missing = as_svg('anytime.svg', partial(anytime_picture.draw, found))
     return Report('anytime', 'Anytime', settings, tables(found, checkpoints),
@@ -95,26 +102,38 @@ def _shown(scenes):
 def measure(scene, longest):
     """Return the `Courses` of one scene; longest: milliseconds of each."""
     known = scene.read()
-    chance = np.random.default_rng(3)
-    frames = [tuple(with_noise(image, NOISE, chance) for image in (known.left, known.right))
-              for _ in range(3)]
-    matcher = StereoMatcher(MatcherConfig(disparities=scene.disparities, threads=1),
-                            MeasuredSearch)
-    matcher.match(*frames[-1])
-    judge = matcher.search
+    judge = StereoMatcher(MatcherConfig(disparities=scene.disparities, threads=1))
+    judge.match(known.left, known.right)
 
     def stand(milliseconds, genes):
-        genes = genes_of(genes, judge)
-        return Stand(milliseconds, judge.fitness_of(genes),
+        whole = genes_of(genes, judge)
+        return Stand(milliseconds, judge.algorithm.fitness_of(whole),
                      bad_percent(genes.astype(np.float32), known, scene.limit))
 
-    stands = {start.name: [stand(*noted) for noted in course_of(
-        start, scene.disparities, frames, longest)] for start in STARTS}
+    stands = {start.name: [stand(*noted) for noted in course_of(start, scene, known, longest)]
+              for start in STARTS}
     rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == RIVAL)
     milliseconds, disparity = fastest(RIVAL_TURNS, lambda: dense(
-        rival.match(*frames[-1], scene.disparities)))
+        rival.match(known.left, known.right, scene.disparities)))
     return Courses(scene, stands, stand(milliseconds, disparity),
-                   asked_about_truth(scene, known, judge))
+                   truth_beside_result(scene, known, judge))
+
+
+def course_of(start, scene, known, longest):
+    """Return [(milliseconds, chromosome)] of the fittest after each generation on a pair."""
+    matcher = StereoMatcher(MatcherConfig.from_profile(start.profile, **{
+        'reference': 'left', 'disparities': scene.disparities, 'threads': 1,
+        'deadline_ms': float(longest), **start.changes}))
+    matcher.warm_up(*known.left.shape[:2])
+    notes = []
+
+    def observe(_, genes):
+        best = genes[matcher.algorithm.population.best]
+        notes.append(((time.perf_counter_ns() - begun) / 1e6, best.copy()))
+
+    begun = time.perf_counter_ns()
+    matcher.match(known.left, known.right, observe=observe)
+    return notes
 
 
 def tables(found, checkpoints):

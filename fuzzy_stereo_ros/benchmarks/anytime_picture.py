@@ -18,7 +18,7 @@ def draw(found):
                 stands = apart(stands)
                 panel.plot([stand.milliseconds for stand in stands],
                            [getattr(stand, what) for stand in stands],
-                           '--' if 'sweeps' in start else '-', label=start)
+                           marker='.', label=start)
             panel.plot(courses.rival.milliseconds, getattr(courses.rival, what), 'k*',
                        label='3WAY')
             panel.set_xscale('log')

@@ -43,7 +43,7 @@ def correlation_table(points, truths):
     Return the table of correlations by scene, their mean, and that of all scenes in one.
 
     points: {scene: list of different `Point`s}. truths: {scene: the two figures of
-    `asked_about_truth`}.
+    `truth_beside_result`}.
     """
     rows = []
     for scene, found in points.items():

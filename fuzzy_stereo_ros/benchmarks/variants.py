@@ -1,143 +1,159 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The search of `realtime` with single steps removed, or put back as the paper has them.
+Each profile with single parts removed, or put back as the paper has them.
 
-They are there to be compared with, and are slower than they need to be.
+A variant changes parameters, or exchanges a stage. Its parts are there to be compared with, and
+are slower than they need to be.
 """
-import cv2
-from fuzzy_stereo_ros.benchmarks.measured_search import MeasuredSearch
-from fuzzy_stereo_ros.matching import operators
-from fuzzy_stereo_ros.matching.fitness import FuzzyFitness, gradient_by_index, gradient_norm
-from fuzzy_stereo_ros.matching.fuzzy import CENTRES, membership
-from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import fill_uniform, key_of
-from fuzzy_stereo_ros.matching.possibility import grey_levels
+from dataclasses import dataclass, field
+
+from fuzzy_stereo_ros.benchmarks.paper_variants import ALONE, no_mutation
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
+from fuzzy_stereo_ros.matching.paper.fuzzy_classes import GREY_CENTRES, membership
+from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
+from fuzzy_stereo_ros.matching.paper.operators import copy_parents
+from fuzzy_stereo_ros.matching.quality.evidence import NoEvidence
+from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
+from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
+from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
+from fuzzy_stereo_ros.matching.realtime.possibility import View
 import numpy as np
 
 _BITS = 8           # of a byte plane: steps of a membership
+_SIGMA = 54.0       # grey levels, standard deviation of the paper's classes
 
 
-class WholeMembers(MeasuredSearch):
-    """Without partition crossover: a member that is fitter as a whole takes the first place."""
-
-    def _cross(self, father):
-        return self._succeed(father, [self._members[father]])
-
-    def _succeed(self, father, rivals):
-        """Let the fittest rival, the first being the father, lead where it is; return its gain."""
-        leads = [self._lead(rival) for rival in rivals]
-        self.fitness[father] = self.fitness[0] + leads[0]
-        lead, fittest = max(zip(leads, rivals), key=lambda pair: pair[0])
-        if lead <= 0:
-            return 0.0
-        self._members[0] = fittest
-        self.fitness[0] += lead
-        return lead
-
-    def _lead(self, chromosome):
-        """Return how much fitter than the fittest a chromosome is as a whole."""
-        fitness = self.fitness_of(chromosome)
-        return fitness - self.fitness_of(self._members[0])      # last, as mutation aims by her
-
-
-class CutCrossover(WholeMembers):
-    """The paper's crossover: above a random line one parent, below it the other, both ways."""
-
-    def start(self, left, right, state, seed_words):
-        """Make the initial population of a pair."""
-        self._crossings = 0
-        super().start(left, right, state, seed_words)
-
-    def _cross(self, father):
-        mother, other = self._members[0], self._members[father]
-        self._crossings += 1
-        draw = np.zeros(1)
-        fill_uniform(key_of(*self._seed_words, 0, self._crossings), draw)
-        (line,) = operators.crossover_lines(len(mother), draw)
-        children = np.empty((2, *mother.shape), mother.dtype)
-        operators.cut_crossover(mother, other, line, children[0])
-        operators.cut_crossover(other, mother, line, children[1])
-        return self._succeed(father, [other, *children])
-
-
-class Unmutated(MeasuredSearch):
-    """Without mutation."""
-
-    def _mutate(self, slot, number, mutant):
-        """Leave the copy of the fittest as it is."""
-
-
-class WithoutPrior(MeasuredSearch):
-    """The previous frames are averaged; their best does not lead the scanline guess."""
-
-    def _guess_from(self, previous):
-        super()._guess_from(self._guess.no_prior)
-
-
-class PaperFitness(MeasuredSearch):
-    """Regions are judged by Eq. 3 and 4; what it means at their borders is left out."""
-
-    def __init__(self, config, rows, columns):
-        """Allocate all that pairs of one size need."""
-        super().__init__(config, rows, columns)
-        self._measure = FuzzyFitness(config, rows, columns)
-        self._gradients = (np.zeros((rows, columns), np.uint16),
-                           np.zeros((rows, columns + config.disparities - 1), np.uint16))
-
-    def start(self, left, right, state, seed_words):
-        """Make the initial population of a pair."""
-        self._measure.take(left, right)
-        target = np.zeros(left.shape[:2], np.uint16)
-        for image, norm in zip(grey_levels(left, right), (self._gradients[0], target)):
-            gradient_norm(image, norm)
-        gradient_by_index(target, self._config.min_disparity, self._gradients[1])
-        super().start(left, right, state, seed_words)
-
-    def terms(self, chromosome):
-        """Return the terms of the outer sum of Eq. 3: float64 (R, C), 255ths."""
-        genes, chosen = chromosome.astype(np.uint16), np.zeros(chromosome.shape, np.uint8)
-        self._measure.choose(genes, chosen)
-        side = self._config.neighbourhood
-        around = cv2.boxFilter(chosen, cv2.CV_64F, (side, side), normalize=False,
-                               borderType=cv2.BORDER_CONSTANT)
-        reference, target = self._gradients
-        place = np.arange(genes.shape[1]) - genes + self._config.disparities - 1
-        return around * reference * np.take_along_axis(target, place.astype(np.intp), 1)
-
-    def _cross(self, father):
-        mother, other = self._members[0], self._members[father]
-        rise = self.terms(other) - self.terms(mother)
-        _, regions = cv2.connectedComponents((mother != other).astype(np.uint8), connectivity=4)
-        rises = np.bincount(regions.ravel(), rise.ravel())
-        rises[0] = 0
-        taken = rises[regions] > 0
-        mother[taken] = other[taken]
-        gained = float(rises[rises > 0].sum())
-        self.fitness[father] = self.fitness[0] + float(rise.sum())
-        self.fitness[0] += gained
-        return gained
-
-
-class GreyClasses(MeasuredSearch):
+@dataclass(frozen=True)
+class Variant:
     """
-    The possibility of three grey classes in the place of census and gradient.
+    A profile with a part removed or replaced.
+
+    changes: {parameter: value}; stages: those of the profile's matcher, None for its own. still,
+    moving: whether it is another matcher than the default on single scenes, and on sequences.
+    timed: its time tells. part: of the genetic algorithm, which is removed; '' for others.
+    """
+
+    name: str
+    changes: dict = field(default_factory=dict)
+    stages: object = None
+    still: bool = True
+    moving: bool = True
+    timed: bool = True
+    part: str = ''
+
+
+class WholeMember:
+    """No crossover of parts: the second parent is taken as a whole where it is fitter."""
+
+    def __init__(self, rows, columns):
+        """Need no memory."""
+
+    def __call__(self, exchange, random=None):
+        """Choose all cells or none; return the change of cost, not above 0."""
+        change = min(exchange.total(), 0)
+        exchange.taken[:] = change < 0
+        return change
+
+
+def line(rows, columns):
+    """Return the paper's crossover."""
+    return Line()
+
+
+def cut(rows, columns):
+    """Return the exact crossover for the four neighbours of a cell."""
+    return Cut(rows, columns, 4)
+
+
+def without_previous_best(warm_start, crew, state, half):
+    """Return no prior: the previous frames are averaged, but their best has no say."""
+
+
+def describe_by_grey_classes(view, first, last):
+    """
+    Write the paper's three grey classes in the place of census and gradient.
 
     A pixel's code has as many bits of a class as eighths of membership, Eq. 1. As the memberships
     sum to about one, the Hamming distance of two codes is 16 (1 - possibility), that of Eq. 2 with
     the bounded sum, not the maximum, as fuzzy OR.
     """
+    View.describe(view, first, last)
+    within = np.minimum(np.arange(view.census.shape[2]), view.columns - 1)
+    for plane, centre in enumerate(GREY_CENTRES):
+        degree = membership(np.arange(256), centre, _SIGMA)
+        codes = ((1 << np.rint(_BITS * degree).astype(np.int64)) - 1).astype(np.uint8)
+        view.census[first:last, plane] = codes[view.grey[first:last]][:, within]
+    view.slopes[first:last] = 128
 
-    def _see(self, left, right):
-        super()._see(left, right)
-        for possibility in (self._possibility, self._coarse.possibility):
-            for view in (possibility.left, possibility.right):
-                self._classify(view)
 
-    def _classify(self, view):
-        """Write the codes of an image, the last one repeated behind its row."""
-        within = np.minimum(np.arange(view.census.shape[2]), view.columns - 1)
-        for plane, centre in enumerate(CENTRES):
-            degree = membership(np.arange(256), centre, self._config.class_sigma)
-            codes = ((1 << np.rint(_BITS * degree).astype(np.int64)) - 1).astype(np.uint8)
-            view.census[:, plane] = codes[view.grey][:, within]
-        view.slopes[:] = 128
+DEFAULT = Variant('as it is')
+REALTIME = (
+    DEFAULT,
+    Variant('no population: one chromosome', {'population': 1}, part='population'),
+    Variant('no crossover: the fitter chromosome as a whole',
+            stages=RealtimeStages(crossover=WholeMember), part='crossover'),
+    Variant("the paper's line crossover", stages=RealtimeStages(crossover=line)),
+    Variant('minimum cut', stages=RealtimeStages(crossover=cut)),
+    Variant('no previous frames', {'warm_start': False}, still=False),
+    Variant('previous frames averaged, no previous best as prior',
+            stages=RealtimeStages(previous_best=without_previous_best), still=False,
+            part='previous best'),
+    Variant("the paper's possibility, three grey classes",
+            stages=RealtimeStages(describe=describe_by_grey_classes), timed=False),
+)
+
+
+def whole(rows, columns, neighbours):
+    """Return no crossover: a proposal is taken as a whole or not at all."""
+    return WholeMember(rows, columns)
+
+
+def regions(rows, columns, neighbours):
+    """Return partition crossover."""
+    return Regions(rows, columns)
+
+
+def paper_line(rows, columns, neighbours):
+    """Return the paper's crossover."""
+    return Line()
+
+
+def end_turn(population, random):
+    """Let the next chromosome have its turn, without crossing this one with the first."""
+    population.current = (population.current + 1) % len(population.fitness)
+
+
+def _quality_without(*names, **others):
+    """Return the stages of `quality` without operators of some names, and with others."""
+    kept = {name: operator for name, operator in OPERATORS.items() if name not in names}
+    return QualityStages(operators={**kept, **others})
+
+
+QUALITY = (
+    DEFAULT,
+    Variant('no population: one chromosome', {'population': 1}, part='population'),
+    Variant('population of 4, twice the generations', {'population': 4, 'generations': 8}),
+    Variant('siblings are not crossed', stages=_quality_without(crossover=end_turn)),
+    Variant('no crossover: a proposal as a whole', stages=QualityStages(crossover=whole),
+            part='crossover'),
+    Variant("the paper's line crossover", stages=QualityStages(crossover=paper_line)),
+    Variant('partition crossover', stages=QualityStages(crossover=regions)),
+    Variant('no mutation', stages=_quality_without('segments', 'tiles', 'copies'),
+            part='mutation'),
+    Variant('no planes of segments', stages=_quality_without('segments')),
+    Variant('no planes of tiles', stages=_quality_without('tiles')),
+    Variant('no copied planes', stages=_quality_without('copies')),
+    Variant('disparities have to be smooth, not planes', stages=QualityStages(flat=True)),
+    Variant('no evidence asked for', stages=QualityStages(evidence=NoEvidence)),
+    Variant('views judge each other at the start alone', stages=_quality_without('trust')),
+)
+PAPER = (
+    DEFAULT,
+    Variant(ALONE.name, {'population': 1, 'mutation_rate': 1.0},
+            ALONE.stages_for(MatcherConfig.from_profile('paper')), part='population'),
+    Variant('no crossover: neither regions nor migration',
+            stages=PaperStages(crossover=copy_parents, migration=None), part='crossover'),
+    Variant('no mutation', stages=PaperStages(mutation=no_mutation), part='mutation'),
+)

@@ -6,7 +6,7 @@ import json
 import sys
 
 from fuzzy_stereo_ros.benchmarks import (
-    ablation, accuracy, anytime, cost, paper_tables, speed, warm)
+    ablation, accuracy, anytime, balance, cost, paper_tables, speed, truth, warm)
 from fuzzy_stereo_ros.benchmarks.datasets import data_folder, DATA_VARIABLE, USUAL_DATA
 from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
 from fuzzy_stereo_ros.benchmarks.request import Request
@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.comparing.report import for_json, markdown
 from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
 
 BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
-              'paper': paper_tables.run, 'ablation': ablation.run, 'anytime': anytime.run,
-              'cost': cost.run}
+              'paper': paper_tables.run, 'balance': balance.run, 'truth': truth.run,
+              'ablation': ablation.run, 'anytime': anytime.run, 'cost': cost.run}
 ALL = 'all'
 REPEATS, QUICK_REPEATS = 15, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
@@ -28,10 +28,13 @@ DESCRIPTION = (
     '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads\n'
     '  warm      with and without the previous frame: error and flicker on sequences\n'
     '  paper     the tables and figure of the paper beside what is really reached\n'
-    '  ablation  each part of the matcher removed or replaced: error, fitness, time; and\n'
+    '  balance   each profile without population, crossover, mutation, previous best; quality\n'
+    '            and paper taken apart\n'
+    '  truth     whether quality prefers the truth: its fitness, where evolution from it ends\n'
+    '  ablation  each part of realtime removed or replaced: error, fitness, time; and\n'
     '            whether a fitter map is a better one\n'
-    '  anytime   error and fitness against milliseconds, from chance, data, scanlines and the\n'
-    '            frame before; with --output a picture beside the page\n'
+    '  anytime   error and fitness against milliseconds, generation by generation, in each\n'
+    '            profile; with --output a picture beside the page\n'
     '  cost      time over pixels and disparities, memory, threads, deadline, compiling\n'
     '  all       all of these, one after the other\n\n'
     'With --output each section of the page gets a picture of its figures beside it.\n\n'

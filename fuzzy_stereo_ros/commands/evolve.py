@@ -8,8 +8,7 @@ import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.command_parts import (
-    add_truth_options, check_outputs, for_json, read_truth)
+from fuzzy_stereo_ros.command_parts import add_truth_options, check_outputs, for_json, read_truth
 from fuzzy_stereo_ros.evaluation import score
 from fuzzy_stereo_ros.evolution_film import EvolutionFilm
 from fuzzy_stereo_ros.evolution_picture import write_evolution

@@ -69,7 +69,7 @@ class Ours:
     @property
     def starts(self):
         """Cold, and warm where the search leaves something for the next frame."""
-        return (COLD, WARM) if self.config(1).search == 'guided' else (COLD,)
+        return (COLD, WARM) if self.config(1).algorithm == 'realtime' else (COLD,)
 
     def player(self, task, start):
         """Return what matches frames, each by itself, or warm from the one before."""

@@ -15,8 +15,7 @@ import re
 
 from fuzzy_stereo_ros.comparing.found import FoundScene, FoundSequence
 from fuzzy_stereo_ros.comparing.grey_scales import scale_of
-from fuzzy_stereo_ros.comparing.known_pairs import (
-    KITTI, MIDDLEBURY, NUMBERS, WHOLE_PIXEL_TRUTH)
+from fuzzy_stereo_ros.comparing.known_pairs import KITTI, MIDDLEBURY, NUMBERS, WHOLE_PIXEL_TRUTH
 from fuzzy_stereo_ros.comparing.pair_files import (
     complete, first_of, masks_of, PairFiles, picture_of, PICTURES, told_disparities)
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 import re
 
-from fuzzy_stereo_ros.comparing.known_pairs import (
-    KITTI, KnownPair, NUMBERS, read_mask, read_truth)
+from fuzzy_stereo_ros.comparing.known_pairs import KITTI, KnownPair, NUMBERS, read_mask, read_truth
 from fuzzy_stereo_ros.comparing.visibility import agreeing, seen_by_both
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair

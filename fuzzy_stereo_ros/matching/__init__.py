@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The algorithm: two arrays in, disparity and confidence out."""
 from fuzzy_stereo_ros.matching.config import MatcherConfig, PROFILES
-from fuzzy_stereo_ros.matching.matcher import Match, StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.matcher import StereoMatcher, WARM_UP_SIZE
 
 __all__ = ['Match', 'MatcherConfig', 'PROFILES', 'StereoMatcher', 'WARM_UP_SIZE']

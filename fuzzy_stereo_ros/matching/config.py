@@ -24,7 +24,7 @@ class MatcherConfig:
     """
     What the matcher is asked to do, as a frozen value; the defaults are the profile `realtime`.
 
-    Where a sentence names searches, the others do not heed the number.
+    Where a sentence names algorithms, the others do not heed the number.
     Make changes with `dataclasses.replace`; a value that is not allowed raises a ValueError
     that says what was given and what is allowed.
     """
@@ -42,13 +42,13 @@ class MatcherConfig:
         0.0, 0.0, 1.0, '', 'pixels less sure than this are invalid')
     speckle_size: int = _number(
         100, 0, 1000000, 'px',
-        'connected regions smaller than this are refused; 0 keeps all (guided and thorough '
-        'search)')
+        'connected regions smaller than this are refused; 0 keeps all (realtime and '
+        'quality)')
     speckle_range: int = _number(
         1, 0, 255, 'px',
-        'largest step of disparity inside a connected region (guided and thorough search)')
+        'largest step of disparity inside a connected region (realtime and quality)')
     warm_start: bool = _switch(
-        True, 'let the best chromosome of the previous frame take part (guided search)')
+        True, 'let the best chromosome of the previous frame take part (realtime)')
     deadline_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
         'no operator starts after this time; 0 is no deadline, and only then are results '
@@ -58,36 +58,34 @@ class MatcherConfig:
     seed: int = _number(
         0, 0, 2**31 - 1, '', 'where chance starts; with it equal input gives equal output')
     population: int = _number(
-        3, 2, 1000, '', 'number of chromosomes alive')
+        2, 1, 1000, '', 'number of chromosomes alive')
     generations: int = _number(
         1, 0, 1000000, '', 'largest number of generations in one frame')
-    patience: int = _number(
-        0, 0, 1000000, '',
-        'stop after so many generations without a fitter best; 0 runs them all (paper search)')
-    search: str = _choice(
-        'guided', ('guided', 'thorough', 'paper'),
-        'guesses from the data and the previous frame, members of several possibility models, or '
-        'the random search of the paper')
-    sweeps: int = _number(
-        0, 0, 100, '',
-        'memetic sweeps of the fittest in each generation after the first (guided search)')
+    algorithm: str = _choice(
+        'realtime', ('realtime', 'quality', 'paper'),
+        'genetic algorithm of which profile')
     mutation_rate: float = _number(
         0.4, 0.0, 1.0, '',
-        'share of the cells, the least possible ones, that mutation may strike (guided and paper '
-        'search)')
+        'share of the children that mutate (paper); in its literal reading share of the cells, '
+        'the least possible ones, that mutation may strike')
     elite: float = _number(
         0.4, 0.0, 1.0, '',
-        'share of the population, the fittest, that always survives (paper search)')
-    survival: str = _choice(
-        'rank', ('rank', 'sigmoid'),
-        'how fitness becomes the probability to survive (paper search; the paper leaves it open)')
+        'share of the population, the fittest, that is retained and mates (paper)')
+    reading: str = _choice(
+        'uniform', ('literal', 'uniform', 'strict'),
+        'Eq. 1 to 4 as printed, or what the words of the paper allow: possibilities of the '
+        'uniform cells around, and smoothness; strict is uniform with Eq. 2 for gradients too '
+        '(paper)')
+    initial_population: str = _choice(
+        'random', ('random', 'winner_takes_all'),
+        'what evolution starts from: random genes, or the most possible ones (paper)')
     class_sigma: float = _number(
         54.0, 1.0, 1000.0, 'grey levels of 8 bits',
         'standard deviation of the grey classes of Eq. 1; 54 makes two neighbouring classes '
-        'cross at one half (paper search; the paper leaves it open)')
+        'cross at one half (paper; the paper leaves it open)')
     neighbourhood: int = _number(
-        5, 1, 31, 'px',
-        'side of the square N of Eq. 3 and of mutated patches, odd (guided and paper search; the '
+        25, 1, 31, 'px',
+        'side of the square N of Eq. 3 and, at the most, of mutated patches, odd (paper; the '
         'paper leaves it open)')
 
     def __post_init__(self):
@@ -132,8 +130,9 @@ PROFILES = {
     'realtime': {},
     'quality': {
         'warm_start': False,
+        'population': 2,
         'generations': 4,
-        'search': 'thorough',
+        'algorithm': 'quality',
     },
     'paper': {
         'reference': 'right',
@@ -141,7 +140,7 @@ PROFILES = {
         'speckle_size': 0,
         'population': 70,
         'generations': 100,
-        'search': 'paper',
+        'algorithm': 'paper',
     },
 }
 

@@ -1,63 +1,41 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """One matcher: a pair goes in, a disparity comes out, and the best chromosome is kept."""
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import time
 
 import cv2
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.evolution import Budget, evolve
-from fuzzy_stereo_ros.matching.paper_search import PaperSearch
-from fuzzy_stereo_ros.matching.quality.matcher import ThoroughSearch
-from fuzzy_stereo_ros.matching.realtime.matcher import GuidedSearch
+from fuzzy_stereo_ros.matching.evolution import Budget, Random
+from fuzzy_stereo_ros.matching.paper.matcher import PaperMatcher
+from fuzzy_stereo_ros.matching.quality.matcher import QualityMatcher
+from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
 WARM_UP_MOTIONS = 0, 4, 8   # px; a picture that moves needs kernels which others do not
-SEARCHES = {'guided': GuidedSearch, 'thorough': ThoroughSearch, 'paper': PaperSearch}
-
-
-@dataclass(frozen=True)
-class Match:
-    """
-    What came of a pair.
-
-    disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
-    confidence: float32 (R, C), 0 to 1, from possibility; 0 where refused or filled.
-    history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
-    warm: whether the previous best took part; generations: how many ran.
-    """
-
-    disparity: np.ndarray
-    confidence: np.ndarray
-    history: list
-    times: dict
-    warm: bool
-
-    @property
-    def generations(self):
-        """How many generations ran."""
-        return len(self.history)
+ALGORITHMS = {'realtime': RealtimeMatcher, 'quality': QualityMatcher, 'paper': PaperMatcher}
 
 
 class StereoMatcher:
     """
     Matches pairs one after the other, each warm-started with the last.
 
-    search: what evolved the last pair, to be looked into; None before the first.
+    algorithm: the matcher of the profile for the size of the last pair, with its `population` and
+    `possibility_of`; None before the first.
     """
 
-    def __init__(self, config=None, search_type=None):
+    def __init__(self, config=None, stages=None):
         """
         Prepare for pairs; memory is taken when the first one comes.
 
-        config: a MatcherConfig; the profile `realtime` if none. search_type: class of the search,
-        that of the configuration if none.
+        config: a MatcherConfig; the profile `realtime` if none. stages: what takes the place of
+        stages of the algorithm, see the `Stages` of its module; its own if none.
         """
         self.config = config or MatcherConfig()
-        self._search_type = search_type or SEARCHES[self.config.search]
-        self.search, self._shape = None, None
+        self._stages = stages
+        self.algorithm, self._shape = None, None
         self.reset()
 
     def match(self, left, right, stamp=None, observe=None):
@@ -66,9 +44,8 @@ class StereoMatcher:
 
         left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype.
         stamp: int ns, of the pair; None counts pairs as consecutive.
-        observe: called with generation number and population (P, R, C) after each generation,
-        genes from 0 for min_disparity, mirrored where the reference is the right image; `search`
-        tells the fitness and, by `possibility_of`, how possible a chromosome is.
+        observe: called with the number and the genes (P, R, C) after each generation, from 0 for
+        min_disparity, mirrored where the reference is the right image.
         Raises ValueError, with a sentence that says why, for what is no such pair.
         """
         started = time.perf_counter_ns()
@@ -76,18 +53,17 @@ class StereoMatcher:
         stamp = checked_stamp(stamp)
         if self.config.reference == 'right':
             left, right = _mirrored(right), _mirrored(left)
-        state = self._previous(left.shape[:2], stamp)
-        frame = state.frame + 1 if state is not None and stamp is None else 0
-        search = self._search_of(left.shape[:2])
-        search.start(left, right, state, (self.config.seed, frame if stamp is None else stamp))
-        budget = Budget(self.config.generations, self.config.deadline_ms, started)
-        history = evolve(search, budget, observe)
-        disparity, confidence = (np.empty(left.shape[:2], np.float32) for _ in range(2))
-        self.state = search.finish(stamp, frame, disparity, confidence)
+        previous = self._previous(left.shape[:2], stamp)
+        frame = previous.frame + 1 if previous is not None and stamp is None else 0
+        match, state = self._algorithm_of(left.shape[:2]).match(
+            left, right, previous, Random((self.config.seed, frame if stamp is None else stamp)),
+            Budget(self.config.generations, self.config.deadline_ms, started), observe)
+        self.state = state and replace(state, stamp=stamp, frame=frame)
         if self.config.reference == 'right':
-            disparity, confidence = _mirrored(disparity), _mirrored(confidence)
-        times = dict(search.times, total=(time.perf_counter_ns() - started) / 1e6)
-        return Match(disparity, confidence, history, times, search.warm)
+            match = replace(match, disparity=_mirrored(match.disparity),
+                            confidence=_mirrored(match.confidence))
+        match.times['total'] = (time.perf_counter_ns() - started) / 1e6
+        return match
 
     def reset(self):
         """Forget the previous frame."""
@@ -116,11 +92,11 @@ class StereoMatcher:
                 for picture in scene:
                     image = np.squeeze(np.stack([picture.astype(kind)] * channels, -1))
                     matcher.match(image, image)
-        search = self._search_of((rows, columns))
+        algorithm = self._algorithm_of((rows, columns))
         if self.state is None and self.config.disparities <= columns:
             # The system gives memory when it is written to: not in the first frame.
             blank = np.zeros((rows, columns), np.uint8)
-            search.start(blank, blank, None, (self.config.seed, 0))
+            algorithm.match(blank, blank, None, Random((self.config.seed, 0)), Budget(0, 0, 0))
 
     def _previous(self, shape, stamp):
         """Return the previous frame's state where this pair may start from it, else None."""
@@ -129,13 +105,14 @@ class StereoMatcher:
             return None
         return self.state
 
-    def _search_of(self, shape):
-        """Return the search of an image size, made anew when the size changes."""
+    def _algorithm_of(self, shape):
+        """Return the algorithm for an image size, made anew when the size changes."""
         if shape != self._shape:
-            self.search, self._shape = None, None   # two need not be in memory at a time
-            self.search = self._search_type(self.config, *shape)
+            self.algorithm, self._shape = None, None   # two need not be in memory at a time
+            kind = ALGORITHMS[self.config.algorithm]
+            self.algorithm = kind(self.config, *shape, self._stages)
             self._shape = shape
-        return self.search
+        return self.algorithm
 
 
 def _moving_scene(rows, columns):

@@ -9,8 +9,7 @@ from fuzzy_stereo_ros.pairs.calibration import content_of, expected_size, read_c
 from fuzzy_stereo_ros.pairs.cropping import whole_window
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.rectification import has_source, source_places
-from fuzzy_stereo_ros.pairs.stereo_pair import (
-    BadPair, Calibration, StereoPair, width_by_height)
+from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, StereoPair, width_by_height
 import numpy as np
 
 SCALES = (1.0, 0.5, 0.25)

@@ -132,9 +132,9 @@ def fill_points(message, match, pair, point_field, *, use_color, avoid_point_clo
 
 def _step(config, largest):
     """Return the smallest step between disparities as far from 0 as the largest, px."""
-    if config.search == 'thorough':
+    if config.algorithm == 'quality':
         return float(np.spacing(largest))       # of planes, which are not rounded
-    return WHOLE_PIXEL if config.search == 'paper' else DISPARITY_STEP
+    return WHOLE_PIXEL if config.algorithm == 'paper' else DISPARITY_STEP
 
 
 def _write_colours(image, points, place):

@@ -223,6 +223,29 @@ def narrow(typing, vector):
 
 
 @intrinsic
+def widen(typing, vector):
+    """Return a vector of 8-bit lanes with 16 bits in each."""
+    signature = VECTOR[16](VECTOR[8])
+
+    def generate(context, builder, signature, arguments):
+        return builder.zext(arguments[0], lanes_in_llvm(16))
+    return signature, generate
+
+
+@intrinsic
+def total(typing, vector):
+    """Return the sum of the lanes of a 16-bit vector."""
+    signature = types.int64(VECTOR[16])
+
+    def generate(context, builder, signature, arguments):
+        wide = builder.zext(arguments[0], lanes_in_llvm(32))
+        sum_of_lanes = called(
+            builder, f'llvm.vector.reduce.add.v{LANES}i32', ir.IntType(32), [wide])
+        return builder.zext(sum_of_lanes, ir.IntType(64))
+    return signature, generate
+
+
+@intrinsic
 def equal_bits(typing, a, b):
     """Return a uint32, of two blocks a uint64, with a bit set for each equal lane."""
     signature = types.Integer.from_bitwidth(a.lanes, signed=False)(a, b)

@@ -1,112 +1,125 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The fitness of the profile `quality`: possibility and smoothness of maps in parts of a pixel.
+The fitness of the profile `quality`: what genes that are planes cost in one view of a pair.
 
-Not in the paper. One measure for members of all models: the costs under one model, over supports
-that keep to the surface of the first member, and steps of disparity, which are free as long as a
-slanted surface makes them and cost less at grey edges.
+Not in the paper. The cost of a map is the sum of what the images say against its planes, which
+counts little where the two views disagree, and of how much the planes of neighbours differ, which
+costs less at edges and where texture is strong. All costs are whole numbers.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
-from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
-from fuzzy_stereo_ros.matching.kernels.region_crossover import cross_regions
+from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
 import numpy as np
 
-_HALF = 1                # costs are kept in 8 bits: divided by 2**_HALF
-UNTRUSTED = 0.1          # share of a match that counts where the two views disagree
+RADIUS, STRIDE = 2, 2            # of supports: 5 x 5 pixels, every other one
+SUPPORT_COLOUR, SUPPORT_DISTANCE = 20.0, 8.0     # grey levels summed over channels; px
+MOST = 3.0                       # px by which neighbours' planes differ at most, as it counts
+EDGE, LEAST_EDGE = 10.0, 0.005   # difference of colours at which smoothness falls to 1 / e; floor
+STRONG_TEXTURE = 0.3             # share of smoothness that counts where texture is strong
+UNTRUSTED = 5                    # trust in a match, of TRUSTED, where the views disagree
 
 
-class Steps(NamedTuple):
-    """What steps of disparity cost, and from what difference on genes count as different."""
+class PlaneFitness:
+    """
+    Measures plane maps, float32 (R, C, 3), of one view of a pair.
 
-    slope: float         # cost of a px beyond the free ones, in parts of FULL
-    free: float          # px that cost nothing
-    jump: float          # the most that a step costs, in parts of FULL
-    apart: float         # px by which two genes differ
+    trust: int32 (R, C), how much the match of each pixel counts, 0 to TRUSTED
+    largest: what a map costs in which nothing is possible; disparities_searched: how many
+    """
 
+    def __init__(self, rows, columns, disparities, flat=False):
+        """flat: whether only disparities have to be smooth, not planes."""
+        self._bands, self.disparities_searched, self._flat = cut_bands(rows), disparities, flat
+        shape = rows, columns
+        side = 2 * RADIUS + 1
+        self._supports = np.zeros((*shape, side * side), np.uint8)
+        self._masses, self._across, self._down = (np.zeros(shape, np.float32) for _ in range(3))
+        self.trust = np.full(shape, kernels.TRUSTED, np.int32)
+        self._numbers = np.zeros(shape, np.int32)
+        self._all = np.ones(shape, np.bool_)
+        self._sums = np.zeros(rows, np.int64)
+        self._by_colour = (255 * np.exp(-np.arange(766) / SUPPORT_COLOUR)).astype(np.float32)
+        distance = np.arange(-RADIUS, RADIUS + 1) * STRIDE
+        self._by_distance = np.exp(
+            -distance**2 / (2 * SUPPORT_DISTANCE**2)).astype(np.float32)
+        self.largest = kernels.UNIT * rows * columns
 
-class SurfaceFitness:
-    """Measures maps of one image size and joins them."""
-
-    def __init__(self, shape, disparities):
-        """shape: of the costs, (R, C, labels)."""
-        rows, columns = shape[:2]
-        self._bands, self._disparities = cut_bands(rows), disparities
-        self._costs = np.zeros(shape, np.uint8)
-        self._trust, self._mother_costs, self._father_costs, self._across, self._down = (
-            np.zeros((rows, columns), np.float32) for _ in range(5))
-        self._regions = np.zeros((rows, columns), np.int32)
-        self._parent = np.zeros(rows * columns // 2 + 2, np.int32)
-        self._change = np.zeros(rows * columns // 2 + 2)
-        self._rows = np.zeros(rows)
-
-    def look(self, crew, costs, across, down):
+    def look(self, crew, volume, origin, colour, seen, weak):
         """
-        Take the costs of a frame; all pixels are trusted.
+        Take a view of a pair; all its matches are trusted.
 
-        costs: uint16 (R, C, labels); across, down: float32 (R, C), weights of steps to the left
-        and up
+        volume: uint8 (R, C, labels), costs of the left image's matches; origin: None for the left
+        view; for the mirrored right one, the column in which the match of its column 0 with
+        label 0 is; colour: uint8 (R, C, 3); seen: float32 (R, C, 3), colours as edges are seen;
+        weak: float32 (R, C), how weak the texture is, 0 to 1
         """
-        def keep(band):
-            np.right_shift(costs[band[1]:band[2]], _HALF, out=self._costs[band[1]:band[2]],
-                           casting='unsafe')
-        crew.each(keep, self._bands)
-        self._across[:], self._down[:] = across, down
-        self._trust[:] = 1
+        self._volume = volume
+        self._origin, self._lean = (0, 0) if origin is None else (origin, 1)
+        self.trust[:] = kernels.TRUSTED
+        crew.each(lambda band: kernels.fill_supports(
+            colour, RADIUS, STRIDE, self._by_colour, self._by_distance, self._supports,
+            self._masses, band[1], band[2]), self._bands)
+        share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
+        self._across[:, 1:] = share[:, 1:] * _smooth_over(seen[:, 1:] - seen[:, :-1])
+        self._down[1:] = share[1:] * _smooth_over(seen[1:] - seen[:-1])
 
-    def trust(self, refused):
-        """Let matches count little where the two views disagree: bool (R, C)."""
-        self._trust[:] = np.where(refused, np.float32(UNTRUSTED), np.float32(1))
+    def trust_consistent(self, consistent):
+        """Let the match of a pixel count little unless the views agree: bool (R, C)."""
+        self.trust[:] = np.where(consistent, kernels.TRUSTED, UNTRUSTED)
 
-    def measure(self, crew, surface, steps):
-        """Return the fitness of a map: 1 where all is fully possible and smooth."""
-        self._price(crew, surface, self._mother_costs)
-        numbers = self._numbers(steps)
-        crew.each(lambda band: surface_cost.row_costs(
-            surface, self._mother_costs, self._across, self._down, *numbers, self._rows,
+    def trusted(self):
+        """Return where matches count in full: bool (R, C)."""
+        return self.trust == kernels.TRUSTED
+
+    def match_costs(self, crew, planes, selected=None):
+        """
+        Return what the images say against planes, whatever the trust: int32 (R, C), 0 to UNIT.
+
+        selected: bool (R, C), for which planes; 0 for others
+        """
+        costs = np.zeros(planes.shape[:2], np.int32)
+        selected = self._all if selected is None else selected
+        crew.each(lambda band: kernels.plane_costs(
+            self._volume, self.disparities_searched, planes, selected, self._supports,
+            self._masses, RADIUS, STRIDE, self._origin, self._lean, costs, band[1], band[2]),
+            self._bands)
+        return costs
+
+    def trusted_costs(self, crew, costs):
+        """Return match costs times the trust in them: int32 (R, C)."""
+        trusted = np.empty_like(costs)
+        crew.each(lambda band: kernels.trusted_costs(
+            costs, self.trust, trusted, band[1], band[2]), self._bands)
+        return trusted
+
+    def total(self, crew, planes, costs):
+        """Return what a map costs in all; costs: int32 (R, C), trusted ones."""
+        crew.each(lambda band: kernels.smoothness(
+            planes, self._across, self._down, np.float32(MOST), self._flat, self._sums,
             band[1], band[2]), self._bands)
-        return 1 - float(self._rows.sum()) / self._most(surface)
+        return int(costs.sum(dtype=np.int64)) + int(self._sums.sum())
 
-    def join(self, crew, mother, father, steps):
+    def fill(self, exchange, first, second, selected):
         """
-        Give the mother the father's fitter regions.
+        Write what taking the second parent's planes changes, in the selected cells.
 
-        Returns the fitness that she gained, and the father's fitness above hers before.
+        exchange: crossover.Exchange; first, second: (planes, trusted costs); selected: bool (R, C)
         """
-        self._price(crew, mother, self._mother_costs)
-        self._price(crew, father, self._father_costs)
-        saved, dearer = cross_regions(
-            mother, self._mother_costs, father, self._father_costs, self._across, self._down,
-            *self._numbers(steps), np.float32(steps.apart), self._regions, self._parent,
-            self._change)
-        return saved / self._most(mother), -dearer / self._most(mother)
+        exchange.hold(kernels.list_cells(selected, exchange.all_cells))
+        kernels.fill_exchange(*first, *second, selected, self._across, self._down,
+                              np.float32(MOST), self._flat, self._numbers, exchange.alone,
+                              exchange.pairs)
 
-    def possibility_of(self, crew, surface):
-        """
-        Return how possible the matches of a map are, those that count little among them.
+    def disparities(self, crew, planes):
+        """Return the disparities of planes: float32 (R, C), px from 0."""
+        result = np.empty(planes.shape[:2], np.float32)
+        highest = np.float32(self.disparities_searched - 1)
+        crew.each(lambda band: kernels.disparities_of(
+            planes, highest, result, band[1], band[2]), self._bands)
+        return result
 
-        surface: float32 (R, C), px; possibility: float32 (R, C), 0 to 1. Changes nothing here.
-        """
-        costs = np.empty_like(self._mother_costs)
-        full, trusted = np.float32(FULL >> _HALF), np.ones_like(self._trust)
-        crew.each(lambda band: surface_cost.gene_costs(
-            self._costs, self._disparities, surface, trusted, costs, band[1], band[2]),
-            self._bands)
-        return 1 - costs / full
 
-    def _numbers(self, steps):
-        full = FULL >> _HALF
-        return (np.float32(steps.slope * full), np.float32(steps.free),
-                np.float32(steps.jump * full))
-
-    def _price(self, crew, surface, result):
-        crew.each(lambda band: surface_cost.gene_costs(
-            self._costs, self._disparities, surface, self._trust, result, band[1], band[2]),
-            self._bands)
-
-    @staticmethod
-    def _most(surface):
-        return float(FULL >> _HALF) * surface.size
+def _smooth_over(difference):
+    """Return how much smoothness is asked for over a difference of colours, at most 1."""
+    apart = np.abs(difference).sum(axis=2)
+    return np.maximum(np.exp(apart / np.float32(-EDGE)), np.float32(LEAST_EDGE))

@@ -8,19 +8,19 @@ chromosome loses what its genes cost: matches that are little possible, jumps of
 at grey edges), and labels that contradict what the target image shows.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.genetic import aimed_mutation, gene_cost
-from fuzzy_stereo_ros.matching.kernels.partition import differing_cells, partition_crossover
+from fuzzy_stereo_ros.matching.crossover import Exchange
+from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 import numpy as np
 
 SMOOTHNESS = 4       # the passes' penalties are divided by this: they count four paths
 HIDDEN = 6           # cost of a gene that something nearer hides
 CONTRADICTED = 15    # cost of a gene that would hide what can be seen
-ADVANTAGE = 1        # cost a cell by which a region must be fitter to be taken over
 SAMPLE_STEP = 16     # every so many rows, and columns, are looked at where a sample will do
 
 
 class CensusFitness:
-    """Measures chromosomes of one image size and joins them; a cell costs at most `dearest`."""
+    """Measures chromosomes of one image size and crosses them; a cell costs at most `dearest`."""
 
     def __init__(self, possibility, verdict, target):
         """Bind to the possibility, and to the pixels' verdict and the target's labels."""
@@ -33,13 +33,8 @@ class CensusFitness:
         self.penalties = penalties._replace(
             small=penalties.small // SMOOTHNESS, across=np.zeros_like(penalties.across),
             down=np.zeros_like(penalties.down))
-        self._costs, self._other_costs = (np.zeros((rows, columns), np.uint8) for _ in range(2))
-        self._regions = np.zeros((rows, columns), np.int32)
-        self._cells = np.zeros(rows * columns + 1, np.int32)
-        self._parent, self._change, self._size = (
-            np.zeros(rows * columns // 2 + 2, np.int32) for _ in range(3))
-        self._histogram = np.zeros(256, np.int64)
-        self._known = False         # whether the costs are those of all of the mother's genes
+        self._costs = np.zeros((rows, columns), np.uint8)
+        self._exchange = Exchange(rows, columns, neighbours=4)
 
     def look(self, crew, inside):
         """Take in a new frame. inside: first and last column of the target that exist."""
@@ -52,52 +47,46 @@ class CensusFitness:
             np.floor_divide(full.down[rows], SMOOTHNESS, out=scaled.down[rows])
         crew.each(scale, self._bands)
 
-    def adopt(self, crew, chromosome, every=SAMPLE_STEP):
+    def measure(self, crew, chromosome, every=SAMPLE_STEP):
         """
-        Take a chromosome as the mother of what follows.
+        Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
-        Returns its fitness, measured on each row whose number `every` divides: 1 where everything
-        is fully possible and smooth, lower elsewhere. What is gained later is measured everywhere.
+        every: rows whose number it divides are measured; crossover measures what it gains
+        everywhere
         """
-        self._known = False
         totals = np.zeros((len(self._bands), 2), np.int64)
 
-        def measure(band):
+        def measure_band(band):
             gene_cost.gene_costs(
                 *self._seen(), chromosome, self._costs, every, band[1], band[2])
             totals[band[0]] = gene_cost.row_costs(
                 *self.penalties, chromosome, self._costs, every, band[1], band[2])
-        crew.each(measure, self._bands)
+        crew.each(measure_band, self._bands)
         total, number = totals.sum(axis=0)
         return 1 - int(total) / (self.dearest * int(number))
 
-    def join(self, crew, mother, father):
+    def cross(self, crew, crossover, random, first, second):
         """
-        Give the adopted mother the father's fitter regions.
+        Give the first parent the genes of the second one that a crossover chooses, if it gains.
 
-        Returns the fitness that she gained, and the father's fitness above hers before.
+        Returns the fitness that it gained, and the second one's fitness above its own before.
         """
-        cells = self._cells[:differing_cells(mother, father, self._cells)]
-        share = -(-cells.size // len(self._bands))
+        exchange = self._exchange
+        exchange.hold(differing_cells(first, second, exchange.all_cells))
+        share = -(-exchange.cells.size // len(self._bands))
 
-        def price(band):
-            mine = cells[share * band[0]:share * (band[0] + 1)]
-            if not self._known:
-                gene_cost.cell_costs(*self._seen(), mother, mine, self._costs)
-            gene_cost.cell_costs(*self._seen(), father, mine, self._other_costs)
-        crew.each(price, self._bands)
-        saved, dearer = partition_crossover(
-            *self.penalties, mother, self._costs, father, self._other_costs, cells,
-            ADVANTAGE, self._regions, self._parent, self._change, self._size)
-        largest = self.dearest * mother.size
-        return saved / largest, -dearer / largest
-
-    def costs_of(self, crew, chromosome):
-        """Return what each gene costs without its jumps: uint8 (R, C), overwritten next time."""
-        self._known = False
-        crew.each(lambda band: gene_cost.gene_costs(
-            *self._seen(), chromosome, self._costs, 1, band[1], band[2]), self._bands)
-        return self._costs
+        def change(band):
+            part = slice(share * band[0], share * (band[0] + 1))
+            gene_cost.exchange_changes(
+                *self._seen(), *self.penalties, first, second, exchange.cells[part],
+                exchange.alone[part], exchange.pairs[part])
+        crew.each(change, self._bands)
+        cost = crossover(exchange, random)
+        if cost >= 0:
+            exchange.taken[:] = False
+        copy_taken(exchange.cells, exchange.taken, first, second)
+        largest = self.dearest * first.size
+        return -min(cost, 0) / largest, -exchange.total() / largest
 
     def possibility_of(self, crew, chromosome):
         """
@@ -109,21 +98,6 @@ class CensusFitness:
         crew.each(lambda band: gene_cost.gene_costs(
             *self._seen(), chromosome, costs, 1, band[1], band[2]), self._bands)
         return 1 - costs / np.float32(self.dearest)
-
-    def aim(self, crew, mother, rate):
-        """
-        Learn what a mother's genes cost, and which are the `rate` least possible ones.
-
-        Joining keeps the costs up to date, until another chromosome is adopted.
-        """
-        aimed_mutation.count_costs(self.costs_of(crew, mother), self._histogram, SAMPLE_STEP)
-        share = np.cumsum(self._histogram[::-1])[::-1] / self._histogram.sum()
-        self._dear, self._known = max(int(np.argmax(share <= rate)), 1), True
-
-    def mutate(self, mother, child, radius, reach, patches, key):
-        """Paint patches on the least possible cells of a copy of the mother: those aimed at."""
-        aimed_mutation.mutate_patches(mother, self._costs, child, self._dear, radius, reach,
-                                      patches, key)
 
     def _seen(self):
         """Return what genes are measured against, as kernels take it."""

@@ -6,13 +6,15 @@ The chromosome at half size: the cold parent of every frame, and what it tells t
 Not in the paper. It is made anew for each pair, so that it bears witness against a stale previous
 best; its labels narrow the windows of the full search and carry it over weak texture.
 """
+from typing import NamedTuple
+
 import cv2
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, refuse_speckles)
 from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
-from fuzzy_stereo_ros.matching.realtime.possibility import CensusPossibility, HALF_SIZE
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, ScanlineGuess
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
 import numpy as np
 
 TILE = 64               # half-size pixels that are searched at a time
@@ -24,62 +26,70 @@ FLAT = 1                # largest range of labels in 3 x 3 pixels that a prior l
 GROW, MARGIN = 8, 4     # pixels around a tile, and labels around its own, that it searches too
 
 
-class CoarseGuess:
-    """A half-size chromosome and its memory."""
+class Half(NamedTuple):
+    """
+    The half-size chromosome.
 
-    def __init__(self, rows, columns, disparities, extra=0):
+    labels: uint8 or uint16 (R / 2, C / 2), dense; verdict: uint8, which are consistent; chosen:
+    the `Chosen` of the scanlines, before inconsistent labels were filled
+    """
+
+    labels: np.ndarray
+    verdict: np.ndarray
+    chosen: Chosen
+
+
+class HalfSize:
+    """The half-size search of one image size and its memory."""
+
+    def __init__(self, possibility, rows, columns, disparities):
         """
         Allocate for full images of a size and a number of disparities.
 
-        extra: columns of the full target before column 0, even.
+        possibility: the `CensusPossibility` of half-size images
         """
-        half_rows, half_columns = rows // 2, columns // 2
-        self.possibility = CensusPossibility(
-            half_rows, half_columns, -(-disparities // 2), HALF_SIZE, extra // 2)
-        self._guess = ScanlineGuess(self.possibility, TILE)
-        self.verdict = np.zeros((half_rows, half_columns), np.uint8)
-        self.labels, self._filled = (np.zeros_like(self._guess.chosen.labels) for _ in range(2))
-        self._runs = [np.zeros(self.verdict.size, np.int32) for _ in range(4)]
-        self._steps = np.zeros((half_rows, half_columns), np.uint16)
-        self._weak, self._smooth = (np.zeros_like(self.verdict) for _ in range(2))
-        self.prior = prior_of(np.zeros((rows, columns), gene_type(disparities)),
-                              np.zeros((rows, columns), np.uint8), disparities, (DEAD_ZONE, CUT))
-
-    @property
-    def bands(self):
-        """The bands of rows of the half-size image."""
-        return self._guess.bands
+        self._disparities, self._half_disparities = disparities, possibility.disparities
+        self._scanlines = Scanlines(possibility, TILE)
+        shape = possibility.rows, possibility.columns
+        labels_type = self._scanlines.chosen.labels.dtype
+        self._verdict, self._weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
+        self._labels, self._filled = (np.zeros(shape, labels_type) for _ in range(2))
+        self._runs = [np.zeros(self._verdict.size, np.int32) for _ in range(4)]
+        self._steps = np.zeros(shape, np.uint16)
+        self._prior = prior_of(np.zeros((rows, columns), gene_type(disparities)),
+                               np.zeros((rows, columns), np.uint8), disparities,
+                               (DEAD_ZONE, CUT))
 
     def search(self, crew, inside):
         """
-        Find the half-size chromosome: `labels`, dense, and the `verdict` on its pixels.
+        Return the `Half` of the pair that the possibility has read.
 
         inside: the first and the last column of the full target that exist.
         """
-        self._guess.search(crew)
-        chosen, columns = self._guess.chosen, self.labels.shape[1]
+        chosen, bands = self._scanlines.search(crew), self._scanlines.bands
         half_inside = inside[0] // 2, inside[1] // 2
         crew.each(lambda band: check_consistency(
-            chosen.labels, chosen.target, self.possibility.disparities, half_inside,
-            self.verdict, band[1], band[2]), self._guess.bands)
-        refuse_speckles(chosen.labels.reshape(-1), self.verdict.reshape(-1), columns, 1, SPECKLE,
-                        *self._runs)
+            chosen.labels, chosen.target, self._half_disparities, half_inside,
+            self._verdict, band[1], band[2]), bands)
+        refuse_speckles(chosen.labels.reshape(-1), self._verdict.reshape(-1),
+                        self._labels.shape[1], 1, SPECKLE, *self._runs)
         crew.each(lambda band: filling.fill_rows(
-            chosen.labels, self.verdict, self._filled, band[1], band[2]), self._guess.bands)
-        cv2.medianBlur(self._filled, 5, dst=self.labels)
+            chosen.labels, self._verdict, self._filled, band[1], band[2]), bands)
+        cv2.medianBlur(self._filled, 5, dst=self._labels)
+        return Half(self._labels, self._verdict, chosen)
 
-    def guide(self, grey):
-        """Make the prior of the full search from the half map; grey: uint8, the full left one."""
-        narrowing.weak_texture(grey, *self.labels.shape, WEAK_TEXTURE, self._steps, self._weak)
-        narrowing.flat(self.labels, FLAT, self._smooth)
-        chosen = self._guess.chosen
+    def prior(self, half, grey):
+        """Return the prior of the full search where texture is weak; grey: uint8, full left."""
+        narrowing.weak_texture(grey, *half.labels.shape, WEAK_TEXTURE, self._steps, self._weak)
+        narrowing.flat(half.labels, FLAT, self._smooth)
+        chosen = half.chosen
         narrowing.lean_on_half(
-            self.labels, (chosen.labels, chosen.offsets, chosen.margins), self.verdict,
-            self._weak, self._smooth, CLEAR, self.prior.labels, self.prior.weights)
+            half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.verdict,
+            self._weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights)
+        return self._prior
 
-    def narrow(self, guess, disparities):
-        """Let each tile of the full guess search what the half map says."""
-        windows = guess.windows
-        narrowing.tile_windows(self.labels, disparities, guess.tile, GROW, MARGIN,
+    def disparity_ranges(self, half, windows, tile):
+        """Write which labels each tile of the full search looks at; return the `Windows`."""
+        narrowing.tile_windows(half.labels, self._disparities, tile, GROW, MARGIN,
                                windows.low, windows.blocks)
-        guess.pack()
+        return windows

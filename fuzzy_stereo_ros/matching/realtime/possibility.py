@@ -103,10 +103,14 @@ class CensusPossibility:
         self.penalties = Penalties(model.small, np.zeros((rows, columns), np.uint8),
                                    np.zeros((rows, columns), np.uint8))
 
-    def describe(self, first, last):
-        """Fill what the rows first .. last are compared by, once both views are read."""
-        self.left.describe(first, last)
-        self.right.describe(first, last)
+    def describe(self, describe, first, last):
+        """
+        Fill what the rows first .. last are compared by, once both views are read.
+
+        describe: called with each view, as `View.describe`
+        """
+        describe(self.left, first, last)
+        describe(self.right, first, last)
         model = self.model
         features.jump_penalties(
             self.left.grey, model.jump, model.jump_at_edge,

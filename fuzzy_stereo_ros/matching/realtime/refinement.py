@@ -30,24 +30,26 @@ class Refinement:
         self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
         self._members = [np.zeros(medians.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
         self._median = np.zeros((rows, columns + 2 * LANES), labels_type)
-        self.labels = np.zeros((rows, columns), labels_type)
+        self._labels = np.zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
         self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
         self._fine = np.zeros((rows, columns + LANES), fine_type)
         self._certain, self._blurred = (np.zeros((rows, columns), np.float32) for _ in range(2))
         self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
-    def refuse(self, crew, chosen, inside, speckle_size, speckle_range):
-        """Give the verdict on each pixel: left-right consistency and speckles."""
+    def check(self, crew, chosen, inside, config):
+        """Return the verdict on each pixel, uint8 (R, C): left-right consistency and speckles."""
         crew.each(lambda band: check_consistency(
             chosen.labels, chosen.target, self._disparities, inside, self.verdict,
             band[1], band[2]), self._bands)
-        if speckle_size > 1:
+        if config.speckle_size > 1:
             refuse_speckles(chosen.labels.reshape(-1), self.verdict.reshape(-1),
-                            self.verdict.shape[1], speckle_range, speckle_size, *self._runs)
+                            self.verdict.shape[1], config.speckle_range, config.speckle_size,
+                            *self._runs)
+        return self.verdict
 
     def smooth(self, crew, chromosome, grey):
-        """Take the membership median, then a 5 x 5 median, of the best chromosome: `labels`."""
+        """Return the membership median, then a 5 x 5 median, of a chromosome: (R, C) labels."""
         columns = chromosome.shape[1]
         bits = max(int(self._disparities - 1).bit_length(), 1)
 
@@ -58,20 +60,23 @@ class Refinement:
         crew.each(lambda band: medians.membership_median(
             self._padded, self._padded_grey, ALIKE, bits, columns, self._median,
             self._members[band[0]], band[1], band[2]), self._bands)
-        cv2.medianBlur(self._median[:, :columns], 5, dst=self.labels)
+        cv2.medianBlur(self._median[:, :columns], 5, dst=self._labels)
+        return self._labels
 
-    def express(self, crew, chosen, config, disparity, confidence):
+    def express(self, crew, labels, chosen, config):
         """
-        Write what the user gets.
+        Return what the user gets.
 
+        labels: (R, C), smooth; chosen: the `Chosen` that has sub-pixel offsets and margins.
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
+        disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
         threshold = np.float32(max(config.confidence_threshold, LEAST_SURE))
         crew.each(lambda band: subpixel.fit(
             chosen.labels, chosen.offsets, self.verdict, self._fitted, band[1], band[2]),
             self._bands)
         crew.each(lambda band: subpixel.smooth_offsets(
-            self.labels, self._fitted, *self._rows[band[0]], self._fine, band[1], band[2]),
+            labels, self._fitted, *self._rows[band[0]], self._fine, band[1], band[2]),
             self._bands)
         crew.each(lambda band: output.certainty(
             chosen.sums, chosen.margins, self.verdict, self._certain, band[1], band[2]),
@@ -80,3 +85,4 @@ class Refinement:
         crew.each(lambda band: output.write_out(
             self._fine, self.verdict, self._blurred, config.min_disparity, config.disparities,
             config.fill, threshold, disparity, confidence, band[1], band[2]), self._bands)
+        return disparity, confidence

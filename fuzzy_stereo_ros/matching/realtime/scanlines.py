@@ -9,7 +9,6 @@ passes (Hirschmueller, 2008) are a memetic step done once for all rows and colum
 from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
-from fuzzy_stereo_ros.matching.kernels.scanlines.polish import polish_rows
 from fuzzy_stereo_ros.matching.kernels.scanlines import sweep
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen, Scratch, Search, Windows
@@ -41,7 +40,7 @@ def prior_of(labels, weights, disparities, *rows):
     return Prior(labels, weights, np.concatenate(table).astype(np.uint8), reach)
 
 
-class ScanlineGuess:
+class Scanlines:
     """Scanline optima for one image size: memory, windows of labels, and what was chosen."""
 
     def __init__(self, possibility, tile):
@@ -59,7 +58,6 @@ class ScanlineGuess:
         height, kept = min(tile, rows), min(1 + -(-OVERLAP // tile), tiles[0])
         self._scratch, self._memory = zip(*(
             _scratch(columns, target_columns, self.most_blocks, height, kept) for _ in self.bands))
-        self._winners = [np.zeros(columns, np.int64) for _ in self.bands]
         self.chosen = Chosen(
             np.zeros((rows, columns), gene_type(possibility.disparities)),
             np.zeros((rows, columns), np.int8), *(
@@ -69,15 +67,24 @@ class ScanlineGuess:
         self.no_prior = prior_of(
             np.zeros((rows, columns), self.chosen.labels.dtype),
             np.zeros((rows, columns), np.uint8), possibility.disparities)
-        self.search_everything()
 
-    def search_everything(self):
-        """Let each tile search all labels."""
-        self.windows.low[:] = 0
-        self.windows.blocks[:] = self.most_blocks
-        self.pack()
+    def search(self, crew, windows=None, half_prior=None, previous_prior=None):
+        """
+        Run the passes; return the `Chosen`, memory that the next search overwrites.
 
-    def pack(self):
+        windows: `self.windows`, written, None for all labels everywhere; priors: None for none
+        """
+        if windows is None:
+            self.windows.low[:] = 0
+            self.windows.blocks[:] = self.most_blocks
+        self._pack()
+        # The kernels have only their addresses.
+        self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
+        self._last = self.search_by(*self._priors)
+        crew.each(lambda band: self._search_band(*band), self.bands)
+        return self.chosen
+
+    def _pack(self):
         """Lay the tiles' windows one behind the other in a row of pixels."""
         columns, windows = self.chosen.labels.shape[1], self.windows
         widths = np.minimum(self.tile, columns - np.arange(0, columns, self.tile))
@@ -85,13 +92,6 @@ class ScanlineGuess:
         windows.offset[:] = np.cumsum(sizes, axis=1) - sizes
         used = sizes.sum(axis=1)
         windows.row_size[:] = used + (SHIFT - used) % PAGE
-
-    def search(self, crew, half_prior=None, previous_prior=None):
-        """Run the passes; the result is in `chosen`. Priors default to none."""
-        # kept because what was searched last, and is polished by, has only their addresses
-        self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
-        self._last = self.search_by(*self._priors)
-        crew.each(lambda band: self._search_band(*band), self.bands)
 
     def _given(self, band):
         """Return the last search and the memory of a band, as kernels take them."""
@@ -122,17 +122,6 @@ class ScanlineGuess:
             seen.census_stride, seen.slope_stride, seen.target_stride,
             chosen.target.shape[1], *_leaning(half_prior), *_leaning(previous_prior), self.tile,
             windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
-
-    def polish(self, crew, penalties, chromosome):
-        """
-        Sweep a chromosome, in place: even rows, then odd ones, each to its exact optimum.
-
-        By the costs of the last search; penalties: those of the fitness; chromosome: (R, C).
-        """
-        for parity in (0, 1):
-            crew.each(lambda band, parity=parity: polish_rows(
-                *self._given(band[0]), *penalties, chromosome, parity, band[1], band[2],
-                self._winners[band[0]]), self.bands)
 
 
 def _leaning(prior):

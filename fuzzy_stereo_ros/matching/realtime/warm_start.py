@@ -67,12 +67,12 @@ class WarmStart:
         self._averaging = Averaging(rows, columns)
         self._half_labels = np.zeros(half, gene_type(disparities))
         self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
-        self._nothing = np.zeros((rows, columns), self._half_labels.dtype)
-        self._moved = np.zeros_like(self._nothing), np.zeros((rows, columns), np.uint8)
+        nothing = np.zeros((rows, columns), self._half_labels.dtype)
+        self._moved = np.zeros_like(nothing), np.zeros((rows, columns), np.uint8)
         self._weights = np.zeros((rows, columns), np.uint8)
         self._strengths = np.zeros_like(self._averaging.seen[0].choices, np.uint8)
-        self.prior = prior_of(self._nothing, self._weights, disparities,
-                              *((DEAD_ZONE, cut) for cut in CUTS))
+        self._prior = prior_of(nothing, self._weights, disparities,
+                               *((DEAD_ZONE, cut) for cut in CUTS))
 
     def average(self, crew, state, *views):
         """Average the left and the right view with those of a state; from None, start anew."""
@@ -81,14 +81,16 @@ class WarmStart:
         else:
             self._averaging.average(crew, views, state.pictures, state.ages)
 
-    def judge(self, crew, state, coarse):
-        """Make the prior from the previous best of a state: an empty one where there is none."""
+    def prior_of_previous(self, crew, state, half):
+        """
+        Return the prior from the previous best of a state, None where it is not asked.
+
+        half: the `Half`, which tells where the previous best is out of date
+        """
         left, bands = self._averaging.seen[0], self._averaging.bands
         trust.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
         if self._averaging.noise < QUIET or not self._strengths.any():
-            self._weights[:] = 0
-            self.prior = self.prior._replace(labels=self._nothing)
-            return
+            return None
         labels, verdict, shift = state.labels, state.verdict, self._averaging.shift
         if any(shift):
             def move(band):
@@ -97,15 +99,15 @@ class WarmStart:
                                   band[1], band[2])
             crew.each(move, bands)
             labels, verdict = self._moved
-        trust.trusted_cells(labels, verdict, coarse.labels, DISTANCE, self._half_labels,
+        trust.trusted_cells(labels, verdict, half.labels, DISTANCE, self._half_labels,
                             self._trusted, 0, len(self._trusted))
         narrowing.flat(self._half_labels, FLAT, self._smooth)
         crew.each(lambda band: trust.lean_on_previous(
             self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
-        self.prior = self.prior._replace(labels=labels)
+        return self._prior._replace(labels=labels)
 
-    def hand_on(self, labels, verdict, config, stamp, frame):
-        """Return the state of this frame for the next one."""
+    def hand_on(self, labels, verdict, config, stamp=None, frame=0):
+        """Return the state of this frame for the next one, a copy."""
         return FrameState(labels.copy(), verdict.copy(), self._averaging.pictures,
                           self._averaging.ages, stamp, frame, config.disparities,
                           config.min_disparity, config.reference)

@@ -10,9 +10,9 @@ farther, the label would stand in front of it, which is a contradiction.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.regions import row_of
 import numpy as np
 
 
@@ -69,15 +69,43 @@ def gene_costs(features, scene, chromosome, costs, every, first, last):
 
 
 @kernel
-def cell_costs(features, scene, chromosome, cells, costs):
-    """Write the data cost of the genes of some cells: int32, row * C + column, ascending."""
+def exchange_changes(features, scene, small, across, down, first, second, cells, alone, pairs):
+    """
+    Write what it changes that cells take the second parent's genes: see crossover.Exchange.
+
+    features: the fields of Features; scene: those of a Scene; small, across, down: Penalties;
+    first, second: (R, C) labels; cells: int32 (n,), some of those where they differ; alone: int32
+    (n,), pairs: int32 (n, 2), written.
+    """
     features, scene = Features(*features), Scene(*scene)
-    row, columns = 0, chromosome.shape[1]
-    for cell in cells:
-        row = row_of(cell, row, columns)
-        column = cell - row * columns
-        costs[row, column] = _gene_cost(
-            features, scene, np.int64(chromosome[row, column]), row, column)
+    rows, columns = first.shape
+    row = 0
+    for index in range(cells.size):
+        row = row_of(cells[index], row, columns)
+        column = np.int64(cells[index]) - row * columns
+        old, new = np.int64(first[row, column]), np.int64(second[row, column])
+        change = (np.int64(_gene_cost(features, scene, new, row, column))
+                  - np.int64(_gene_cost(features, scene, old, row, column)))
+        for side in range(2):
+            pairs[index, side] = 0
+            if (row if side else column) > 0:
+                jump = down[row, column] if side else across[row, column]
+                place = row - side, column - 1 + side
+                its_old, its_new = np.int64(first[place]), np.int64(second[place])
+                before, after = (jump_cost(old, its_old, small, jump),
+                                 jump_cost(new, its_old, small, jump))
+                change += after - before
+                if its_old != its_new:
+                    pairs[index, side] = before - after + (
+                        jump_cost(new, its_new, small, jump)
+                        - jump_cost(old, its_new, small, jump))
+        if column + 1 < columns:
+            its_old, jump = np.int64(first[row, column + 1]), across[row, column + 1]
+            change += jump_cost(new, its_old, small, jump) - jump_cost(old, its_old, small, jump)
+        if row + 1 < rows:
+            its_old, jump = np.int64(first[row + 1, column]), down[row + 1, column]
+            change += jump_cost(new, its_old, small, jump) - jump_cost(old, its_old, small, jump)
+        alone[index] = change
 
 
 @kernel

@@ -1,8 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the genes of a map in parts of a pixel cost."""
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
+
+PARTS = 1024        # of a unit of cost that an exchange counts
 
 
 @kernel
@@ -55,3 +58,65 @@ def row_costs(surface, costs, across, down, slope, free, jump, result, first, la
                 total += down[row, column] * step_cost(
                     here, surface[row - 1, column], slope, free, jump)
         result[row] = total
+
+
+@kernel
+def cells_apart(first, second, apart, cells):
+    """
+    Write where two maps differ by more than `apart` px; return at how many cells.
+
+    first, second: float32 (R, C); cells: int32 (R * C + 1,), row * C + column, ascending.
+    """
+    number, ours, theirs = 0, first.reshape(-1), second.reshape(-1)
+    for cell in range(ours.size):
+        cells[number] = cell
+        number += abs(ours[cell] - theirs[cell]) > apart
+    return number
+
+
+@inlined
+def _parts(cost):
+    return np.int64(np.rint(np.float64(cost) * PARTS))
+
+
+@kernel
+def _step_parts(one, other, weight, slope, free, jump):
+    return _parts(weight * step_cost(one, other, slope, free, jump))
+
+
+@kernel
+def exchange_changes(first, first_costs, second, second_costs, across, down, slope, free, jump,
+                     apart, cells, alone, pairs):
+    """
+    Write what it changes that cells take the second parent's genes: see crossover.Exchange.
+
+    first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), what the genes
+    cost; across, down, slope, free, jump: as row_costs takes them; cells: int32 (n,), some of
+    those where the parents are `apart`; alone: int32 (n,), pairs: int32 (n, 2), written.
+    """
+    rows, columns = first.shape
+    row = 0
+    for index in range(cells.size):
+        row = row_of(cells[index], row, columns)
+        column = np.int64(cells[index]) - row * columns
+        old, new = first[row, column], second[row, column]
+        change = _parts(second_costs[row, column]) - _parts(first_costs[row, column])
+        for side in range(2):
+            pairs[index, side] = 0
+            if (row if side else column) > 0:
+                place = row - side, column - 1 + side
+                weight = down[row, column] if side else across[row, column]
+                its_old, its_new = first[place], second[place]
+                before = _step_parts(old, its_old, weight, slope, free, jump)
+                after = _step_parts(new, its_old, weight, slope, free, jump)
+                change += after - before
+                if abs(its_old - its_new) > apart:
+                    pairs[index, side] = before - after + (
+                        _step_parts(new, its_new, weight, slope, free, jump)
+                        - _step_parts(old, its_new, weight, slope, free, jump))
+            if (row + 1 < rows) if side else (column + 1 < columns):
+                place = row + side, column + 1 - side
+                weight = down[place] if side else across[place]
+                change += (_step_parts(new, first[place], weight, slope, free, jump)
+                           - _step_parts(old, first[place], weight, slope, free, jump))
+        alone[index] = change

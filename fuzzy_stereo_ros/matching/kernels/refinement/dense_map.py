@@ -67,6 +67,9 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth, result,
     for row in range(first, last):
         for column in range(columns):
             centre = disparities[row, column]
+            blue, green, red = (np.int32(colours[row, column, 0]),
+                                np.int32(colours[row, column, 1]),
+                                np.int32(colours[row, column, 2]))
             s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
             for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
                 for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
@@ -75,7 +78,9 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth, result,
                     distance = max(abs(across), abs(along))
                     if abs(difference) > limit * (np.float32(1) + growth * distance):
                         continue
-                    weight = by_colour[_apart(colours, row, column, y, x)]
+                    weight = by_colour[abs(blue - np.int32(colours[y, x, 0]))
+                                       + abs(green - np.int32(colours[y, x, 1]))
+                                       + abs(red - np.int32(colours[y, x, 2]))]
                     s += weight
                     sx += weight * across
                     sy += weight * along

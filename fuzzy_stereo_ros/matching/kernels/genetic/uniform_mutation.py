@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Mutation of the uniform reading: patches of uniform cells that take one gene."""
+from fuzzy_stereo_ros.matching.kernels import simd
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed, unit
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
+    EQUAL, fitness_of_block, FRAME, WEIGHTS)
+import numpy as np
+
+LARGEST_HALF = 14               # a patch with its rim fits into the lanes of one block
+SPARE_ROWS = 2 * LARGEST_HALF + 3
+UNIFORM = 16                    # grey levels by which channels of uniform cells differ at most
+NEAR_SHARE = 0.8                # of the patches take a gene from near, the others any
+NEARLY = 20                     # 255ths that a patch's gene may be less possible at its middle
+
+
+@inlined
+def _apart(first, second):
+    """Return the absolute differences of two vectors of bytes."""
+    return simd.bit_or(simd.saturating_subtract(first, second),
+                       simd.saturating_subtract(second, first))
+
+
+@inlined
+def _half_of_patch(bits, largest_half):
+    """Return half the side of a patch: each order of magnitude is as likely as the next."""
+    half = np.int64((largest_half + 1)**unit(bits)) - np.int64((bits & np.uint64(15)) < 5)
+    return max(half, 0)
+
+
+@inlined
+def _gene_of_patch(bits, any_gene, row, column, reach, genes, rows, columns, disparities):
+    """Return any gene, or that of a cell near the middle, by chance one more or less."""
+    if any_gene:
+        return np.int64(below(bits, np.uint64(disparities)))
+    side = np.uint64(2 * reach + 1)
+    under = row - reach + np.int64(below(bits, side))
+    beside = column - reach + np.int64(below(bits << np.uint64(24), side))
+    gene = np.int64(genes[min(max(under, 1), rows), min(max(beside, 1), columns)])
+    step = bits & np.uint64(7)
+    gene += np.int64(step == 0) - np.int64(step == 1)
+    return min(max(gene, 0), disparities - 1)
+
+
+@kernel
+def mutate_by_patches(key, patches, largest_half, possibility, colours, weights, genes, chosen,
+                      fitness, spare_genes, spare_chosen, spare_fitness):
+    """
+    Try patches of one gene; each stays where the fitness does not fall. Return the gain.
+
+    A patch is what is uniform with its middle in a square around it. A patch whose gene is
+    clearly less possible at its middle than what is there is not tried.
+
+    key: uint64; largest_half: of the side of a square, at most LARGEST_HALF
+    possibility: uint8 (D, R + 2, W), 255ths; colours: uint8 (3, R + 2, W)
+    weights: uint16 (8, R + 2, W); genes: uint16, chosen: uint8, fitness: uint16 (R + 2, W),
+    changed; spare_genes: uint16, spare_chosen: uint8, spare_fitness: uint16
+    (SPARE_ROWS * LANES,), memory. All maps are framed, see uniform_fitness.
+    """
+    rows, columns = genes.shape[0] - 2, genes.shape[1] - FRAME
+    width, plane, disparities = genes.shape[1], genes.size, possibility.shape[0]
+    flat_genes, flat_chosen = genes.reshape(-1), chosen.reshape(-1)
+    flat_fitness, flat_weights = fitness.reshape(-1), weights.reshape(-1)
+    flat_colours, flat_possibility = colours.reshape(-1), possibility.reshape(-1)
+    lane = simd.lane_numbers(simd.load(flat_chosen, 0))
+    limit = simd.splat(np.uint8(UNIFORM))
+    gained = np.int64(0)
+    for patch in range(patches):
+        place = mixed(key, np.uint64(3 * patch))
+        shape = mixed(key, np.uint64(3 * patch + 1))
+        row = 1 + np.int64(below(place, np.uint64(rows)))
+        column = 1 + np.int64(below(place << np.uint64(32), np.uint64(columns)))
+        half = _half_of_patch(shape, largest_half)
+        gene = _gene_of_patch(mixed(key, np.uint64(3 * patch + 2)),
+                              unit(shape << np.uint64(12)) >= NEAR_SHARE, row, column, half + 2,
+                              genes, rows, columns, disparities)
+        middle = row * width + column
+        if (np.int64(flat_possibility[gene * plane + middle]) + NEARLY) * (
+                WEIGHTS * EQUAL) < np.int64(flat_fitness[middle]):
+            continue
+        top, bottom = max(row - half, 1), min(row + half, rows) + 1
+        left, right = max(column - half, 1), min(column + half, columns) + 1
+        inside = simd.less(lane, simd.splat(np.uint8(right - left)))
+        blue = simd.splat(flat_colours[middle])
+        green = simd.splat(flat_colours[plane + middle])
+        red = simd.splat(flat_colours[2 * plane + middle])
+        fresh = simd.splat(np.uint16(gene))
+        changed = np.uint32(0)
+        for line in range(top, bottom):
+            start, spare = line * width + left, simd.LANES * (line - top)
+            old, old_chosen = simd.load(flat_genes, start), simd.load(flat_chosen, start)
+            simd.store(spare_genes, spare, old)
+            simd.store(spare_chosen, spare, old_chosen)
+            apart = simd.maximum(
+                simd.maximum(_apart(blue, simd.load(flat_colours, start)),
+                             _apart(green, simd.load(flat_colours, plane + start))),
+                _apart(red, simd.load(flat_colours, 2 * plane + start)))
+            uniform = simd.bit_and(inside, simd.at_most(apart, limit))
+            new = simd.choose(simd.widen(uniform), fresh, old)
+            changed |= ~simd.equal_bits(new, old)
+            simd.store(flat_genes, start, new)
+            simd.store(flat_chosen, start, simd.choose(
+                uniform, simd.load(flat_possibility, gene * plane + start), old_chosen))
+        if changed == 0:
+            continue
+        first = max(left - 1, 1)
+        upper, lower = max(top - 1, 1), min(bottom + 1, rows + 1)
+        gain = np.int64(0)
+        for line in range(upper, lower):
+            start = line * width + first
+            block = fitness_of_block(flat_genes, flat_chosen, flat_weights, start, width, plane)
+            simd.store(spare_fitness, simd.LANES * (line - upper), block)
+            gain += simd.total(block) - simd.total(simd.load(flat_fitness, start))
+        if gain < 0:
+            for line in range(top, bottom):
+                start, spare = line * width + left, simd.LANES * (line - top)
+                simd.store(flat_genes, start, simd.load(spare_genes, spare))
+                simd.store(flat_chosen, start, simd.load(spare_chosen, spare))
+            continue
+        gained += gain
+        for line in range(upper, lower):
+            simd.store(flat_fitness, line * width + first,
+                       simd.load(spare_fitness, simd.LANES * (line - upper)))
+    return gained

@@ -1,0 +1,280 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What genes that are planes cost: the plane (a, b, c) of a pixel is its disparity a x + b y + c.
+
+Not in the paper, whose genes are whole disparities. A gene is measured over a support that
+follows its own plane (Bleyer et al., PatchMatch stereo, 2011), and by how much the planes of
+neighbours differ at both of them (Olsson et al., In defense of 3D-label stereo, 2013).
+"""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+import numpy as np
+
+UNIT = 1024          # the cost of an impossible match; all costs are whole numbers
+TRUSTED = 256        # the trust in a match that counts in full
+MOST = 255           # the cost of an impossible match in a volume
+_OUTSIDE = 128       # the least that a match beyond the other image costs in a volume
+
+
+@kernel
+def fill_supports(colours, radius, stride, by_colour, by_distance, supports, masses, first, last):
+    """
+    Weigh the neighbours of each pixel by colour and distance, and sum the weights.
+
+    colours: uint8 (R, C, 3); radius: in strides; stride: px between neighbours; by_colour:
+    float32 (766,), by the sum of differences of the channels; by_distance: float32
+    (2 * radius + 1,), by rows or columns; supports: uint8 (R, C, (2 * radius + 1)**2), 0 outside
+    the image; masses: float32 (R, C)
+    """
+    rows, columns = masses.shape
+    for row in range(first, last):
+        for column in range(columns):
+            blue, green, red = (np.int32(colours[row, column, 0]),
+                                np.int32(colours[row, column, 1]),
+                                np.int32(colours[row, column, 2]))
+            place, mass = 0, np.float32(0)
+            for down in range(2 * radius + 1):
+                for right in range(2 * radius + 1):
+                    y = row + (down - radius) * stride
+                    x = column + (right - radius) * stride
+                    weight = np.uint8(0)
+                    if 0 <= y < rows and 0 <= x < columns:
+                        unlike = (abs(blue - np.int32(colours[y, x, 0]))
+                                  + abs(green - np.int32(colours[y, x, 1]))
+                                  + abs(red - np.int32(colours[y, x, 2])))
+                        weight = np.uint8(by_colour[unlike] * by_distance[down]
+                                          * by_distance[right] + np.float32(0.5))
+                    supports[row, column, place] = weight
+                    mass += np.float32(weight)
+                    place += 1
+            masses[row, column] = mass
+
+
+@inlined
+def _cost_at(volume, row, column, label, lean):
+    """Return the cost of a match; lean: columns of the volume that a label moves by."""
+    columns = volume.shape[1]
+    place = column + lean * label
+    if place < columns and place >= 0:
+        return np.float32(volume[row, place, label])
+    inside = label - (place - columns + 1)
+    if place < 0 or inside < 0:
+        return np.float32(_OUTSIDE)
+    return max(np.float32(volume[row, columns - 1, inside]), np.float32(_OUTSIDE))
+
+
+@kernel(error_model='numpy')
+def plane_costs(volume, disparities, planes, selected, supports, masses, radius, stride, origin,
+                lean, costs, first, last):
+    """
+    Write what the planes of the selected pixels cost over their supports, 0 to UNIT.
+
+    volume: uint8 (R, C, labels), 0 to MOST, of the left image's pixels; origin, lean: 0, 0 for
+    planes of the left view; for the mirrored right view column x has its match of label d in
+    column origin - x + d of the left image, lean is 1. planes: float32 (R, C, 3); selected: bool
+    (R, C); supports, masses: see fill_supports; costs: int32 (R, C)
+    """
+    rows, columns = selected.shape
+    side, direction, reach = 2 * radius + 1, 1 - 2 * lean, radius * stride
+    labels, flat, weights = volume.shape[2], volume.reshape(-1), supports.reshape(-1)
+    step = 1 + lean * labels
+    top, half = np.float32(disparities - 1), np.float32(0.5)
+    for row in range(first, last):
+        for column in range(columns):
+            if not selected[row, column]:
+                continue
+            slope, fall = planes[row, column, 0], planes[row, column, 1]
+            total = np.float32(0)
+            begin, end = column - reach, column + reach
+            middle = (slope * np.float32(column) + fall * np.float32(row)
+                      + planes[row, column, 2])
+            spread = (abs(slope) + abs(fall)) * np.float32(reach) + np.float32(1)
+            least, most = middle - spread, middle + spread
+            nearest = origin + lean * np.int64(min(max(least, -half), top))
+            farthest = origin + lean * np.int64(min(max(most, -half), top))
+            inside = (least >= 0 and most < top and begin >= 0 and end < columns
+                      and row >= reach and row + reach < rows
+                      and (lean == 0 or (nearest - end > 0 and farthest - begin < columns - 2)))
+            for down in range(max(radius - row // stride, 0),
+                              min(side, (rows - 1 - row) // stride + radius + 1)):
+                y = row + (down - radius) * stride
+                disparity = (slope * np.float32(begin) + fall * np.float32(y)
+                             + planes[row, column, 2])
+                weight_at = ((row * columns + column) * side + down) * side
+                if inside:
+                    place = (y * columns + origin + direction * begin) * labels
+                    for right in range(side):
+                        label = np.int64(disparity)
+                        here = np.uint64(place + label * step)
+                        low = np.float32(flat[here])
+                        high = np.float32(flat[here + np.uint64(step)])
+                        weight = np.float32(weights[np.uint64(weight_at + right)])
+                        total += weight * (low + (disparity - np.float32(label)) * (high - low))
+                        place += direction * stride * labels
+                        disparity += slope * np.float32(stride)
+                    continue
+                x = begin
+                for right in range(side):
+                    weight = np.float32(weights[weight_at + right])
+                    if weight > 0:
+                        if disparity < -half or disparity > top + half:
+                            total += weight * np.float32(MOST)
+                        else:
+                            within = min(max(disparity, np.float32(0)), top)
+                            label = np.int64(within)
+                            share = within - np.float32(label)
+                            cost = _cost_at(volume, y, origin + direction * x, label, lean)
+                            if share > 0:
+                                cost += share * (_cost_at(
+                                    volume, y, origin + direction * x, label + 1, lean) - cost)
+                            total += weight * cost
+                    x += stride
+                    disparity += slope * np.float32(stride)
+            costs[row, column] = np.int32(
+                total / masses[row, column] * np.float32(UNIT / MOST) + half)
+
+
+@inlined
+def bend(one, row, column, other, y, x, weight, most):
+    """
+    Return what two neighbours' planes cost by their difference at both places.
+
+    one, other: float32 (3,), the planes of (row, column) and (y, x); weight: UNITs a px; most: px
+    """
+    here = abs((one[0] - other[0]) * np.float32(column) + (one[1] - other[1]) * np.float32(row)
+               + (one[2] - other[2]))
+    there = abs((one[0] - other[0]) * np.float32(x) + (one[1] - other[1]) * np.float32(y)
+                + (one[2] - other[2]))
+    return np.int32(weight * min(here + there, most))
+
+
+@inlined
+def step(one, row, column, other, y, x, weight, most):
+    """Return what two neighbours cost by the difference of their disparities: see bend."""
+    here = one[0] * np.float32(column) + one[1] * np.float32(row) + one[2]
+    there = other[0] * np.float32(x) + other[1] * np.float32(y) + other[2]
+    return np.int32(weight * min(np.float32(2) * abs(here - there), most))
+
+
+@kernel
+def smoothness(planes, across, down, most, flat, row_sums, first, last):
+    """
+    Write what the differences of neighbours cost: int64 (R,), the sums of rows.
+
+    planes: float32 (R, C, 3); across, down: float32 (R, C), weights of the pairs with the left
+    and the upper neighbour; most: px; flat: whether only disparities count, not slopes
+    """
+    for row in range(first, last):
+        total = np.int64(0)
+        for column in range(planes.shape[1]):
+            one = planes[row, column]
+            if column > 0:
+                other = planes[row, column - 1]
+                weight = across[row, column]
+                total += (step(one, row, column, other, row, column - 1, weight, most) if flat
+                          else bend(one, row, column, other, row, column - 1, weight, most))
+            if row > 0:
+                other = planes[row - 1, column]
+                weight = down[row, column]
+                total += (step(one, row, column, other, row - 1, column, weight, most) if flat
+                          else bend(one, row, column, other, row - 1, column, weight, most))
+        row_sums[row] = total
+
+
+@kernel
+def select_differing(first_planes, second_planes, selected):
+    """Write where planes differ: float32 (R, C, 3), bool (R, C)."""
+    one, other, flat = first_planes.reshape(-1), second_planes.reshape(-1), selected.reshape(-1)
+    for cell in range(flat.size):
+        flat[cell] = ((one[3 * cell] != other[3 * cell])
+                      | (one[3 * cell + 1] != other[3 * cell + 1])
+                      | (one[3 * cell + 2] != other[3 * cell + 2]))
+
+
+@kernel
+def list_cells(selected, cells):
+    """Write the selected cells, row * C + column, ascending; return how many there are."""
+    number, flat = 0, selected.reshape(-1)
+    for cell in range(flat.size):
+        if flat[cell]:
+            cells[number] = cell
+            number += 1
+    return number
+
+
+@kernel
+def fill_exchange(first_planes, first_costs, second_planes, second_costs, selected, across, down,
+                  most, flat, numbers, alone, pairs):
+    """
+    Write what taking the second parent's planes changes: see crossover.Exchange, 4 neighbours.
+
+    first_costs, second_costs: int32 (R, C); selected: bool (R, C), the cells; numbers: int32
+    (R, C), memory; alone: int32 (n,), pairs: int32 (n, 2)
+    """
+    rows, columns = selected.shape
+    number = 0
+    for row in range(rows):
+        for column in range(columns):
+            mine = -1
+            if selected[row, column]:
+                mine = number
+                alone[mine] = second_costs[row, column] - first_costs[row, column]
+                pairs[mine, 0] = pairs[mine, 1] = 0
+                number += 1
+            numbers[row, column] = mine
+            for side in range(2):
+                y, x = row - side, column - 1 + side
+                if y < 0 or x < 0:
+                    continue
+                theirs = numbers[y, x]
+                if mine < 0 and theirs < 0:
+                    continue
+                weight = down[row, column] if side else across[row, column]
+                one, other = first_planes[row, column], first_planes[y, x]
+                new, newer = second_planes[row, column], second_planes[y, x]
+                if flat:
+                    old = step(one, row, column, other, y, x, weight, most)
+                    mixed = step(new, row, column, other, y, x, weight, most)
+                    remixed = step(one, row, column, newer, y, x, weight, most)
+                    both = step(new, row, column, newer, y, x, weight, most)
+                else:
+                    old = bend(one, row, column, other, y, x, weight, most)
+                    mixed = bend(new, row, column, other, y, x, weight, most)
+                    remixed = bend(one, row, column, newer, y, x, weight, most)
+                    both = bend(new, row, column, newer, y, x, weight, most)
+                if mine >= 0:
+                    alone[mine] += mixed - old
+                if theirs >= 0:
+                    alone[theirs] += remixed - old
+                if mine >= 0 and theirs >= 0:
+                    pairs[mine, side] = both + old - mixed - remixed
+
+
+@kernel
+def take_planes(first_planes, first_costs, second_planes, second_costs, cells, taken):
+    """Give the first parent the second one's planes, and what they cost, in the taken cells."""
+    columns = first_costs.shape[1]
+    for index in range(cells.size):
+        if taken[index]:
+            row, column = cells[index] // columns, cells[index] % columns
+            first_costs[row, column] = second_costs[row, column]
+            for part in range(3):
+                first_planes[row, column, part] = second_planes[row, column, part]
+
+
+@kernel
+def trusted_costs(raw, trust, costs, first, last):
+    """Write costs times the trust in them, int32 (R, C): trust 0 to TRUSTED."""
+    for row in range(first, last):
+        for column in range(raw.shape[1]):
+            costs[row, column] = raw[row, column] * trust[row, column] // TRUSTED
+
+
+@kernel
+def disparities_of(planes, highest, result, first, last):
+    """Write the disparities of planes, within 0 to highest: float32 (R, C), px."""
+    for row in range(first, last):
+        for column in range(planes.shape[1]):
+            one = planes[row, column]
+            disparity = one[0] * np.float32(column) + one[1] * np.float32(row) + one[2]
+            result[row, column] = min(max(disparity, np.float32(0)), highest)

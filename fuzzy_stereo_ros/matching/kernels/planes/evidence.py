@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the two images by themselves speak for moving a region to another plane."""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
+import numpy as np
+
+
+@kernel
+def refuse_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price, least, region,
+                     parent, dearer, size, selected):
+    """
+    Refuse regions that a proposal moves although the images speak against it.
+
+    A region is what is 4-connected, of one label, and moves by more than `far` px. It may move if
+    its trusted pixels do not cost more, in sum, than `price` for each pixel that is not trusted;
+    or if it is smaller than `least` px.
+
+    labels: int32 (R, C); old, new: float32 (R, C), px; old_costs, new_costs: int32 (R, C), without
+    smoothness; trusted: bool (R, C); region: int32 (R, C), parent, size: int32, dearer: int64
+    (R * C + 1,), memory; selected: bool (R, C), set to false in regions that are refused
+    """
+    rows, columns = selected.shape
+    known = 1
+    for row in range(rows):
+        for column in range(columns):
+            region[row, column] = 0
+            if not selected[row, column] or not abs(new[row, column] - old[row, column]) > far:
+                continue
+            left = above = 0
+            if column > 0 and labels[row, column - 1] == labels[row, column]:
+                left = region[row, column - 1]
+            if row > 0 and labels[row - 1, column] == labels[row, column]:
+                above = region[row - 1, column]
+            left, above = root(parent, left) if left else 0, root(parent, above) if above else 0
+            mine = min(left, above) if left and above else max(left, above)
+            if mine == 0:
+                mine = known
+                parent[mine], dearer[mine], size[mine] = mine, 0, 0
+                known += 1
+            other = max(left, above)
+            if other != mine:
+                parent[other] = mine
+                dearer[mine] += dearer[other]
+                size[mine] += size[other]
+            region[row, column] = mine
+            size[mine] += 1
+            dearer[mine] += (np.int64(new_costs[row, column]) - old_costs[row, column]
+                             if trusted[row, column] else -np.int64(price))
+    for row in range(rows):
+        for column in range(columns):
+            if region[row, column] > 0:
+                mine = root(parent, region[row, column])
+                if dearer[mine] > 0 and size[mine] >= least:
+                    selected[row, column] = False

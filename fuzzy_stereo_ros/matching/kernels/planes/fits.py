@@ -1,0 +1,211 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Planes (a, b, c), of disparity a x + b y + c, fitted around pixels and to regions."""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
+import numpy as np
+
+_SAMPLES = 150       # pixels of a region, about, on which a plane is tried
+_LEAST = 6           # pixels that a plane is fitted to
+_FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
+_STEEPEST = 2.0      # px a px
+
+
+@inlined
+def _solve(xx, xy, yy, x, y, number, xd, yd, d):
+    """Return slopes and offset of least squares from its sums, 0 where they are not determined."""
+    one, two, three = yy * number - y * y, xy * number - y * x, xy * y - yy * x
+    determinant = xx * one - xy * two + x * three
+    if not determinant > 1e-6:
+        return 0.0, 0.0, 0.0
+    slope = (xd * one - xy * (yd * number - y * d) + x * (yd * y - yy * d)) / determinant
+    fall = (xx * (yd * number - y * d) - xd * two + x * (xy * d - yd * x)) / determinant
+    offset = (xx * (yy * d - yd * y) - xy * (xy * d - yd * x) + xd * three) / determinant
+    return slope, fall, offset
+
+
+@kernel(error_model='numpy')
+def local_planes(disparities, colours, radius, by_colour, limit, growth, planes, first, last):
+    """
+    Write the plane fitted to the like neighbours around each pixel, its slopes held back.
+
+    disparities: float32 (R, C), px; colours, by_colour, limit, growth: as in
+    refinement/dense_map.local_planes; planes: float32 (R, C, 3)
+    """
+    rows, columns = disparities.shape
+    for row in range(first, last):
+        for column in range(columns):
+            centre = disparities[row, column]
+            blue, green, red = (np.int32(colours[row, column, 0]),
+                                np.int32(colours[row, column, 1]),
+                                np.int32(colours[row, column, 2]))
+            s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
+            for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
+                for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
+                    difference = disparities[y, x] - centre
+                    across, along = np.float32(x - column), np.float32(y - row)
+                    distance = max(abs(across), abs(along))
+                    if abs(difference) > limit * (np.float32(1) + growth * distance):
+                        continue
+                    weight = by_colour[abs(blue - np.int32(colours[y, x, 0]))
+                                       + abs(green - np.int32(colours[y, x, 1]))
+                                       + abs(red - np.int32(colours[y, x, 2]))]
+                    s += weight
+                    sx += weight * across
+                    sy += weight * along
+                    sxx += weight * across * across
+                    sxy += weight * across * along
+                    syy += weight * along * along
+                    sd += weight * difference
+                    sxd += weight * across * difference
+                    syd += weight * along * difference
+            held = np.float32(0.5) * s
+            slope, fall, offset = _solve(
+                np.float64(sxx + held), np.float64(sxy), np.float64(syy + held), np.float64(sx),
+                np.float64(sy), np.float64(s), np.float64(sxd), np.float64(syd), np.float64(sd))
+            planes[row, column, 0], planes[row, column, 1] = slope, fall
+            planes[row, column, 2] = centre + offset - slope * column - fall * row
+
+
+@kernel
+def list_regions(labels, starts, pixels):
+    """
+    List the pixels of each region: those of region i are pixels[starts[i]:starts[i + 1]].
+
+    labels: int32 (R * C,), from 0; starts: int32 (regions + 1,); pixels: int32 (R * C,)
+    """
+    starts[:] = 0
+    for label in labels:
+        starts[label + 1] += 1
+    for region in range(starts.size - 1):
+        starts[region + 1] += starts[region]
+    for pixel in range(labels.size):
+        pixels[starts[labels[pixel]]] = pixel
+        starts[labels[pixel]] += 1
+    for region in range(starts.size - 1, 0, -1):
+        starts[region] = starts[region - 1]
+    starts[0] = 0
+
+
+@kernel
+def _points_of(flat, known, begin, end, pixels, columns, points):
+    """Write x, y and disparity of the trusted pixels of a region, of all if those are few."""
+    for few in range(2):
+        number = 0
+        for place in range(begin, end):
+            pixel = pixels[place]
+            if known[pixel] or few:
+                points[0, number] = pixel % columns
+                points[1, number] = pixel // columns
+                points[2, number] = flat[pixel]
+                number += 1
+        if number >= _LEAST:
+            break
+    return number
+
+
+@kernel(error_model='numpy')
+def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, points, planes, first,
+                  last):
+    """
+    Fit a plane to each region: the best of random ones, then least squares of what agrees.
+
+    Fischler and Bolles, Random sample consensus, 1981. Of regions with few trusted pixels all
+    count.
+
+    disparities: float32 (R, C), px; trusted: bool (R, C); starts, pixels: see list_regions;
+    rounds: how many random planes are tried; limit: float32, px by which a pixel agrees; key:
+    uint64; points: float32 (3, largest region), memory; planes: float32 (regions, 3); first,
+    last: regions
+    """
+    columns = disparities.shape[1]
+    flat, known = disparities.reshape(-1), trusted.reshape(-1)
+    x, y, d = points
+    for region in range(first, last):
+        number = _points_of(flat, known, starts[region], starts[region + 1], pixels, columns,
+                            points)
+        middle_x, middle_y, middle = (
+            x[:number].mean(), y[:number].mean(), d[:number].mean())
+        most, slope, fall, offset = -1, np.float32(0), np.float32(0), np.float32(middle)
+        stride = max(1, number // _SAMPLES)
+        for attempt in range(rounds + 1 if number >= _LEAST else 1):
+            a, b, c = slope, fall, offset
+            if attempt > 0:
+                count = np.uint64((region * rounds + attempt) * 3)
+                one, two, three = (
+                    below(mixed(key, count), np.uint64(number)),
+                    below(mixed(key, count + np.uint64(1)), np.uint64(number)),
+                    below(mixed(key, count + np.uint64(2)), np.uint64(number)))
+                x2, y2, d2 = x[two] - x[one], y[two] - y[one], d[two] - d[one]
+                x3, y3, d3 = x[three] - x[one], y[three] - y[one], d[three] - d[one]
+                area = x2 * y3 - x3 * y2
+                if abs(area) < _FLATTEST:
+                    continue
+                a, b = (d2 * y3 - d3 * y2) / area, (x2 * d3 - x3 * d2) / area
+                if abs(a) > _STEEPEST or abs(b) > _STEEPEST:
+                    continue
+                c = d[one] - a * x[one] - b * y[one]
+            agreeing = 0
+            for place in range(0, number, stride):
+                agreeing += abs(a * x[place] + b * y[place] + c - d[place]) < limit
+            if agreeing > most:
+                most, slope, fall, offset = agreeing, a, b, c
+        s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
+        for place in range(number):
+            if abs(slope * x[place] + fall * y[place] + offset
+                   - d[place]) < np.float32(1.5) * limit:
+                right, down, more = (np.float64(x[place]) - middle_x,
+                                     np.float64(y[place]) - middle_y,
+                                     np.float64(d[place]) - middle)
+                s += 1
+                sx += right
+                sy += down
+                sxx += right * right
+                sxy += right * down
+                syy += down * down
+                sd += more
+                sxd += right * more
+                syd += down * more
+        planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
+        if s >= _LEAST:
+            fitted = _solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
+            planes[region, 0], planes[region, 1] = fitted[0], fitted[1]
+            planes[region, 2] = (fitted[2] + middle - fitted[0] * middle_x
+                                 - fitted[1] * middle_y)
+
+
+@kernel
+def spread_planes(region_planes, source, labels, planes, first, last):
+    """
+    Give each pixel the plane of a region.
+
+    region_planes: float32 (regions, 3); source: int32 (regions,), whose plane a region takes;
+    labels: int32 (R, C); planes: float32 (R, C, 3)
+    """
+    for row in range(first, last):
+        for column in range(labels.shape[1]):
+            region = source[labels[row, column]]
+            for part in range(3):
+                planes[row, column, part] = region_planes[region, part]
+
+
+@kernel
+def label_tiles(side, down, right, labels):
+    """Write the numbers of the square tiles of an image: int32 (R, C); return how many."""
+    rows, columns = labels.shape
+    wide = (columns - 1 + right) // side + 1
+    for row in range(rows):
+        for column in range(columns):
+            labels[row, column] = (row + down) // side * wide + (column + right) // side
+    return ((rows - 1 + down) // side + 1) * wide
+
+
+@kernel
+def draw_pixels(starts, pixels, key, chosen):
+    """Draw a pixel of each region: int32 (regions,), -1 of an empty one; see list_regions."""
+    for region in range(chosen.size):
+        number = starts[region + 1] - starts[region]
+        chosen[region] = -1
+        if number > 0:
+            chosen[region] = pixels[starts[region] + below(mixed(key, np.uint64(region)),
+                                                           np.uint64(number))]

@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The result of matching one pair."""
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Match:
+    """
+    The result of matching one pair.
+
+    disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
+    confidence: float32 (R, C), 0 to 1, from possibility; 0 where inconsistent or filled.
+    history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
+    warm: whether the previous frame took part; generations: how many ran.
+    """
+
+    disparity: np.ndarray
+    confidence: np.ndarray
+    history: list
+    times: dict
+    warm: bool
+
+    @property
+    def generations(self):
+        """How many generations ran."""
+        return len(self.history)

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The genetic algorithm of the paper: H. Ghazouani, Genetic stereo matching with fuzzy fitness.
+
+A chromosome is a disparity map; a generation is selection, crossover and mutation, and in the
+uniform reading migration. The fittest map is the result as it is, without any refinement.
+"""
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.evolution import evolve
+from fuzzy_stereo_ros.matching.kernels.genetic.random_chromosome import (
+    fill_random_genes, scatter_random_genes)
+from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.paper import operators
+from fuzzy_stereo_ros.matching.paper.fitness import LiteralFitness, UniformFitness
+from fuzzy_stereo_ros.matching.paper.population import Population
+from fuzzy_stereo_ros.matching.paper.possibility import FULL
+from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
+import numpy as np
+
+SCATTERED = 0.1     # of the genes of all winners but the first are random
+
+
+class Stages(NamedTuple):
+    """The operators of a generation, called with the tools, the population, the random source."""
+
+    selection: Callable = operators.select
+    crossover: Callable = operators.cross_regions
+    mutation: Callable = operators.mutate_by_uniform_patches
+    migration: Callable | None = operators.migrate
+
+
+LITERAL_STAGES = Stages(operators.select, operators.cross_at_lines,
+                        operators.mutate_least_possible, None)
+
+
+class PaperMatcher:
+    """
+    A population of disparity maps of one image size.
+
+    population: the `Population` of the last pair
+    """
+
+    def __init__(self, config, rows, columns, stages=None):
+        """Allocate all that pairs of one size need."""
+        literal = config.reading == 'literal'
+        self._config, self._crew = config, Crew(config.threads)
+        self._fitness = (LiteralFitness if literal else UniformFitness)(config, rows, columns)
+        self.population = Population(config, rows, columns, self._fitness)
+        self._tools = operators.Tools(config, self._crew, self._fitness,
+                                      self.population.framed.shape[1:])
+        stages = stages or (LITERAL_STAGES if literal else Stages())
+        self._operators = {name: partial(stage, self._tools)
+                           for name, stage in stages._asdict().items() if stage is not None}
+
+    def match(self, left, right, previous, random, budget, observe=None):
+        """
+        Match a pair; return the `Match`, and None: no frame starts from the previous one.
+
+        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; previous: not used; random, budget,
+        observe: as `evolve` takes them
+        """
+        watch = Stopwatch()
+        self._fitness.set_pair(self._crew, left, right)
+        watch.took('possibility')
+        self._initialise(random.child(0))
+        watch.took('seeds')
+        history = evolve(self.population, self._operators, random, budget, observe)
+        watch.took('generations')
+        disparity, confidence = self._result()
+        watch.took('refinement')
+        return Match(disparity, confidence, history, watch.times, False), None
+
+    def possibility_of(self, chromosome):
+        """Return how possible the chosen matches are: float32 (R, C), 0 to 1."""
+        chosen = np.zeros(chromosome.shape, np.uint8)
+        self._fitness.choose(chromosome, chosen)
+        return chosen / np.float32(FULL)
+
+    def _initialise(self, random):
+        """Write the initial population: random maps, or winners with random genes."""
+        population, config = self.population, self._config
+        population.reset()
+        if config.initial_population == 'winner_takes_all':
+            self._fitness.most_possible(population.framed[0])
+
+        def initialise(slot, thread):
+            genes = population.genes[slot]
+            if config.initial_population == 'random':
+                fill_random_genes(random.child(slot).key, config.disparities, genes)
+            elif slot:
+                genes[:] = population.genes[0]
+                scatter_random_genes(random.child(slot).key, config.disparities, SCATTERED, genes)
+            population.evaluate(slot, 0, genes.shape[0])
+
+        self._tools.each(config.population, initialise)
+
+    def _result(self):
+        """Return the fittest chromosome as it is, and how possible it is: float32 (R, C)."""
+        best = self.population.genes[self.population.best]
+        confidence = self.possibility_of(best)
+        disparity = best + np.float32(self._config.min_disparity)
+        if not self._config.fill:
+            disparity[confidence < np.float32(self._config.confidence_threshold)] = np.nan
+        return disparity, confidence

@@ -1,0 +1,293 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The genetic operators of the profile `paper`: selection, crossover, mutation, migration.
+
+Each is called as operator(tools, population, random) and changes the population in place; the
+same random source gives the same bits for any number of threads. Of the uniform reading's
+operators the paper has words for
+
+* parents from the retained 40 %: "only the fittest individuals are retained (around 40%)";
+  by rank: "sigmoid or rank functions are commonly used".
+* regions instead of rows below a line: "exchanging a part of the matrices (Figure 2)"; that a
+  region is only exchanged if the child gains by it, it does not say.
+* patches that take one gene: "randomly changes one or several cells (a neighbouring N of uniform
+  cells)"; 40 % of the children: "mutation rate is set to 40%". That a patch stays only if the
+  fitness around it does not fall is the reading here of "affects matrix cells with lower matching
+  possibilities".
+
+It has none for islands, populations that evolve apart at first, and for migration between them:
+the fittest of one is fused with the fittest of another by a minimum cut, the best of all children
+that two parents can have.
+"""
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
+from fuzzy_stereo_ros.matching.kernels.genetic.literal_mutation import (
+    least_possible_level, throw_patches)
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_exchange import fill_exchange, take_genes
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_mutation import (
+    LARGEST_HALF, mutate_by_patches, SPARE_ROWS)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.paper.fitness import inside
+from fuzzy_stereo_ros.matching.paper.population import Kinship
+import numpy as np
+
+CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
+FEW_CELLS = 0.25            # of all cells: parents that differ in more are too unlike to cross
+ISOLATION = 0.5             # of the generations, islands evolve apart
+MIGRATIONS = 10         # a run would have if it began with one
+
+
+class Tools:
+    """
+    What operators work with: memory a thread, and the configuration.
+
+    crew: shares work among threads; fitness: a `LiteralFitness` or a `UniformFitness`
+    """
+
+    def __init__(self, config, crew, fitness, shape):
+        """shape: (R + 2, W), of framed maps."""
+        self.config, self.crew, self.fitness, self._shape = config, crew, fitness, shape
+        self._crossings, self._fusion = [None] * crew.threads, None
+        self.spares = [(np.zeros(SPARE_ROWS * LANES, np.uint16),
+                        np.zeros(SPARE_ROWS * LANES, np.uint8),
+                        np.zeros(SPARE_ROWS * LANES, np.uint16)) for _ in range(crew.threads)]
+
+    def each(self, size, work):
+        """Call work(number, thread) for the numbers below size, shared among threads."""
+        numbers = iter(range(size))
+
+        def of_thread(thread):
+            while (number := next(numbers, None)) is not None:
+                work(number, thread)
+
+        self.crew.each(of_thread, range(self.crew.threads))
+
+    def crossing(self, thread):
+        """Return the `Exchange` of a thread, and its `Regions`."""
+        if self._crossings[thread] is None:
+            self._crossings[thread] = Exchange(*self._shape, 8), Regions(*self._shape)
+        return self._crossings[thread]
+
+    def fusion(self):
+        """Return an `Exchange`, and a `Cut`."""
+        if self._fusion is None:
+            self._fusion = self.crossing(0)[0], Cut(*self._shape, 8)
+        return self._fusion
+
+
+def fittest_first(fitness):
+    """
+    Return the order of a population from the fittest on; of equals the earlier goes first.
+
+    fitness: (P,); order: int64 (P,)
+    """
+    return np.argsort(-fitness, kind='stable')
+
+
+def elite_size(population, share):
+    """Return how many of the fittest are retained; the fittest one always is."""
+    return min(max(round(share * population), 1), population)
+
+
+def rank_survival(number):
+    """
+    Return the probability to become a parent by rank: 1 for the fittest, less by 1 / n a rank.
+
+    survival: float64 (n,), above 0 to 1
+    """
+    return 1.0 - np.arange(number) / number
+
+
+def survivors(survival, draws):
+    """
+    Return the ranks that mate: those whose probability is greater than their random number.
+
+    Two are needed to mate: where fewer survive, the two fittest do.
+
+    survival: float64 (n,), from the fittest on; draws: float64 (n,), 0 to below 1
+    chosen: int64 (from 2 to n,), or (1,) where there is one
+    """
+    chosen = np.flatnonzero(survival > draws)
+    return chosen if chosen.size >= 2 else np.arange(min(2, survival.size))
+
+
+def couples(chosen, first_draws, second_draws):
+    """
+    Return the parents of each child, two different ones where there are two.
+
+    chosen: int64 (S,), who mates; first_draws, second_draws: float64 (children,), 0 to below 1
+    parents: int64 (children, 2)
+    """
+    first = (first_draws * chosen.size).astype(np.int64)
+    further = 1 + (second_draws * (chosen.size - 1)).astype(np.int64)
+    return np.stack([chosen[first], chosen[(first + further) % chosen.size]], axis=1)
+
+
+def select(tools, population, random):
+    """
+    Retain the fittest of each island; couples of them get children in the place of the others.
+
+    One chromosome alone is its own child.
+    """
+    children, parents = [], []
+    for number, island in enumerate(population.islands):
+        ranked = island[fittest_first(population.totals[island])]
+        retained = ranked[:elite_size(island.size, tools.config.elite)]
+        others = ranked[retained.size:] if island.size > 1 else ranked
+        draws = random.child(number, 0).uniform(retained.size)
+        mating = retained[survivors(rank_survival(retained.size), draws)]
+        pairs = random.child(number, 1).uniform(2 * others.size).reshape(2, -1)
+        children.append(others)
+        parents.append(couples(mating, *pairs))
+    population.kinship = Kinship(np.concatenate(children), np.concatenate(parents))
+    population.generation += 1
+
+
+def copy_parents(tools, population, random):
+    """Make each child a copy of its first parent: no crossover."""
+    children, parents = population.kinship
+
+    def copy(number, thread):
+        population.copy(children[number], parents[number, 0])
+
+    tools.each(children.size, copy)
+
+
+def crossover_lines(rows, draws):
+    """
+    Return the line of each crossover, uniform in [1, R] as in the paper.
+
+    draws: float64 (children,), 0 to below 1; lines: int64 (children,), 1 to R
+    """
+    return 1 + (draws * rows).astype(np.int64)
+
+
+def cross_at_lines(tools, population, random):
+    """Give each child the rows above a random line from one parent, the rest from the other."""
+    children, parents = population.kinship
+    rows = population.genes.shape[1]
+    lines = crossover_lines(rows, random.uniform(children.size))
+
+    def cross(number, thread):
+        child, (first, second), line = children[number], parents[number], lines[number]
+        population.copy(child, first)
+        for memory in (population.framed, population.chosen, population.details):
+            start = line + (memory.shape[1] > rows)     # framed maps have a row before the first
+            memory[child, start:] = memory[second, start:]
+        population.evaluate(child, line - 1, min(line + 1, rows))
+
+    tools.each(children.size, cross)
+
+
+def cross_regions(tools, population, random):
+    """
+    Give each child its first parent's genes, and regions of the second's where it gains by them.
+
+    Parents that differ in more than `FEW_CELLS`, as random ones do, differ in one region: their
+    child is a copy of the first.
+    """
+    children, parents = population.kinship
+
+    def cross(number, thread):
+        population.copy(children[number], parents[number, 0])
+        exchange, regions = tools.crossing(thread)
+        take_over(tools, population, children[number], parents[number, 1], exchange, regions,
+                  FEW_CELLS)
+
+    tools.each(children.size, cross)
+
+
+def migrate(tools, population, random):
+    """
+    Fuse the fittest of each island with the fittest of another, in some of the generations.
+
+    Islands evolve apart for the first half of the run; afterwards a tenth of it lies between two
+    migrations. From one to the next each island meets another one.
+    """
+    number, islands = population.generation, len(population.islands)
+    planned = tools.config.generations
+    interval = max(round(planned / MIGRATIONS), 1)
+    if islands < 2 or number < ISOLATION * planned or number % interval:
+        return
+    fittest = [island[population.totals[island].argmax()] for island in population.islands]
+    away = 1 + number // interval % (islands - 1)
+    for place, slot in enumerate(fittest):
+        take_over(tools, population, slot, fittest[(place + away) % islands], *tools.fusion())
+
+
+def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
+    """
+    Let a chromosome take those genes of another that a crossover chooses.
+
+    exchange: an `Exchange`; crossover: chooses cells in it; most: share of the cells, chromosomes
+    that differ in more stay as they are
+    """
+    genes, other_genes = population.framed[slot], population.framed[other]
+    number = differing_cells(genes, other_genes, exchange.all_cells)
+    if not 0 < number <= most * population.genes[slot].size:
+        return
+    exchange.hold(number)
+    fill_exchange(exchange.cells, genes, population.chosen[slot], other_genes,
+                  population.chosen[other], tools.fitness.weights, exchange.alone, exchange.pairs)
+    change = crossover(exchange)
+    if change < 0:
+        take_genes(exchange.cells, exchange.taken, other_genes, population.chosen[other],
+                   tools.fitness.weights, population.genes.shape[2], genes,
+                   population.chosen[slot], population.details[slot])
+        population.totals[slot] -= change
+
+
+def mutate_by_uniform_patches(tools, population, random):
+    """
+    Mutate a share of the children, the mutation rate, by patches of uniform cells.
+
+    A patch stays where the fitness of its cells and of those around them does not fall.
+    """
+    children, fitness = population.kinship.children, tools.fitness
+    patches = max(population.genes[0].size // CELLS_A_PATCH, 1)
+    half = min(tools.config.neighbourhood // 2, LARGEST_HALF)
+    struck = children[random.child(0).uniform(children.size) < tools.config.mutation_rate]
+
+    def mutate(number, thread):
+        slot = struck[number]
+        population.totals[slot] += mutate_by_patches(
+            random.child(1, slot).key, patches, half, fitness.planes, fitness.colours,
+            fitness.weights, population.framed[slot], population.chosen[slot],
+            population.details[slot], *tools.spares[thread])
+
+    tools.each(struck.size, mutate)
+
+
+def patch_numbers(cells, neighbourhood, draws):
+    """
+    Return how many patches are thrown at each child: the paper's "one or several".
+
+    From one to as many as could cover the image once, each order of magnitude as likely as the
+    next: coarse search at first, fine search once large changes have ceased to pay.
+
+    cells: R * C; draws: float64 (children,), 0 to below 1; numbers: int64 (children,)
+    """
+    most = max(cells // neighbourhood**2, 1)
+    return (float(most)**draws).astype(np.int64)
+
+
+def mutate_least_possible(tools, population, random):
+    """
+    Mutate each child by squares of the size of N on its least possible cells: the literal reading.
+
+    The mutation rate is the share of these cells; squares stay, whatever they are worth.
+    """
+    children, config = population.kinship.children, tools.config
+    numbers = patch_numbers(population.genes[0].size, config.neighbourhood,
+                            random.child(0).uniform(children.size))
+
+    def mutate(number, thread):
+        slot = children[number]
+        genes, chosen = population.genes[slot], inside(population.chosen[slot])
+        level, share_of_ties = least_possible_level(chosen, config.mutation_rate)
+        throw_patches(random.child(1, slot).key, numbers[number], config.neighbourhood,
+                      config.disparities, chosen, level, share_of_ties, genes)
+        population.evaluate(slot, 0, genes.shape[0])
+
+    tools.each(children.size, mutate)

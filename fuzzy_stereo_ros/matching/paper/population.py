@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The population of the profile `paper`: disparity maps, what is known of them, and islands."""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
+from fuzzy_stereo_ros.matching.paper.fitness import inside
+import numpy as np
+
+ISLANDS, FEWEST = 7, 10     # islands at the most, and chromosomes of each at the least
+
+
+class Kinship(NamedTuple):
+    """
+    Where the chromosomes of a generation come from; those that are no children live on.
+
+    children: int64 (n,), indices; parents: int64 (n, 2), indices in the former generation
+    """
+
+    children: np.ndarray
+    parents: np.ndarray
+
+
+class Population:
+    """
+    Chromosomes, disparity maps of the left image, of one image size.
+
+    The paper's right reference is had by mirroring and exchanging the images above.
+
+    framed: uint16 (P, R + 2, W), genes, indices of disparities, see kernels.genetic
+    chosen: uint8 (P, R + 2, W), 255ths, possibility of the match chosen at each cell
+    details: (P, ...), what the fitness keeps of each
+    totals: int64 (P,), fitness in whole numbers
+    islands: int64 indices of the chromosomes that mate with one another, a list
+    kinship: the `Kinship` of this generation, None for the initial population
+    generation: how many generations have begun; converged: never, the budget ends the evolution
+    """
+
+    converged = False
+
+    def __init__(self, config, rows, columns, fitness):
+        """
+        Allocate the population.
+
+        fitness: a `LiteralFitness` or a `UniformFitness`
+        """
+        size = config.population
+        self.framed = np.zeros((size, rows + 2, columns + FRAME), np.uint16)
+        self.chosen = np.zeros(self.framed.shape, np.uint8)
+        self.details = fitness.details(size)
+        self.totals = np.zeros(size, np.int64)
+        number = 1 if config.reading == 'literal' else min(max(size // FEWEST, 1), ISLANDS)
+        self.islands = np.array_split(np.arange(size), number)
+        self._measure = fitness
+        self.reset()
+
+    @property
+    def genes(self):
+        """The chromosomes alive: uint16 (P, R, C), a view."""
+        return inside(self.framed)
+
+    @property
+    def fitness(self):
+        """The fitness of all: float64 (P,), higher is fitter."""
+        return self.totals / self._measure.unit
+
+    @property
+    def best(self):
+        """Index of the fittest."""
+        return int(self.totals.argmax())
+
+    def reset(self):
+        """Begin again with an initial population."""
+        self.generation, self.kinship = 0, None
+
+    def copy(self, slot, old):
+        """Let a chromosome be a copy of another one."""
+        for memory in (self.framed, self.chosen, self.details, self.totals):
+            memory[slot] = memory[old]
+
+    def evaluate(self, slot, first, last):
+        """Evaluate a chromosome after the genes of the rows from first to last - 1 changed."""
+        self.totals[slot] = self._measure.evaluate(
+            self.framed[slot], self.chosen[slot], self.details[slot], first, last)

@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How possible matches are: Eq. 2, and Eq. 2 in the uniform reading.
+
+The uniform reading differs from Eq. 2 as printed, and says so, in four points:
+
+* Gradients. Besides three grey classes it has five classes for the gradient across and five for
+  that down; a match is possible if grey AND both gradients agree. Of the gradient the paper says
+  only that Eq. 4 is "to penalize pixels which project onto uniform regions".
+* N is centred on the cell and holds its uniform cells: Pi(r + i, c + j, C(r, c)), not the genes
+  of the neighbours as in Eq. 3: "comparing the areas around the two pixels", "to have a
+  discriminating comparison between the projections", "a neighbouring N of uniform cells".
+* Gradient classes are compared by `shared_membership`; `strict` keeps Eq. 2 for them. The paper
+  has no words for this.
+* A match counts as possible if it is very possible, Zadeh's "very" being the square. The paper
+  has no words for this.
+
+A cell whose match lies outside the target has no evidence for or against it: it counts in N as
+`OUTSIDE`, so that the cells around it that do see something decide.
+"""
+import cv2
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
+from fuzzy_stereo_ros.matching.kernels.possibility.grey_classes import (
+    fill_class_possibility, fill_grey_possibility)
+from fuzzy_stereo_ros.matching.kernels.possibility.uniform_cells import (
+    average_over_uniform, fill_planes)
+from fuzzy_stereo_ros.matching.paper.fuzzy_classes import (
+    compressed, GRADIENT_CENTRES, GRADIENT_SIGMA, matching_possibility, shared_membership)
+import numpy as np
+
+FULL = 255.0            # a possibility of 1 in the whole numbers of the kernels
+OUTSIDE = 40            # 255ths, of a match outside the target: about that of a poor match
+GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
+UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle of N
+LEAST_UNIFORM = 0.007   # a membership below this is none
+VECTOR = 16             # disparities of one cell are a multiple of this
+NEAR_SIGMA = 0.28       # of the nearness to the middle of N, as a share of its side
+SOBEL_SCALE = 0.25      # of a Sobel response, to grey levels of 8 bits over one pixel or so
+LUMINANCE = 0.114, 0.587, 0.299     # of blue, green and red
+
+
+def possibility_table(sigma):
+    """
+    Return Eq. 2 of every pair of grey levels.
+
+    table: uint8 (256, 256), 255ths
+    """
+    levels = np.arange(256)
+    exact = matching_possibility(levels[:, np.newaxis], levels[np.newaxis, :], sigma)
+    return np.rint(FULL * exact).astype(np.uint8)
+
+
+def gradient_table(strict):
+    """
+    Return how far every pair of levels of a gradient shares its classes.
+
+    strict: by Eq. 2, otherwise by `shared_membership`; table: uint8 (256, 256), 255ths
+    """
+    levels = (np.arange(256) - 128.0) / GRADIENT_STEPS
+    low, high = GRADIENT_CENTRES[0], GRADIENT_CENTRES[-1]
+    levels = np.clip(levels, low, high)
+    compare = matching_possibility if strict else shared_membership
+    exact = compare(levels[:, np.newaxis], levels[np.newaxis, :], GRADIENT_SIGMA,
+                    GRADIENT_CENTRES)
+    return np.rint(FULL * exact).astype(np.uint8)
+
+
+def very_possible_table():
+    """Return the square of each possibility: Zadeh's hedge "very"; uint8 (256,), 255ths."""
+    return np.rint(FULL * (np.arange(256) / FULL)**2).astype(np.uint8)
+
+
+def lost_bits(left, right):
+    """
+    Return how many of their lowest bits images lose to fit into 8, the same number in both.
+
+    The brighter one decides: cameras of 10 and 12 bits fill only a part of the 16.
+    """
+    return max(int(max(left.max(), right.max())).bit_length() - 8, 0)
+
+
+def grey_levels(left, right):
+    """
+    Return both images as grey levels of 8 bits, on which Eq. 1 is defined.
+
+    left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR
+    greys: two arrays, uint8 (R, C)
+    """
+    greys = [cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+             for image in (left, right)]
+    lost = lost_bits(*greys)
+    return [np.ascontiguousarray((grey >> lost).astype(np.uint8)) for grey in greys]
+
+
+def class_levels(image, lost):
+    """
+    Return the levels that fuzzy classes are defined on: of grey and of both gradients.
+
+    Gradients are of the luminance before it is rounded, for faint texture is all that plain
+    surfaces have.
+
+    image: uint8 or uint16, (R, C) or (R, C, 3) BGR; lost: bits above 8; levels: uint8 (3, R, C)
+    """
+    grey = np.float32(0.5**lost) * (image @ np.float32(LUMINANCE) if image.ndim == 3
+                                    else image.astype(np.float32))
+    gradients = [cv2.Sobel(grey, cv2.CV_32F, *order) * np.float32(SOBEL_SCALE)
+                 for order in ((1, 0), (0, 1))]
+    levels = [grey, *(128 + GRADIENT_STEPS * compressed(gradient) for gradient in gradients)]
+    return np.stack([np.clip(np.rint(level), 0, 255).astype(np.uint8) for level in levels])
+
+
+def eight_bit_colours(image, lost):
+    """Return an image as colours of 8 bits: uint8 (R, C, 3), three alike for a grey one."""
+    image = (image >> lost).astype(np.uint8)
+    return np.ascontiguousarray(image if image.ndim == 3 else np.stack([image] * 3, axis=-1))
+
+
+def uniform_membership(sigma=UNIFORM_SIGMA):
+    """Return Eq. 1 about a colour, by squared distance / 4: float32, as far as it counts."""
+    last = int(-2 * sigma**2 * np.log(LEAST_UNIFORM) / 4)
+    return np.exp(-4 * np.arange(last + 1) / (2 * sigma**2)).astype(np.float32)
+
+
+def nearness(neighbourhood):
+    """Return how near cells of N are to its middle, by distance: float32 (side // 2 + 1,)."""
+    distance = np.arange(neighbourhood // 2 + 1) / (NEAR_SIGMA * neighbourhood)
+    return np.exp(-distance**2 / 2).astype(np.float32)
+
+
+class LiteralPossibility:
+    """
+    Eq. 2 as printed.
+
+    volume: uint8 (R, C, D), 255ths
+    """
+
+    def __init__(self, config, rows, columns):
+        """Allocate all that pairs of one size need."""
+        self._min_disparity = config.min_disparity
+        self._table = possibility_table(config.class_sigma)
+        self.volume = np.zeros((rows, columns, config.disparities), np.uint8)
+
+    def set_pair(self, left, right):
+        """Write the possibilities of a pair: uint8 (R, C), grey levels."""
+        fill_grey_possibility(self._table, left, right, self._min_disparity, self.volume)
+
+
+class UniformPossibility:
+    """
+    Eq. 2 over grey AND gradients, averaged over the uniform cells of N.
+
+    planes: uint8 (D, R + 2, W), 255ths, framed, a plane a disparity: a patch of one gene reads
+    its rows in one piece
+    """
+
+    def __init__(self, config, rows, columns):
+        """Allocate all that pairs of one size need."""
+        # whole vectors of disparities: what is beyond the last one is averaged, but not read
+        shape = rows, columns, -(-config.disparities // VECTOR) * VECTOR
+        self._disparities = config.disparities
+        gradient = gradient_table(config.reading == 'strict')
+        self._tables = np.stack([possibility_table(config.class_sigma), gradient, gradient])
+        self._very = very_possible_table()
+        self._similar, self._near = uniform_membership(), nearness(config.neighbourhood)
+        self._min_disparity = config.min_disparity
+        self._cells, self._along_rows = (np.zeros(shape, np.uint8) for _ in range(2))
+        self._bands = cut_bands(rows)
+        self._totals = np.zeros((len(self._bands), shape[2]), np.float32)
+        self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
+
+    def set_pair(self, crew, left, right, colours):
+        """
+        Write the possibilities of a pair.
+
+        left, right: uint8 (3, R, C), from `class_levels`; colours: uint8 (R, C, 3), of left
+        """
+        def match(band):
+            fill_class_possibility(self._tables, left, right, self._min_disparity,
+                                   self._disparities, OUTSIDE, *band[1:], self._cells)
+
+        def average_along_rows(band):
+            average_over_uniform(self._cells, colours, self._similar, self._near, False,
+                                 *band[1:], self._totals[band[0]], self._along_rows)
+
+        def average_along_columns(band):
+            average_over_uniform(self._along_rows, colours, self._similar, self._near, True,
+                                 *band[1:], self._totals[band[0]], self._cells)
+            fill_planes(self._cells, self._very, *band[1:], self.planes)
+
+        for work in (match, average_along_rows, average_along_columns):
+            crew.each(work, self._bands)

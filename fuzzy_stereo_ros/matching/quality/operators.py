@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The operators of the profile `quality`: mutants that are planes of regions, and crossover.
+
+Each is called with the population and a source of random numbers and changes the chromosome whose
+turn it is, in both views.
+"""
+from fuzzy_stereo_ros.matching.kernels.planes import fits
+from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
+from fuzzy_stereo_ros.matching.quality.regions import tiles
+import numpy as np
+
+FITTED_TILES = 40, 20        # px, tiles that take the plane fitted to them
+COPIED_TILES = 30, 12        # px, tiles that take the plane of one of their pixels
+
+
+def segment_planes(population, random):
+    """Propose to each segment, coarse ones first, the plane fitted to it."""
+    for view, member, own in _turn(population, random, 0):
+        for scale, regions in reversed(list(enumerate(view.segments))):
+            planes = _fitted(view, member, regions, own.child(scale))
+            view.propose(member, spread(view.crew, planes, _itself(regions), regions), regions,
+                         own.child(scale))
+    population.measure(population.current)
+
+
+def tile_planes(population, random):
+    """Propose to each tile the plane fitted to it."""
+    for view, member, own in _turn(population, random, 1):
+        for side in FITTED_TILES:
+            drawn = own.child(side)
+            regions = tiles(member.costs.shape, side, drawn)
+            planes = _fitted(view, member, regions, drawn)
+            view.propose(member, spread(view.crew, planes, _itself(regions), regions), regions,
+                         drawn)
+    population.measure(population.current)
+
+
+def copied_planes(population, random):
+    """Propose to each tile the plane of one of its pixels."""
+    for view, member, own in _turn(population, random, 2):
+        for side in COPIED_TILES:
+            drawn = own.child(side)
+            regions = tiles(member.costs.shape, side, drawn)
+            chosen = np.zeros(regions.number, np.int32)
+            fits.draw_pixels(regions.starts, regions.pixels, drawn.key, chosen)
+            planes = member.planes.reshape(-1, 3)[np.maximum(chosen, 0)]
+            view.propose(member, spread(view.crew, planes, _itself(regions), regions), regions,
+                         drawn)
+    population.measure(population.current)
+
+
+def cross_siblings(population, random):
+    """Give the first chromosome what is fitter in the one whose turn it was; end the turn."""
+    if population.current > 0:
+        for view in population.views:
+            view.cross(view.members[0], view.members[population.current], random.child(3))
+        population.measure(0)
+        population.lead(population.best)
+    population.current = (population.current + 1) % len(population.fitness)
+
+
+def judge_each_other(population, random):
+    """Trust matches where the views of the first chromosome agree, once all had their turn."""
+    if population.current == 0:
+        for view, consistent in zip(population.views, population.consistent()):
+            view.trust_consistent(consistent)
+        population.measure_all()
+
+
+OPERATORS = {
+    'segments': segment_planes,
+    'tiles': tile_planes,
+    'copies': copied_planes,
+    'crossover': cross_siblings,
+    'trust': judge_each_other,
+}
+
+
+def _turn(population, random, operator):
+    """Give each view, its map of the chromosome whose turn it is, and a source of its own."""
+    for number, view in enumerate(population.views):
+        yield (view, view.members[population.current],
+               random.child(operator, number))
+
+
+def _fitted(view, member, regions, random):
+    return region_planes(view.crew, view.disparities(member), view.fitness.trusted(), regions,
+                         random)
+
+
+def _itself(regions):
+    return np.arange(regions.number, dtype=np.int32)

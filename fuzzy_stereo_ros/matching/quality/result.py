@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""From the fittest plane maps of both views to disparities, and how sure they are."""
+import cv2
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
+from fuzzy_stereo_ros.matching.kernels.planes.views import compare_views
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, refuse_speckles
+from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
+from fuzzy_stereo_ros.matching.realtime.refinement import AROUND
+import numpy as np
+
+MOST = 1.0               # px by which the views may differ
+NEAR, SEED_SHARE = 1.0, 0.7     # px within which the seed counts as well, and its share
+ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
+REACH = RADIUS * STRIDE   # px of a support that must lie within the other image too
+FAINT = 0.004            # contrast with them that makes half sure
+LEAST_SURE = 0.02        # less is noise
+CLEAR_MARGIN = 0.4       # summed cost, parts of FULL, by which the best label elsewhere is worse
+
+
+def compare(crew, disparity, other, lowest):
+    """Return the verdict of each pixel by the mirrored other view's map: see compare_views."""
+    verdict = np.empty(disparity.shape, np.uint8)
+    crew.each(lambda band: compare_views(
+        disparity, other, lowest, np.float32(MOST), verdict, band[1], band[2]),
+        cut_bands(len(disparity)))
+    return verdict
+
+
+def finished(disparity, seed):
+    """
+    Return the disparities of planes, averaged with those of the seed where both are near.
+
+    The seed is measured pixel by pixel, a plane over a region: they err in different ways.
+    """
+    near = abs(disparity - seed.surface) <= NEAR
+    return disparity + near * np.float32(SEED_SHARE) * (seed.surface - disparity)
+
+
+def certainty(view, member, seed, lowest):
+    """
+    Return how sure each pixel of a member is by itself: float32 (R, C), 0 to 1.
+
+    Sure is what is possible, what the data alone chose as well, and by how much alone; and
+    nothing where nearer and farther matches are as possible, as on a uniform wall.
+    """
+    disparity = view.disparities(member)
+    possible = 1 - member.match_costs.astype(np.float32) / UNIT
+    margins = seed.margins.astype(np.float32)
+    alone = margins / (margins + np.float32(CLEAR_MARGIN * FULL))
+    told = contrast(view, member, disparity, lowest)
+    return (possible * alone * (told / (told + np.float32(FAINT)))
+            * (abs(disparity - seed.labels) <= MOST))
+
+
+def contrast(view, member, disparity, lowest):
+    """
+    Return by how much other matches are less possible than a member's: float32 (R, C), 0 to 1.
+
+    It is the mean over the matches ELSEWHERE that lie within the images and the disparities; 1
+    where too few disparities are searched to have any.
+    """
+    highest = view.fitness.disparities_searched - 1
+    pointed = np.arange(disparity.shape[1]) - lowest - disparity
+    total, number = (np.zeros(disparity.shape, np.float32) for _ in range(2))
+    for away in ELSEWHERE:
+        moved = member.planes.copy()
+        moved[..., 2] += away
+        inside = ((disparity + away >= 0) & (disparity + away <= highest)
+                  & (pointed - away >= REACH)
+                  & (pointed - away < disparity.shape[1] - REACH))
+        dearer = view.fitness.match_costs(view.crew, moved, inside) - member.match_costs
+        total += np.where(inside, dearer, 0)
+        number += inside
+    mean = np.maximum(total, 0) / (np.float32(UNIT) * np.maximum(number, 1))
+    return mean if highest >= min(map(abs, ELSEWHERE)) else np.ones_like(mean)
+
+
+def refine(crew, config, population, seed):
+    """
+    Return disparities, px, and how sure they are, 0 to 1: float32 (R, C).
+
+    population: the evolved `Population`; seed: the `Seed` of the left view
+    """
+    (left, member), (right, other) = (
+        (view, view.members[population.best]) for view in population.views)
+    planes = left.disparities(member)
+    verdict = compare(crew, planes, right.disparities(other), config.min_disparity)
+    disparity = finished(planes, seed)
+    if config.speckle_size > 1:
+        runs = [np.zeros(verdict.size, np.int32) for _ in range(4)]
+        refuse_speckles(np.rint(disparity).astype(np.int16).reshape(-1), verdict.reshape(-1),
+                        verdict.shape[1], config.speckle_range, config.speckle_size, *runs)
+    consistent = verdict == CONSISTENT
+    sure = certainty(left, member, seed, config.min_disparity) * consistent
+    confidence = cv2.blur(sure, (AROUND, AROUND)) * consistent
+    confidence[confidence < LEAST_SURE] = 0
+    disparity += np.float32(config.min_disparity)
+    if not config.fill:
+        disparity[(confidence == 0) | (confidence < config.confidence_threshold)] = np.nan
+    return disparity, confidence

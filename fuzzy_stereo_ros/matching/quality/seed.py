@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The seed of the profile `quality`: scanline optima of several models under one fitness.
+
+The parent is what the profile `realtime` finds. The children are scanline optima that lean on it
+everywhere, only where texture is weak, or not at all, or that know no parent. The first one takes
+its place; partition crossover gives it the fitter regions of the others.
+"""
+from typing import NamedTuple
+
+import cv2
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.evolution import Budget
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.quality.possibility import (
+    colour_and_fine_grey, eight_bit_scale, Model)
+from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness
+from fuzzy_stereo_ros.matching.quality.seed_fitness import Steps, SurfaceFitness
+from fuzzy_stereo_ros.matching.quality.strips import keep_bytes, ScanlineStrips
+from fuzzy_stereo_ros.matching.quality.surface import DenseSurface
+from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
+import numpy as np
+
+SHARP = Model(census=12, colour=43, slope=2, gradient=30, blurs=(0.4,), longest=8, near=4,
+              rounds=2)
+WIDE = Model(census=14, colour=43, slope=2, gradient=12, blurs=(0.5, 0.9), longest=9, near=3,
+             rounds=3)
+LEVEL = 0.4              # px of a parent's surface that supports may span
+PARENT_RADIUS, PARENT_LIMIT = 6, 1.5     # of the local planes that make a parent's surface, px
+OUTPUT_RADIUS, OUTPUT_LIMIT = 4, 0.6     # and of those of the result
+DEAD_ZONE, CUT = 1.0, 4.0    # px: a child's leaning on its parent begins, and ends, that far
+WEAK_TEXTURE = 6.0       # mean grey step at which texture is not weak any more
+STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
+
+
+class Child(NamedTuple):
+    """How a child is made of its parent."""
+
+    strong: float            # what leaning on the parent costs a px where texture is strong
+    weak: float              # and where it is weak
+    smoothness: Smoothness
+    steepest: int            # px a pixel that paths follow the parent's surface; 0, they do not
+    cold: Model | None = None    # made without a parent, under a model of its own
+
+
+FIRM = Smoothness(jump=4.0, small=0.1, at_edge=0.1, edge=20.0)
+LOOSE = FIRM._replace(jump=3.0)
+CHILDREN = {
+    'leaning': Child(20, 60, LOOSE, 0),
+    'leaning_where_weak': Child(0, 60, LOOSE, 2),
+    'independent': Child(0, 0, LOOSE._replace(small=0.05), 0),
+    'cold': Child(0, 0, FIRM, 0, cold=WIDE),
+}
+PLAN = tuple(CHILDREN)
+UNBIASED = 'independent'     # the child that tells what the data alone say
+
+
+class Seed(NamedTuple):
+    """
+    What is known of a view before planes evolve.
+
+    surface: float32 (R, C), px from 0, dense; labels, margins: int16 and uint16 (R, C), what the
+    data alone chose, and by how much the best label elsewhere is worse, in parts of FULL;
+    realtime: float32 (R, C), px, the map of the profile `realtime`
+    colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1
+    """
+
+    surface: np.ndarray
+    labels: np.ndarray
+    margins: np.ndarray
+    realtime: np.ndarray
+    colour: np.ndarray
+    weak: np.ndarray
+
+
+class ScanlineSeed:
+    """The memory that seeds of one image size need."""
+
+    def __init__(self, config, rows, columns):
+        """Allocate for the disparities of a MatcherConfig."""
+        self._config = config
+        self._crew = Crew(config.threads)
+        self._scanlines = ScanlineStrips(rows, columns, config.disparities, [SHARP, WIDE])
+        self._fitness = SurfaceFitness(
+            (rows, columns, self._scanlines.padded), config.disparities)
+        self._dense = DenseSurface(rows, columns, config.disparities)
+        self._parent, self._nothing = (np.zeros((rows, columns), np.float32) for _ in range(2))
+
+    def find(self, left, right, realtime, in_time):
+        """
+        Return the `Seed` of a pair.
+
+        left, right: uint8 or uint16 (R, C) or (R, C, 3); realtime: float32 (R, C), px from 0, the
+        map of the profile `realtime`; in_time: says whether more may be done
+        """
+        lowest = self._config.min_disparity
+        self._inside = lowest, lowest + left.shape[1] - 1
+        fine = self._look(left, right)
+        seed = Seed(realtime.copy(), np.zeros(realtime.shape, np.int16),
+                    np.zeros(realtime.shape, np.uint16), realtime, self._colour,
+                    weak_texture(fine))
+        self._join_children(seed, in_time)
+        return seed
+
+    def costs_of_pixels(self, left, right):
+        """
+        Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
+
+        It is memory of the seeds, which are lost.
+        """
+        self._look(left, right)
+        volume = self._fitness.volume
+        for strip in self._scanlines.strips:
+            costs = self._scanlines.fill(
+                self._crew, strip, SHARP._replace(rounds=0), self._nothing, LEVEL)
+            keep_bytes(self._crew, costs[strip.here], volume[strip.rows])
+        return volume
+
+    def _look(self, left, right):
+        """Take in a pair; return its left fine grey."""
+        lowest, scale = self._config.min_disparity, eight_bit_scale(left, right)
+        pictures = (colour_and_fine_grey(left, scale, 0),
+                    colour_and_fine_grey(right, scale, lowest))
+        self._colour = pictures[0][0]
+        self._scanlines.look(*pictures, max(lowest, 0))
+        return pictures[0][1]
+
+    def _join_children(self, seed, in_time):
+        """Give the seed the first child, then the fitter regions of each of the others."""
+        found, dense = self._scanlines, self._dense
+        self._parent[:] = seed.realtime
+        surface = dense.smooth(self._crew, self._parent, self._colour, PARENT_RADIUS,
+                               PARENT_LIMIT).copy()
+        child = np.zeros_like(seed.surface)
+        for name in PLAN:
+            if not self._search(name, surface, seed.weak, in_time):
+                break
+            dense.check(self._crew, found.labels, found.target, self._inside)
+            if name == PLAN[0]:
+                self._fitness.trust(dense.verdict == REFUSED)
+            if name == UNBIASED:
+                seed.labels[:], seed.margins[:] = found.labels, found.margins
+            dense.fill(self._crew, found.labels, found.offsets, self._colour, child)
+            if name == PLAN[0]:
+                seed.surface[:] = child
+            else:
+                self._fitness.join(self._crew, seed.surface, child, STEPS)
+        seed.surface[:] = dense.smooth(self._crew, seed.surface, self._colour, OUTPUT_RADIUS,
+                                       OUTPUT_LIMIT)
+
+    def _search(self, name, surface, weak, in_time):
+        """
+        Choose the labels of a child, and what all are measured by with the first.
+
+        surface: float32 (R, C), px, of the parent; weak: float32 (R, C), how weak the texture is;
+        returns whether there was time for all of it
+        """
+        scanlines, child, crew = self._scanlines, CHILDREN[name], self._crew
+        weights = np.float32(child.strong) + np.float32(child.weak - child.strong) * weak
+        whole = np.rint(surface).astype(np.int16)
+        for strip in scanlines.strips:
+            if not in_time():
+                return False
+            costs = scanlines.fill(crew, strip, child.cold or SHARP,
+                                   surface if child.cold is None else self._nothing, LEVEL)
+            if name == PLAN[0]:
+                share = child.smoothness.weights()[scanlines.steps[:, strip.rows]]
+                self._fitness.look(crew, costs[strip.here], *share, strip.first)
+            scanlines.search(crew, strip, (self._parent, weights, DEAD_ZONE, CUT),
+                             child.smoothness, whole, child.steepest)
+        return True
+
+
+def realtime_maps(config, pairs, random):
+    """Return the map of the profile `realtime` for each pair: float32 (R, C), px from 0."""
+    matcher = RealtimeMatcher(MatcherConfig.from_profile(
+        'realtime', disparities=config.disparities, min_disparity=config.min_disparity,
+        threads=config.threads, fill=True, warm_start=False), *pairs[0][0].shape[:2])
+    return [matcher.match(*pair, None, random, Budget(1, 0, 0))[0].disparity
+            - np.float32(config.min_disparity) for pair in pairs]
+
+
+def weak_texture(fine):
+    """Return how weak the texture around each pixel of fine grey is: float32 (R, C), 0 to 1."""
+    steps = np.zeros_like(fine)
+    np.abs(fine[:, 1:] - fine[:, :-1], out=steps[:, 1:])
+    return np.exp(cv2.blur(steps, (6, 3)) / np.float32(-4 * WEAK_TEXTURE))

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Costs of all matches and their scanline optima, a strip of rows at a time.
+
+Two volumes of costs are large; only a strip of them, with rows around it, is in memory. Strips
+are cut by the size of the images alone.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.quality.possibility import SupportPossibility
+from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, SurfaceGuess
+import numpy as np
+
+MOST_COSTS = 48_000_000      # of a strip with the rows around it
+
+
+class Strip(NamedTuple):
+    """Rows first to last - 1 of an image, and those around it: begin to end - 1."""
+
+    first: int
+    last: int
+    begin: int
+    end: int
+
+    @property
+    def here(self):
+        """The rows of the strip among those that are in memory."""
+        return slice(self.first - self.begin, self.last - self.begin)
+
+    @property
+    def rows(self):
+        """The rows of the strip."""
+        return slice(self.first, self.last)
+
+    @property
+    def around(self):
+        """The rows that are in memory."""
+        return slice(self.begin, self.end)
+
+
+def cut_strips(rows, costs_a_row, reach, most=MOST_COSTS):
+    """
+    Return the `Strip`s of an image, as few as fit, of the same number of rows in memory.
+
+    reach: rows around a strip that its costs and paths depend on; most: costs in memory
+    """
+    for count in range(1, rows + 1):
+        inner = -(-rows // count)
+        height = min(inner + 2 * reach, rows)
+        if height * costs_a_row <= most or inner <= reach:
+            break
+    strips = []
+    for first in range(0, rows, inner):
+        begin = min(max(first - reach, 0), rows - height)
+        strips.append(Strip(first, min(first + inner, rows), begin, begin + height))
+    return strips
+
+
+class ScanlineStrips:
+    """
+    Memory for one image size, and the scanline optima of the last search.
+
+    labels, target: int16, margins: uint16, offsets: float32 (R, C), see SurfaceGuess; strips:
+    list of `Strip`; padded: labels of the costs; steps: uint8 (2, R, C), of grey to the left and
+    upwards
+    """
+
+    def __init__(self, rows, columns, disparities, models):
+        """models: of the possibility, see SupportPossibility."""
+        self.padded = -(-disparities // LANES) * LANES
+        reach = OVERLAP + max(model.longest * model.rounds for model in models)
+        self.strips = cut_strips(rows, columns * self.padded, reach)
+        height = self.strips[0].end - self.strips[0].begin
+        self._disparities = disparities
+        self._possibility = SupportPossibility(height, columns, disparities, models)
+        self._guess = SurfaceGuess(self._possibility.costs.shape)
+        shape = rows, columns
+        self.labels, self.target = (np.zeros(shape, np.int16) for _ in range(2))
+        self.margins = np.zeros(shape, np.uint16)
+        self.offsets = np.zeros(shape, np.float32)
+        self.steps = np.zeros((2, *shape), np.uint8)
+
+    def look(self, left, right, first_inside):
+        """Take a pair, see SupportPossibility.look."""
+        self._pair, self._first_inside = (left, right), first_inside
+        self._held, self._filled = None, None
+
+    def fill(self, crew, strip, model, surface, level):
+        """
+        Return the costs of a strip and the rows around it, uint16: see SupportPossibility.fill.
+
+        surface: float32 (R, C), the same object as long as it does not change
+        """
+        if self._held != strip:
+            self._held, self._filled = strip, None
+            self._possibility.look(
+                *(tuple(part[strip.around] for part in image) for image in self._pair),
+                self._first_inside)
+            self._guess.look(self._pair[0][0][strip.around])
+            self.steps[:, strip.rows] = self._guess.steps[::2, strip.here][:2]
+        if self._filled != (model, id(surface)):
+            self._filled = model, id(surface)
+            self._possibility.fill(crew, model, surface[strip.around], level)
+        return self._possibility.costs
+
+    def search(self, crew, strip, leaning, smoothness, parent, steepest):
+        """
+        Choose the labels of a strip by the costs that are filled.
+
+        leaning: surface, weights, float32 (R, C), dead zone and cut of SupportPossibility.lean_on;
+        smoothness, parent, steepest: see SurfaceGuess.search
+        """
+        surface, weights, *zones = leaning
+        lean = crew, surface[strip.around], weights[strip.around], *zones
+        guess = self._guess
+        self._possibility.lean_on(*lean)
+        guess.search(crew, self._possibility.costs, self._disparities, smoothness,
+                     parent[strip.around], steepest)
+        self._possibility.lean_on(*lean, undo=True)
+        for mine, of_strip in ((self.labels, guess.labels), (self.offsets, guess.offsets),
+                               (self.margins, guess.margins), (self.target, guess.target)):
+            mine[strip.rows] = of_strip[strip.here]
+
+
+def keep_bytes(crew, costs, volume):
+    """Write half of costs, uint16 (R, C, labels), at most 255, into a volume of uint8."""
+    def keep(band):
+        half = costs[band[1]:band[2], :, :volume.shape[2]] >> 1
+        np.minimum(half, 255, out=volume[band[1]:band[2]], casting='unsafe')
+    crew.each(keep, cut_bands(len(volume)))

@@ -1,0 +1,359 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The profile `paper` as a whole, in its readings."""
+from fuzzy_stereo_ros.benchmarks.paper_variants import VARIANTS
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.evolution import Budget, Random
+from fuzzy_stereo_ros.matching.matcher import StereoMatcher
+from fuzzy_stereo_ros.matching.paper import operators
+from fuzzy_stereo_ros.matching.paper.matcher import LITERAL_STAGES, PaperMatcher, Stages
+from fuzzy_stereo_ros.matching.paper.population import Population
+import numpy as np
+import pytest
+import reference
+import reference_uniform
+
+ROWS, COLUMNS, DISPARITIES = 21, 33, 6
+READINGS = ['literal', 'uniform', 'strict']
+INITIAL = ['random', 'winner_takes_all']
+
+
+def pair(seed=0, shape=(ROWS, COLUMNS), shift=3):
+    """Return a textured wall, seen with one disparity."""
+    generator = np.random.default_rng(seed)
+    wide = generator.integers(0, 256, (shape[0], shape[1] + shift)).astype(np.uint8)
+    return (np.ascontiguousarray(wide[:, :shape[1]]), np.ascontiguousarray(wide[:, shift:]))
+
+
+def config_for(**changes):
+    settings = {'disparities': DISPARITIES, 'population': 20, 'generations': 8, 'threads': 1,
+                'neighbourhood': 5}
+    return MatcherConfig.from_profile('paper', **{**settings, **changes})
+
+
+def evolved(images=None, words=(0, 0), observe=None, stages=None, **changes):
+    """Return the matcher and what it returned."""
+    left, right = images or pair()
+    config = config_for(**changes)
+    matcher = PaperMatcher(config, *left.shape[:2], stages)
+    match, state = matcher.match(left, right, None, Random(words),
+                                 Budget(config.generations, 0, 0), observe)
+    assert state is None
+    return matcher, match
+
+
+def outcome(matcher, match):
+    rows = [(row.best_fitness, row.mean_fitness, row.diversity, row.gains)
+            for row in match.history]
+    return (matcher.population.genes.tobytes(), matcher.population.fitness.tobytes(), rows,
+            match.disparity.tobytes(), match.confidence.tobytes())
+
+
+@pytest.mark.parametrize('initial', INITIAL)
+@pytest.mark.parametrize('reading', READINGS)
+def test_the_number_of_threads_changes_no_bit(reading, initial):
+    outcomes = [outcome(*evolved(threads=threads, reading=reading, initial_population=initial,
+                                 generations=12)) for threads in (1, 1, 2, 7)]
+    assert outcomes[0] == outcomes[1] == outcomes[2] == outcomes[3]
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_another_seed_or_frame_gives_another_evolution(reading):
+    outcomes = {outcome(*evolved(words=words, reading=reading))[0]
+                for words in ((0, 0), (1, 0), (0, 1))}
+    assert len(outcomes) == 3
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_a_second_pair_is_matched_as_by_a_new_matcher(reading):
+    matcher, _ = evolved(reading=reading)
+    other = pair(seed=5)
+    match, _ = matcher.match(*other, None, Random((0, 7)), Budget(8, 0, 0))
+    assert outcome(matcher, match) == outcome(*evolved(other, (0, 7), reading=reading))
+
+
+@pytest.mark.parametrize('shape, disparities, min_disparity', [
+    ((9, 14), 5, 0), ((1, 12), 4, -2), ((12, 1), 3, 0), ((8, 6), 20, -3), ((5, 7), 3, 30)])
+def test_every_fitness_of_every_literal_generation_is_eq_3(shape, disparities, min_disparity):
+    """Also for the elite, which is not evaluated again, and beside the crossover line."""
+    left, right = pair(shape=shape)
+    volume = np.rint(255 * reference.possibility_volume(
+        left, right, disparities, min_disparity, 54.0)).astype(np.int64)
+    norms = reference.sobel_norm(left), reference.sobel_norm(right)
+    seen = []
+
+    def check(number, population):
+        for chromosome, fitness in zip(population, matcher.population.fitness):
+            assert chromosome.max() < disparities
+            assert fitness * 255 == pytest.approx(
+                reference.fitness(volume, chromosome, *norms, min_disparity, 3), abs=1e-6)
+        seen.append(number)
+
+    config = config_for(reading='literal', disparities=disparities, min_disparity=min_disparity,
+                        population=6, neighbourhood=3)
+    matcher = PaperMatcher(config, *shape)
+    matcher.match(left, right, None, Random((0, 0)), Budget(3, 0, 0), check)
+    assert seen == [1, 2, 3]
+
+
+@pytest.mark.parametrize('initial', INITIAL)
+@pytest.mark.parametrize('shape, disparities, min_disparity', [
+    ((9, 14), 5, 0), ((1, 12), 4, -2), ((12, 1), 3, 0), ((8, 40), 20, -3), ((5, 7), 3, 30)])
+def test_every_fitness_of_every_uniform_generation_is_that_of_the_twin(
+        shape, disparities, min_disparity, initial):
+    """Also where regions were taken over and islands were fused."""
+    numbers = []
+
+    def check(number, population):
+        measure = matcher._fitness
+        planes, weights = (memory[:, 1:-1, 1:shape[1] + 1]
+                           for memory in (measure.planes, measure.weights))
+        for chromosome, fitness in zip(population, matcher.population.fitness):
+            assert chromosome.max() < disparities
+            expected = reference_uniform.cell_fitness(
+                chromosome, reference_uniform.chosen_of(planes, chromosome), weights)
+            assert fitness == expected.sum() / (255 * 32 * 8)
+        numbers.append(number)
+
+    config = config_for(disparities=disparities, min_disparity=min_disparity, generations=6,
+                        initial_population=initial)
+    matcher = PaperMatcher(config, *shape)
+    matcher.match(*pair(shape=shape), None, Random((0, 0)), Budget(6, 0, 0), check)
+    assert len(numbers) == 6
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_the_initial_population_is_random_and_diverse(reading):
+    genes = evolved(reading=reading, generations=0)[0].population.genes
+    assert not np.array_equal(genes[0], genes[1])
+    counts = np.bincount(genes.ravel(), minlength=DISPARITIES)
+    expected = genes.size / DISPARITIES
+    assert counts.size == DISPARITIES
+    assert np.abs(counts - expected).max() < 5 * np.sqrt(expected)
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_winners_are_most_possible_and_the_others_are_scattered_a_little(reading):
+    matcher, _ = evolved(reading=reading, generations=0, initial_population='winner_takes_all')
+    genes = matcher.population.genes
+    most = matcher.possibility_of(genes[0])
+    for index in range(DISPARITIES):
+        assert np.all(matcher.possibility_of(np.full((ROWS, COLUMNS), index, np.uint16)) <= most)
+    for other in genes[1:]:
+        assert 0 < np.mean(other != genes[0]) < 0.2
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_the_retained_of_each_island_live_on_and_are_all_parents(reading):
+    config = config_for(reading=reading, mutation_rate=1.0)
+    matcher, _ = evolved(reading=reading, generations=0)
+    population, tools = matcher.population, matcher._tools
+    assert len(population.islands) == (1 if reading == 'literal' else 2)
+    fitness, former = population.fitness.copy(), population.genes.copy()
+    for number, stage in enumerate(LITERAL_STAGES if reading == 'literal' else Stages()):
+        if stage is not None and stage is not operators.migrate:
+            stage(tools, population, Random((3, number)))
+    kept = np.setdiff1d(np.arange(config.population), population.kinship.children)
+    for island in population.islands:
+        size = operators.elite_size(island.size, config.elite)
+        fittest = island[operators.fittest_first(fitness[island])[:size]]
+        assert set(fittest) == set(kept) & set(island)
+        mine = np.isin(population.kinship.children, island)
+        assert np.isin(population.kinship.parents[mine], fittest).all()
+    np.testing.assert_array_equal(population.genes[kept], former[kept])
+    assert population.best in kept or population.fitness.max() >= fitness.max()
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_line_crossover_takes_rows_above_a_line_from_one_parent_and_the_rest_from_the_other(
+        reading):
+    matcher, _ = evolved(reading=reading, generations=0)
+    population, tools = matcher.population, matcher._tools
+    operators.select(tools, population, Random((1,)))
+    former = population.genes.copy()
+    operators.cross_at_lines(tools, population, Random((2,)))
+    lines = []
+    for child, (first, second) in zip(*population.kinship):
+        genes = population.genes[child]
+        line = next((row for row in range(ROWS)
+                     if not np.array_equal(genes[row], former[first][row])), ROWS)
+        np.testing.assert_array_equal(genes[line:], former[second][line:])
+        lines.append(line)
+        before = population.totals[child]
+        population.evaluate(child, 0, ROWS)
+        assert population.totals[child] == before
+    assert len(set(lines)) > 3
+
+
+def alike(matcher):
+    """Let the chromosomes of a population differ in small wrong patches, of one winner."""
+    population = matcher.population
+    generator = np.random.default_rng(1)
+    for slot in range(len(population.genes)):
+        population.copy(slot, 0)
+        row, column = generator.integers(0, (ROWS - 3, COLUMNS - 3))
+        population.genes[slot, row:row + 3, column:column + 3] = (0, 1, 2, 4, 5)[slot % 5]
+        population.evaluate(slot, 0, ROWS)
+
+
+def test_a_child_of_regions_is_at_least_as_fit_as_both_parents_who_are_alike():
+    matcher, _ = evolved(generations=0, initial_population='winner_takes_all')
+    alike(matcher)
+    population, tools = matcher.population, matcher._tools
+    operators.select(tools, population, Random((1,)))
+    former, fitness = population.genes.copy(), population.fitness.copy()
+    operators.cross_regions(tools, population, Random((2,)))
+    children, parents = population.kinship
+    assert np.all(population.fitness[children] >= fitness[parents].max(axis=1))
+    assert np.any(population.fitness[children] > fitness[parents].max(axis=1))
+    for child, (first, second) in zip(children, parents):
+        genes = population.genes[child]
+        assert np.all((genes == former[first]) | (genes == former[second]))
+
+
+def test_children_of_random_parents_are_copies_of_the_first():
+    matcher, _ = evolved(generations=0)
+    population, tools = matcher.population, matcher._tools
+    operators.select(tools, population, Random((1,)))
+    former = population.genes.copy()
+    operators.cross_regions(tools, population, Random((2,)))
+    children, parents = population.kinship
+    np.testing.assert_array_equal(population.genes[children], former[parents[:, 0]])
+
+
+def test_islands_evolve_apart_at_first_and_then_their_fittest_rise_by_fusion():
+    matcher, match = evolved(generations=20, mutation_rate=1.0)
+    gains = [row.gains['migration'] for row in match.history]
+    assert not any(gains[:9])
+    assert any(gains[9:])
+    assert min(gains) >= 0
+
+
+def test_migration_changes_the_fittest_of_islands_alone():
+    matcher, _ = evolved(generations=0)
+    population, tools = matcher.population, matcher._tools
+    fittest = [island[population.totals[island].argmax()] for island in population.islands]
+    others = np.setdiff1d(np.arange(20), fittest)
+    former, fitness = population.genes.copy(), population.fitness.copy()
+    population.generation = 4
+    tools.config = config_for(generations=4)
+    operators.migrate(tools, population, Random((0,)))
+    np.testing.assert_array_equal(population.genes[others], former[others])
+    assert np.all(population.fitness[fittest] > fitness[fittest])
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_gains_add_up_to_the_rise_of_the_best_which_never_declines(reading):
+    matcher, _ = evolved(reading=reading, generations=0)
+    best = matcher.population.fitness.max()
+    start = best
+    for row in evolved(reading=reading, generations=30)[1].history:
+        assert sum(row.gains.values()) == pytest.approx(row.best_fitness - best, abs=1e-6)
+        assert row.best_fitness >= best
+        best = row.best_fitness
+    assert best > 1.2 * start
+
+
+def test_one_chromosome_alone_climbs():
+    _, match = evolved(population=1, generations=30, mutation_rate=1.0)
+    best = [row.best_fitness for row in match.history]
+    assert np.all(np.diff(best) >= 0)
+    assert best[-1] > 2 * best[0]
+
+
+@pytest.mark.parametrize('variant', VARIANTS, ids=lambda variant: variant.name)
+def test_each_variant_of_the_benchmark_runs_and_never_beats_its_own_fitness(variant):
+    config = config_for(generations=6)
+    changed = variant.config(config)
+    matcher = PaperMatcher(changed, ROWS, COLUMNS, variant.stages_for(config))
+    match, _ = matcher.match(*pair(), None, Random((0, 0)), Budget(6, 0, 0))
+    again = Population(changed, ROWS, COLUMNS, matcher._fitness)
+    again.framed[:] = matcher.population.framed
+    for slot in range(changed.population):
+        again.evaluate(slot, 0, ROWS)
+    np.testing.assert_array_equal(again.totals, matcher.population.totals)
+    assert len(match.history) == 6
+
+
+def test_a_wall_is_found_from_noise():
+    """A textured wall of one disparity, but for the columns that the right image does not see."""
+    _, match = evolved(generations=60)
+    assert np.mean(match.disparity[:, 4:-1] == 3) > 0.97
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_the_result_is_the_best_in_pixels_and_its_possibility(reading):
+    matcher, match = evolved(reading=reading, min_disparity=-2)
+    best = matcher.population.genes[matcher.population.best]
+    np.testing.assert_array_equal(match.disparity, best.astype(float) - 2)
+    np.testing.assert_array_equal(match.confidence, matcher.possibility_of(best))
+    assert list(match.times) == ['possibility', 'seeds', 'generations', 'refinement']
+
+
+def test_the_possibility_of_a_literal_chromosome_is_eq_2_to_half_a_255th():
+    left, right = pair()
+    matcher, _ = evolved((left, right), reading='literal')
+    chromosome = matcher.population.genes[0]
+    exact = reference.chosen_possibility(
+        reference.possibility_volume(left, right, DISPARITIES, 0, 54.0), chromosome)
+    found = matcher.possibility_of(chromosome)
+    assert found.dtype == np.float32
+    assert np.abs(found - exact).max() <= 0.5001 / 255
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_pixels_less_sure_than_the_threshold_are_invalid_unless_filled(reading):
+    threshold = float(np.median(evolved(reading=reading)[1].confidence))
+    match = evolved(reading=reading, confidence_threshold=threshold)[1]
+    assert 0 < np.isnan(match.disparity).sum() < match.disparity.size
+    np.testing.assert_array_equal(np.isnan(match.disparity),
+                                  match.confidence < np.float32(threshold))
+    match = evolved(reading=reading, confidence_threshold=threshold, fill=True)[1]
+    assert not np.isnan(match.disparity).any()
+
+
+@pytest.mark.parametrize('reading', READINGS)
+@pytest.mark.parametrize('reference_image', ['left', 'right'])
+def test_the_matcher_runs_it_on_either_reference(reference_image, reading):
+    """The right reference is the mirrored and exchanged pair."""
+    left, right = pair()
+    config = config_for(reference=reference_image, reading=reading)
+    match = StereoMatcher(config).match(left, right, stamp=5)
+    mirror = slice(None, None, -1 if reference_image == 'right' else 1)
+    images = (left, right) if reference_image == 'left' else (right[:, ::-1], left[:, ::-1])
+    _, expected = evolved([np.ascontiguousarray(image) for image in images], (0, 5),
+                          reading=reading)
+    np.testing.assert_array_equal(match.disparity[:, mirror], expected.disparity)
+    assert not match.warm
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_grey_and_its_colour_and_its_12_bits_are_matched_alike(reading):
+    left, right = pair()
+    grey = outcome(*evolved((left, right), reading=reading))
+    deep = [image.astype(np.uint16) << 4 for image in (left | 128, right | 128)]
+    assert outcome(*evolved(deep, reading=reading)) == outcome(
+        *evolved((left | 128, right | 128), reading=reading))
+    colour = [np.repeat(image[:, :, np.newaxis], 3, axis=2) for image in (left, right)]
+    if reading == 'literal':    # sums of three channels round otherwise than one
+        assert outcome(*evolved(colour, reading=reading)) == grey
+    assert evolved(colour, reading=reading)[1].disparity.shape == (ROWS, COLUMNS)
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_the_pair_given_is_not_changed(reading):
+    left, right = pair()
+    before = left.copy(), right.copy()
+    evolved((left, right), reading=reading)
+    np.testing.assert_array_equal(left, before[0])
+    np.testing.assert_array_equal(right, before[1])
+
+
+def test_tools_share_each_number_once_among_threads():
+    matcher, _ = evolved(generations=0, threads=3)
+    tools = operators.Tools(matcher._config, Crew(3), matcher._fitness, (ROWS + 2, COLUMNS + 34))
+    seen = []
+    tools.each(50, lambda number, thread: seen.append((number, thread)))
+    assert sorted(number for number, _ in seen) == list(range(50))
+    assert all(0 <= thread < 3 for _, thread in seen)

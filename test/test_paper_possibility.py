@@ -1,0 +1,265 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Eq. 1, Eq. 2, the possibility volume and the grey levels they are defined on."""
+import cv2
+from fuzzy_stereo_ros.matching.kernels.possibility.grey_classes import (
+    fill_chosen_possibility, fill_class_possibility, fill_grey_possibility)
+from fuzzy_stereo_ros.matching.kernels.possibility.uniform_cells import (
+    average_over_uniform, fill_planes, most_possible)
+from fuzzy_stereo_ros.matching.paper.fuzzy_classes import (
+    compressed, GRADIENT_CENTRES, GRADIENT_SIGMA, GREY_CENTRES, matching_possibility, membership,
+    memberships, shared_membership)
+from fuzzy_stereo_ros.matching.paper.possibility import (
+    class_levels, gradient_table, grey_levels, nearness, possibility_table, uniform_membership,
+    very_possible_table)
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference
+
+intensities = st.floats(0, 255)
+sigmas = st.floats(1, 1000)
+SHAPES = [(7, 11), (1, 9), (9, 1)]
+RANGES = [(4, 0), (5, -3), (6, 2), (30, 0), (3, 40), (3, -40),    # disparities, min_disparity
+          (255, -130), (256, -2048), (257, 2048), (512, -260)]
+
+
+def pair(shape, seed=0):
+    return np.random.default_rng(seed).integers(0, 256, (2, *shape)).astype(np.uint8)
+
+
+@given(intensities, st.sampled_from(GREY_CENTRES), sigmas)
+def test_membership_is_that_of_the_twin(intensity, centre, sigma):
+    assert membership(intensity, centre, sigma) == pytest.approx(
+        reference.membership(intensity, centre, sigma), rel=1e-12, abs=1e-300)
+
+
+@given(st.sampled_from(GREY_CENTRES), sigmas)
+def test_membership_is_one_at_the_centre_and_falls_away_from_it(centre, sigma):
+    away = np.abs(np.arange(256) - centre)
+    found = membership(np.arange(256), centre, sigma)[np.argsort(away)]
+    assert membership(centre, centre, sigma) == 1
+    assert np.all(np.diff(found) <= 0)
+
+
+def test_membership_one_sigma_from_the_centre_is_exp_of_minus_a_half():
+    assert membership(127.5 + 20, 127.5, 20.0) == pytest.approx(0.6065306597126334)
+
+
+@given(intensities, intensities, sigmas)
+def test_possibility_is_that_of_the_twin(first, second, sigma):
+    assert matching_possibility(first, second, sigma) == pytest.approx(
+        reference.matching_possibility(first, second, sigma), rel=1e-12, abs=1e-300)
+
+
+@given(intensities, intensities, sigmas)
+def test_possibility_is_symmetric_between_0_and_1_and_at_most_that_of_a_pixel_with_itself(
+        first, second, sigma):
+    possibility = matching_possibility(first, second, sigma)
+    assert 0 <= possibility <= 1
+    assert possibility == matching_possibility(second, first, sigma)
+    assert possibility <= matching_possibility(first, first, sigma)
+
+
+def test_two_pixels_of_the_same_pure_class_match_fully_and_of_two_classes_hardly():
+    for centre in GREY_CENTRES:
+        assert matching_possibility(centre, centre, 54.0) == 1
+    assert matching_possibility(0, 255, 54.0) < 0.07
+    assert matching_possibility(0, 127.5, 54.0) < 0.07
+
+
+def test_at_the_default_sigma_neighbouring_classes_cross_at_one_half():
+    between = (GREY_CENTRES[0] + GREY_CENTRES[1]) / 2
+    assert membership(between, GREY_CENTRES[0], 54.0) == pytest.approx(0.5, abs=0.005)
+
+
+def test_the_table_is_eq_2_to_half_a_255th():
+    table = possibility_table(54.0)
+    for first, second in ((0, 0), (0, 255), (64, 64), (64, 63), (10, 200), (127, 128)):
+        exact = reference.matching_possibility(first, second, 54.0)
+        assert abs(table[first, second] / 255 - exact) <= 0.5001 / 255
+
+
+@pytest.mark.parametrize('disparities, min_disparity', RANGES)
+@pytest.mark.parametrize('shape', SHAPES)
+def test_the_volume_is_that_of_the_twin(shape, disparities, min_disparity):
+    left, right = pair(shape)
+    found = np.full((*shape, disparities), 99, np.uint8)
+    fill_grey_possibility(possibility_table(54.0), left, right, min_disparity, found)
+    exact = reference.possibility_volume(left, right, disparities, min_disparity, 54.0)
+    np.testing.assert_array_equal(found, np.rint(255 * exact).astype(np.uint8))
+
+
+def test_a_match_outside_the_target_image_is_not_possible():
+    left = right = np.zeros((1, 3), np.uint8)
+    found = np.full((1, 3, 3), 99, np.uint8)
+    fill_grey_possibility(possibility_table(54.0), left, right, -1, found)
+    np.testing.assert_array_equal(found[0], [[255, 255, 0], [255, 255, 255], [0, 255, 255]])
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_what_a_chromosome_chose_is_read_from_the_volume(shape):
+    generator = np.random.default_rng(1)
+    volume = generator.integers(0, 256, (*shape, 6)).astype(np.uint8)
+    chromosome = generator.integers(0, 6, shape).astype(np.uint16)
+    chosen = np.zeros(shape, np.uint8)
+    fill_chosen_possibility(volume, chromosome, chosen)
+    np.testing.assert_array_equal(chosen, reference.chosen_possibility(volume, chromosome))
+
+
+def test_grey_images_of_8_bits_are_taken_as_they_are_and_colour_as_its_luma():
+    left, right = pair((4, 5))
+    for grey, image in zip(grey_levels(left, right), (left, right)):
+        np.testing.assert_array_equal(grey, image)
+    colour = np.random.default_rng(2).integers(0, 256, (4, 5, 3)).astype(np.uint8)
+    luma = colour @ [0.114, 0.587, 0.299]  # blue, green, red
+    assert np.abs(grey_levels(colour, colour)[0] - luma).max() <= 1
+    np.testing.assert_array_equal(
+        grey_levels(colour, right)[0], cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY))
+
+
+@settings(max_examples=30)
+@given(st.integers(8, 16), st.integers(0, 100))
+def test_images_of_16_bits_keep_their_8_highest_used_bits_the_same_in_both(bits, seed):
+    left, right = pair((3, 4), seed).astype(np.uint16)
+    left[0, 0] = 255
+    left <<= bits - 8
+    right <<= bits - 8
+    greys = grey_levels(left, right)
+    assert all(grey.dtype == np.uint8 for grey in greys)
+    np.testing.assert_array_equal(greys[0], left >> (bits - 8))
+    np.testing.assert_array_equal(greys[1], right >> (bits - 8))
+
+
+def test_the_brighter_image_says_how_many_bits_are_lost():
+    bright, dark = np.array([[4095]], np.uint16), np.array([[160]], np.uint16)
+    for pair_of_16_bits in ((bright, dark), (dark, bright)):
+        greys = [int(grey[0, 0]) for grey in grey_levels(*pair_of_16_bits)]
+        assert sorted(greys) == [10, 255]
+
+
+def test_dark_images_of_16_bits_are_not_made_brighter():
+    dark = np.array([[3, 200]], np.uint16)
+    np.testing.assert_array_equal(grey_levels(dark, dark)[0], dark)
+
+
+# ---- the uniform reading ----
+
+gradients = st.floats(-6, 6)
+
+
+@given(gradients, gradients)
+def test_shared_membership_is_the_share_of_minima_in_maxima(first, second):
+    smaller = larger = 0.0
+    for centre in GRADIENT_CENTRES:
+        both = [reference.membership(level, centre, GRADIENT_SIGMA) for level in (first, second)]
+        smaller, larger = smaller + min(both), larger + max(both)
+    found = shared_membership(first, second, GRADIENT_SIGMA, GRADIENT_CENTRES)
+    assert found == pytest.approx(smaller / larger, rel=1e-9)
+
+
+@given(gradients)
+def test_a_pixel_shares_all_memberships_with_itself_also_between_two_classes(level):
+    assert shared_membership(level, level, GRADIENT_SIGMA, GRADIENT_CENTRES) == 1
+
+
+def test_neighbouring_classes_of_the_gradient_cross_at_one_half():
+    between = (GRADIENT_CENTRES[1] + GRADIENT_CENTRES[2]) / 2
+    assert memberships(between, GRADIENT_CENTRES, GRADIENT_SIGMA)[1:3] == pytest.approx([.5, .5])
+
+
+@given(st.floats(-300, 300))
+def test_compression_keeps_the_sign_and_tells_faint_gradients_apart(gradient):
+    assert compressed(gradient) == pytest.approx(np.sign(gradient) * np.log(1 + abs(gradient)))
+
+
+@pytest.mark.parametrize('strict', [False, True])
+def test_the_table_of_gradients_is_symmetric_and_strict_is_eq_2(strict):
+    table = gradient_table(strict)
+    np.testing.assert_array_equal(table, table.T)
+    assert (table[128, 128], table[128 + 16, 128 + 16]) == (255, 255)   # two centres
+    assert (table[136, 136] == 255) != strict                           # between them
+    assert table[160, 96] < table[160, 128] < table[160, 152] < 255
+
+
+def test_very_possible_is_the_square():
+    table = very_possible_table()
+    assert (table[0], table[255]) == (0, 255)
+    assert abs(table[128] / 255 - (128 / 255)**2) <= 0.5001 / 255
+
+
+def test_levels_are_grey_and_compressed_gradients_alike_for_8_and_12_bits():
+    ramp = np.tile(np.arange(0, 200, 4, dtype=np.uint8), (6, 1))
+    grey, across, down = class_levels(ramp, 0)
+    np.testing.assert_array_equal(grey, ramp)
+    assert set(across[:, 1:-1].ravel()) == {round(128 + 8 * np.log(1 + 8))}
+    assert set(down.ravel()) == {128}
+    np.testing.assert_array_equal(class_levels(ramp.astype(np.uint16) << 4, 4),
+                                  [grey, across, down])
+
+
+def test_a_gradient_of_less_than_one_level_of_grey_is_seen_where_there_are_more_bits():
+    faint = np.tile(np.arange(1600, 1616, dtype=np.uint16), (4, 1))     # 1 / 16 level a pixel
+    assert class_levels(faint, 4)[1, 1, 4] == round(128 + 8 * np.log(1 + 2 / 16))
+
+
+@pytest.mark.parametrize('disparities, min_disparity', [(4, 0), (5, -3), (3, 9), (3, -40)])
+def test_possibility_by_classes_is_the_product_of_three_tables(disparities, min_disparity):
+    generator = np.random.default_rng(4)
+    tables = generator.integers(0, 256, (3, 256, 256)).astype(np.uint8)
+    left, right = generator.integers(0, 256, (2, 3, 5, 7)).astype(np.uint8)
+    found = np.full((5, 7, disparities + 2), 99, np.uint8)
+    fill_class_possibility(tables, left, right, min_disparity, disparities, 40, 1, 5, found)
+    assert np.all(found[0] == 99)
+    assert np.all(found[:, :, disparities:] == 99)
+    for row, column, index in np.ndindex(4, 7, disparities):
+        row += 1
+        seen = column - min_disparity - index
+        expected = 40
+        if 0 <= seen < 7:
+            expected = np.prod([tables[part, left[part, row, column], right[part, row, seen]] / 255
+                                for part in range(3)]) * 255
+        assert abs(int(found[row, column, index]) - expected) <= 0.5001
+
+
+@pytest.mark.parametrize('along_columns', [False, True])
+@pytest.mark.parametrize('shape', [(9, 14, 3), (1, 5, 2), (5, 1, 16)])
+def test_a_mean_over_uniform_cells_is_that_of_the_twin(shape, along_columns):
+    generator = np.random.default_rng(5)
+    volume = generator.integers(0, 256, shape).astype(np.uint8)
+    colours = generator.integers(90, 120, (*shape[:2], 3)).astype(np.uint8)
+    similar, near = uniform_membership(), nearness(7)
+    found = np.full(shape, 99, np.uint8)
+    average_over_uniform(volume, colours, similar, near, along_columns, 0, shape[0],
+                         np.zeros(shape[2], np.float32), found)
+    for row, column in np.ndindex(shape[:2]):
+        total, weights = np.zeros(shape[2]), 0.0
+        for step in range(-3, 4):
+            other = (row + step, column) if along_columns else (row, column + step)
+            if not (0 <= other[0] < shape[0] and 0 <= other[1] < shape[1]):
+                continue
+            apart = np.sum((colours[row, column].astype(int) - colours[other])**2)
+            weight = similar[apart // 4] * near[abs(step)] if apart // 4 < similar.size else 0
+            total, weights = total + weight * volume[other], weights + weight
+        assert np.abs(found[row, column] - total / weights).max() <= 0.501
+
+
+def test_cells_of_another_colour_do_not_count():
+    volume = np.zeros((1, 2, 1), np.uint8)
+    volume[0, 1] = 200
+    colours = np.zeros((1, 2, 3), np.uint8)
+    colours[0, 1] = 255
+    found = np.zeros_like(volume)
+    average_over_uniform(volume, colours, uniform_membership(), nearness(5), False, 0, 1,
+                         np.zeros(1, np.float32), found)
+    np.testing.assert_array_equal(found, volume)
+
+
+def test_planes_are_the_volume_by_a_table_and_their_best_is_its_first_maximum():
+    volume = np.random.default_rng(6).integers(0, 4, (5, 7, 6)).astype(np.uint8)
+    planes = np.zeros((6, 7, 7 + 34), np.uint8)
+    fill_planes(volume, (255 - np.arange(256)).astype(np.uint8), 0, 5, planes)
+    np.testing.assert_array_equal(planes[:, 1:-1, 1:8], 255 - volume.transpose(2, 0, 1))
+    best = np.full((7, 41), 9, np.uint16)
+    most_possible(planes, 0, 5, np.zeros(41, np.uint8), best)
+    np.testing.assert_array_equal(best[1:-1, 1:8], volume.argmin(axis=2))

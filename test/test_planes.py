@@ -1,0 +1,305 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Genes that are planes: costs, exchange, fits, segments, evidence, against plain twins."""
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.crossover import Exchange
+from fuzzy_stereo_ros.matching.evolution import Random
+from fuzzy_stereo_ros.matching.kernels.planes import costs, fits, segments
+from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.views import compare_views
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, OUTSIDE, REFUSED
+from fuzzy_stereo_ros.matching.quality import regions
+from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
+from fuzzy_stereo_ros.matching.quality.planes import region_planes
+from fuzzy_stereo_ros.matching.quality.strips import cut_strips
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+
+ROWS, COLUMNS, LABELS = 14, 23, 9
+CREW = Crew(1)
+
+
+def random_planes(draw, slope=0.2):
+    """Return a plane for each pixel whose disparity there lies around the labels."""
+    planes = draw.uniform(-slope, slope, (ROWS, COLUMNS, 3)).astype(np.float32)
+    row, column = np.indices((ROWS, COLUMNS))
+    wanted = draw.uniform(-1, LABELS, (ROWS, COLUMNS))
+    planes[..., 2] = wanted - planes[..., 0] * column - planes[..., 1] * row
+    return planes
+
+
+def looked(seed, origin=None, flat=False):
+    """Return a fitness that has seen a random view, its volume and its colours."""
+    draw = np.random.default_rng(seed)
+    volume = draw.integers(0, 256, (ROWS, COLUMNS, LABELS)).astype(np.uint8)
+    colour = draw.integers(0, 60, (ROWS, COLUMNS, 3)).astype(np.uint8)
+    fitness = PlaneFitness(ROWS, COLUMNS, LABELS, flat)
+    fitness.look(CREW, volume, origin, colour, colour.astype(np.float32) / 8,
+                 draw.uniform(0, 1, (ROWS, COLUMNS)).astype(np.float32))
+    return fitness, volume, colour, draw
+
+
+def cost_at(volume, row, column, label, lean):
+    """Return the cost of a whole label, beyond the other image what the last one inside costs."""
+    place = column + lean * label
+    while place >= COLUMNS and label > 0:
+        place, label = place - 1, label - 1
+        if place == COLUMNS - 1:
+            return max(float(volume[row, place, label]), 128.0)
+    if not 0 <= place < COLUMNS:
+        return 128.0
+    return float(volume[row, place, label])
+
+
+def plane_cost(volume, colour, plane, row, column, origin):
+    """Return what a plane costs over its support, from the definition."""
+    lean = 0 if origin is None else 1
+    total = mass = 0.0
+    for down in range(-RADIUS, RADIUS + 1):
+        for right in range(-RADIUS, RADIUS + 1):
+            y, x = row + STRIDE * down, column + STRIDE * right
+            if not (0 <= y < ROWS and 0 <= x < COLUMNS):
+                continue
+            unlike = abs(colour[row, column].astype(int) - colour[y, x]).sum()
+            away = (down * down + right * right) * STRIDE**2
+            weight = int(255 * np.exp(-unlike / 20) * np.exp(-away / 128) + 0.5)
+            disparity = plane[0] * x + plane[1] * y + plane[2]
+            mass += weight
+            if disparity < -0.5 or disparity > LABELS - 0.5:
+                total += 255 * weight
+                continue
+            within = min(max(disparity, 0), LABELS - 1)
+            label = int(within)
+            place = x if origin is None else origin - x
+            cost = cost_at(volume, y, place, label, lean)
+            if within > label:
+                cost += (within - label) * (cost_at(volume, y, place, label + 1, lean) - cost)
+            total += weight * cost
+    return total / mass * 1024 / 255
+
+
+@pytest.mark.parametrize('origin', [None, COLUMNS - 1, COLUMNS + 2, COLUMNS - 5])
+def test_a_plane_costs_what_the_pixels_of_its_support_say(origin):
+    for seed in range(3):
+        fitness, volume, colour, draw = looked(seed, origin)
+        planes = random_planes(draw)
+        found = fitness.match_costs(CREW, planes)
+        expected = [[plane_cost(volume, colour, planes[row, column].astype(float), row, column,
+                                origin) for column in range(COLUMNS)] for row in range(ROWS)]
+        np.testing.assert_allclose(found, expected, atol=1.5)
+
+
+def test_only_selected_planes_are_measured():
+    fitness, _, _, draw = looked(0)
+    planes, selected = random_planes(draw), draw.random((ROWS, COLUMNS)) < 0.5
+    np.testing.assert_array_equal(fitness.match_costs(CREW, planes, selected),
+                                  np.where(selected, fitness.match_costs(CREW, planes), 0))
+
+
+def smoothness(fitness, planes):
+    """Return what neighbours' differences cost, from the definition, before rounding."""
+    row, column = np.indices((ROWS, COLUMNS)).astype(float)
+    wide = planes.astype(float)
+
+    def at(plane, y, x):
+        return plane[..., 0] * x + plane[..., 1] * y + plane[..., 2]
+    total = 0.0
+    for axis, weight in ((1, fitness._across), (0, fitness._down)):
+        one, other = np.delete(wide, 0, axis), np.delete(wide, -1, axis)
+        y1, x1 = np.delete(row, 0, axis), np.delete(column, 0, axis)
+        y2, x2 = np.delete(row, -1, axis), np.delete(column, -1, axis)
+        apart = abs(at(one, y1, x1) - at(other, y1, x1)) + abs(
+            at(one, y2, x2) - at(other, y2, x2))
+        if fitness._flat:
+            apart = 2 * abs(at(one, y1, x1) - at(other, y2, x2))
+        total += (np.delete(weight, 0, axis) * np.minimum(apart, MOST)).sum()
+    return total
+
+
+@pytest.mark.parametrize('flat', [False, True])
+def test_a_map_costs_its_matches_and_the_differences_of_neighbours(flat):
+    fitness, _, _, draw = looked(1, flat=flat)
+    planes = random_planes(draw)
+    matches = fitness.match_costs(CREW, planes)
+    assert fitness.total(CREW, planes, matches) == pytest.approx(
+        matches.sum() + smoothness(fitness, planes), abs=2 * ROWS * COLUMNS)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.booleans())
+def test_an_exchange_tells_exactly_what_any_choice_of_cells_changes(seed, flat):
+    fitness, _, _, draw = looked(seed, flat=flat)
+    fitness.trust_consistent(draw.random((ROWS, COLUMNS)) < 0.7)
+    first, second = random_planes(draw), random_planes(draw)
+    selected = draw.random((ROWS, COLUMNS)) < 0.6
+    priced = [(planes, fitness.trusted_costs(CREW, fitness.match_costs(CREW, planes)))
+              for planes in (first, second)]
+    exchange = Exchange(ROWS, COLUMNS, 4)
+    fitness.fill(exchange, *priced, selected)
+    np.testing.assert_array_equal(exchange.cells, np.flatnonzero(selected))
+    chosen = draw.random(exchange.cells.size) < 0.5
+    change = int(exchange.alone[chosen].sum())
+    place = {cell: chosen[index] for index, cell in enumerate(exchange.cells)}
+    for index, cell in enumerate(exchange.cells):
+        left, up = cell - 1 if cell % COLUMNS else -1, cell - COLUMNS
+        for side, neighbour in enumerate((left, up)):
+            if chosen[index] and place.get(neighbour):
+                change += int(exchange.pairs[index, side])
+            if neighbour not in place:
+                assert exchange.pairs[index, side] == 0
+    before = fitness.total(CREW, *priced[0])
+    costs.take_planes(*priced[0], *priced[1], exchange.cells, chosen)
+    assert fitness.total(CREW, *priced[0]) - before == change
+
+
+def test_planes_of_regions_are_found_among_outliers():
+    draw = np.random.default_rng(2)
+    row, column = np.indices((40, 60))
+    labels = (column // 30).astype(np.int32)
+    truth = np.array([[0.1, -0.05, 9], [-0.2, 0.1, 20]])
+    disparity = (truth[labels, 0] * column + truth[labels, 1] * row
+                 + truth[labels, 2]).astype(np.float32)
+    disparity[draw.random(disparity.shape) < 0.3] = 60
+    found = region_planes(CREW, disparity, np.ones(disparity.shape, bool),
+                          regions.listed(labels, 2), Random((3,)))
+    np.testing.assert_allclose(found, truth, atol=0.02)
+
+
+def test_planes_are_fitted_to_trusted_pixels_and_flat_where_there_are_few():
+    row, column = np.indices((20, 30))
+    labels = np.zeros((20, 30), np.int32)
+    labels[0, :3] = 1
+    disparity = np.where(column < 20, 0.5 * column, 3).astype(np.float32)
+    found = region_planes(CREW, disparity, column < 12, regions.listed(labels, 2), Random((0,)))
+    np.testing.assert_allclose(found[0], [0.5, 0, 0], atol=0.01)
+    np.testing.assert_allclose(found[1], [0, 0, 0.5], atol=0.01)
+
+
+def plain_segments(values, scale, smallest):
+    """Return segments by the paper's rule, sets joined edge by edge."""
+    rows, columns = values.shape[:2]
+    edges = []
+    for row in range(rows):
+        for column in range(columns):
+            for side, (y, x) in enumerate(((row, column - 1), (row - 1, column))):
+                if y >= 0 and x >= 0:
+                    apart = np.sqrt(((values[row, column] - values[y, x])**2).sum())
+                    edges.append((int(apart * 16 + 0.5), 2 * (row * columns + column) + side,
+                                  row * columns + column, y * columns + x))
+    label, inner = list(range(rows * columns)), {}
+    for few in (False, True):
+        for level, _, one, other in sorted(edges):
+            one, other = label[one], label[other]
+            if one == other:
+                continue
+            size, size2 = label.count(one), label.count(other)
+            if few:
+                join = min(size, size2) < smallest
+            else:
+                join = level / 16 <= min(inner.get(one, 0) + scale / size,
+                                         inner.get(other, 0) + scale / size2)
+            if join:
+                inner[one] = max(level / 16 if not few else 0, inner.get(one, 0))
+                label = [one if mine == other else mine for mine in label]
+    return np.unique(label, return_inverse=True)[1].reshape(rows, columns)
+
+
+@pytest.mark.parametrize('scale, smallest', [(10, 1), (40, 4), (200, 9)])
+def test_segments_are_those_of_the_plain_rule(scale, smallest):
+    draw = np.random.default_rng(scale)
+    values = np.repeat(np.repeat(draw.integers(0, 50, (3, 4, 3)), 4, 0), 4, 1).astype(np.float32)
+    values += draw.integers(0, 4, values.shape)
+    size = values.shape[0] * values.shape[1]
+    differences, order = np.zeros(2 * size, np.int16), np.zeros(2 * size, np.int32)
+    number = segments.sort_edges(values, differences, np.zeros(segments.LEVELS + 1, np.int32),
+                                 order)
+    assert number == 2 * size - sum(values.shape[:2])
+    assert (np.diff(differences[order[:number]]) >= 0).all()
+    labels = np.zeros(values.shape[:2], np.int32)
+    count = segments.join_pixels(
+        order[:number], differences, values.shape[1], np.float32(scale), smallest,
+        *(np.zeros(size, np.int32) for _ in range(2)), np.zeros(size, np.float32),
+        labels.reshape(-1))
+    expected = plain_segments(values, scale, smallest)
+    assert count == expected.max() + 1 == labels.max() + 1
+    pairs = set(zip(labels.flat, expected.flat))
+    assert len(pairs) == count
+    assert list(np.unique(labels, return_index=True)[1]) == sorted(
+        np.unique(labels, return_index=True)[1])
+
+
+@given(st.integers(0, 10**6))
+def test_regions_list_each_pixel_once_and_tiles_are_squares(seed):
+    tiles = regions.tiles((17, 23), 6, Random((seed,)))
+    np.testing.assert_array_equal(np.sort(tiles.pixels), np.arange(17 * 23))
+    for region in range(tiles.number):
+        pixels = tiles.pixels[tiles.starts[region]:tiles.starts[region + 1]]
+        assert (tiles.labels.reshape(-1)[pixels] == region).all()
+        assert pixels.size and np.ptp(pixels // 23) < 6 and np.ptp(pixels % 23) < 6
+
+
+def test_any_pixel_of_a_region_may_be_drawn():
+    labels = np.array([[0, 0, 1], [2, 2, 1], [2, 2, 3]], np.int32)
+    listed, found = regions.listed(labels, 4), set()
+    for key in range(60):
+        chosen = np.zeros(4, np.int32)
+        fits.draw_pixels(listed.starts, listed.pixels, np.uint64(key * 977), chosen)
+        np.testing.assert_array_equal(labels.reshape(-1)[chosen], np.arange(4))
+        found.update(chosen.tolist())
+    assert found == set(range(9))
+
+
+def refused(dearer, trusted, least=0, labels=None):
+    """Return which cells of a row may move; dearer: their costs by more than before."""
+    shape = 1, len(dearer)
+    selected = np.ones(shape, bool)
+    old = np.zeros(shape, np.float32)
+    new = np.where(np.array(dearer) == 0, 0.1, 2).reshape(shape).astype(np.float32)
+    memory = np.zeros(shape, np.int32), np.zeros(99, np.int32), np.zeros(99, np.int64), np.zeros(
+        99, np.int32)
+    refuse_unfounded(np.zeros(shape, np.int32) if labels is None else np.array([labels], np.int32),
+                     old, new, np.float32(0.5), np.zeros(shape, np.int32),
+                     np.array([dearer], np.int32), np.array([trusted], bool), 10, least, *memory,
+                     selected)
+    return (~selected[0]).tolist()
+
+
+def test_a_region_moves_only_where_the_images_do_not_speak_against_it():
+    sure = [True] * 5
+    assert refused([3, -5, 0, 4, 4], sure) == [False, False, False, True, True]
+    assert refused([3, -2, 0, 4, -4], sure) == [True, True, False, False, False]
+
+
+def test_where_the_views_disagree_a_region_may_lose_something():
+    assert refused([9, 99, 0, 11, 99], [True, False, True, True, False]) == [
+        False, False, False, True, True]
+
+
+def test_small_regions_and_those_of_other_labels_are_asked_by_themselves():
+    sure = [True] * 5
+    assert refused([3, 3, 0, 4, 4], sure, least=3) == [False] * 5
+    assert refused([5, -9, 7, 7, 7], sure, labels=[0, 0, 1, 1, 1]) == [
+        False, False, True, True, True]
+
+
+def test_views_are_compared_where_they_meet():
+    own = np.array([[0, 1, 2, 2, 1, 5]], np.float32)
+    other = np.array([[0, 1.5, 4, 2, 2.5, 0]], np.float32)[:, ::-1].copy()
+    verdict = np.zeros((1, 6), np.uint8)
+    compare_views(own, other, 0, np.float32(1), verdict, 0, 1)
+    assert verdict[0].tolist() == [CONSISTENT, CONSISTENT, REFUSED, CONSISTENT, CONSISTENT,
+                                   REFUSED]
+    compare_views(own, other, 1, np.float32(1), verdict, 0, 1)
+    assert verdict[0, 0] == OUTSIDE
+
+
+@given(st.integers(1, 900), st.integers(1, 60), st.integers(1, 50000))
+def test_strips_cover_all_rows_once_with_rows_around_them(rows, reach, most):
+    strips = cut_strips(rows, 10, reach, most)
+    assert [row for strip in strips for row in range(strip.first, strip.last)] == list(range(rows))
+    assert len({strip.end - strip.begin for strip in strips}) == 1
+    for strip in strips:
+        assert strip.begin <= max(strip.first - reach, 0)
+        assert strip.end >= min(strip.last + reach, rows)
+        assert strip.begin >= 0 and strip.end <= rows

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The fitness of the profile `realtime`, and what an exchange of genes changes of it."""
+from census_scene import random_map, seen, small_pair, twin_costs
+from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Line, Regions
+from fuzzy_stereo_ros.matching.evolution import Random
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
+from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import exchange_changes, gene_costs, Scene
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
+from fuzzy_stereo_ros.matching.realtime.fitness import (
+    CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference_crossover
+import reference_search as twins
+
+CREW = Crew(1)
+RANDOM = Random((7,))
+sizes = st.integers(1, 9)
+
+
+# ---- what genes cost ----
+
+
+def scene_of(shape, disparities, min_disparity, seed=0):
+    """Return a possibility and a Scene of random verdict, and the twin's cost of chromosomes."""
+    left, right = small_pair(*shape, seed=seed)
+    dtype = gene_type(disparities)
+    possibility = seen(left, right, disparities, min_disparity)
+    verdict, target = random_map(shape, 3, seed + 1), random_map(
+        (shape[0], possibility.right.columns), 256, seed + 2)
+    inside = min_disparity, min_disparity + shape[1] - 1
+    scene = Scene(verdict, target, inside, HIDDEN, CONTRADICTED)
+    volume = twin_costs(left, right, disparities, min_disparity)
+    return (possibility, scene), dtype, lambda chromosome: twins.gene_costs(
+        volume, chromosome, verdict, target, inside, HIDDEN, CONTRADICTED)
+
+
+def fields(scene):
+    """Return the features of a possibility and a Scene, as kernels take them."""
+    return tuple(scene[0].features), tuple(scene[1])
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 40), (5, 1), (2, 2), (4, 40)])
+@pytest.mark.parametrize('disparities', [1, 33, 256, 300])
+@pytest.mark.parametrize('min_disparity', [-2048, -200, -20, -3, 0, 3])
+def test_genes_cost_what_the_twin_says(shape, disparities, min_disparity):
+    scene, dtype, twin = scene_of(shape, disparities, min_disparity)
+    for seed, spread in enumerate((disparities, min(disparities, 20))):
+        chromosome = random_map(shape, spread, seed, dtype)
+        costs = np.full(shape, 99, np.uint8)
+        gene_costs(*fields(scene), chromosome, costs, 1, 0, shape[0])
+        np.testing.assert_array_equal(costs, twin(chromosome))
+
+
+@pytest.mark.parametrize('first, last, looked_at', [(0, 9, [0, 4, 8]), (1, 8, [4]), (5, 8, [])])
+def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, looked_at):
+    scene, dtype, twin = scene_of((9, 30), 25, 0)
+    chromosome = random_map((9, 30), 9, 1, dtype)
+    costs = np.full((9, 30), 99, np.uint8)
+    gene_costs(*fields(scene), chromosome, costs, 4, first, last)
+    expected = np.full((9, 30), 99)
+    expected[looked_at] = twin(chromosome)[looked_at]
+    np.testing.assert_array_equal(costs, expected)
+
+
+@pytest.mark.parametrize('disparities, nearer, cost', [
+    (64, 2, HIDDEN), (64, -2, CONTRADICTED), (300, 2, HIDDEN), (300, -2, CONTRADICTED)])
+def test_a_refused_gene_is_hidden_behind_what_is_nearer_and_contradicts_what_is_farther(
+        disparities, nearer, cost):
+    label = disparities - 10
+    scene, dtype, _ = scene_of((1, 320), disparities, 0)
+    scene[1].verdict[:], scene[1].target[:] = REFUSED, (label + nearer) % 256
+    costs = np.zeros((1, 320), np.uint8)
+    gene_costs(*fields(scene), np.full((1, 320), label, dtype), costs, 1, 0, 1)
+    assert np.all(costs[0, label:] == cost)
+    assert np.all(costs[0, :label] == HIDDEN)       # outside of the target
+
+
+# ---- an exchange of genes ----
+
+
+@settings(max_examples=200, deadline=None)
+@given(sizes, sizes, st.sampled_from([2, 3, 12, 40, 300]), st.sampled_from([0, 3, 6, 9]),
+       st.integers(0, 9), st.integers(0, 10**6))
+def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
+        rows, columns, disparities, alike, small, seed):
+    scene, dtype, twin = scene_of((rows, columns), disparities, 0, seed)
+    first, second = (random_map((rows, columns), disparities, seed + k, dtype) for k in range(2))
+    agree = random_map((rows, columns), 10, seed + 2) < alike
+    second[agree] = first[agree]
+    penalties = Penalties(small, *(random_map((rows, columns), 30, seed + k) for k in (3, 4)))
+    exchange = Exchange(rows, columns, 4)
+    exchange.hold(differing_cells(first, second, exchange.all_cells))
+    np.testing.assert_array_equal(exchange.cells, np.flatnonzero(first != second))
+    exchange.pairs[:] = 99
+    exchange_changes(*fields(scene), *penalties, first, second, exchange.cells, exchange.alone,
+                     exchange.pairs)
+
+    def cost(chromosome):
+        return int(twin(chromosome).sum() + twins.jump_costs(chromosome, *penalties).sum())
+    for share in (2, 5, 10):
+        exchange.taken[:] = random_map((exchange.cells.size,), 10, share) < share
+        child = first.copy()
+        copy_taken(exchange.cells, exchange.taken, child, second)
+        expected = first.copy()
+        taken = exchange.cells[exchange.taken]
+        expected.flat[taken] = second.flat[taken]
+        np.testing.assert_array_equal(child, expected)
+        assert reference_crossover.change_of(exchange, exchange.taken) == cost(child) - cost(first)
+
+
+# ---- the fitness of whole chromosomes ----
+
+
+def fitness_of(shape, disparities, min_disparity=0, seed=0):
+    """Return a CensusFitness on a pair with a random verdict, and twins of genes and fitness."""
+    left, right = small_pair(*shape, seed=seed)
+    possibility = seen(left, right, disparities, min_disparity)
+    verdict, target = random_map(shape, 3, seed + 1), random_map(
+        (shape[0], possibility.right.columns), disparities, seed + 2)
+    measured = CensusFitness(possibility, verdict, target)
+    inside = min_disparity, min_disparity + shape[1] - 1
+    measured.look(CREW, inside)
+    volume = twin_costs(left, right, disparities, min_disparity)
+    penalties = possibility.penalties
+
+    def gene_costs_of(chromosome):
+        return twins.gene_costs(volume, chromosome, verdict, target, inside, HIDDEN, CONTRADICTED)
+
+    def fitness(chromosome, every=1):
+        costs = gene_costs_of(chromosome) + twins.jump_costs(
+            chromosome, penalties.small // SMOOTHNESS, penalties.across // SMOOTHNESS,
+            penalties.down // SMOOTHNESS)
+        return 1 - costs[::every].mean() / possibility.model.largest
+    return measured, fitness, gene_costs_of
+
+
+@pytest.mark.parametrize('min_disparity', [-200, -20, -3, 0, 4])
+@pytest.mark.parametrize('shape', [(1, 1), (1, 20), (2, 2), (9, 21), (130, 5)])
+def test_fitness_is_1_less_what_a_sample_costs_and_gains_are_those_of_all_genes(
+        shape, min_disparity):
+    measured, twin, _ = fitness_of(shape, 17, min_disparity)
+    first, second = (random_map(shape, 17, seed) for seed in (3, 4))
+    assert measured.measure(CREW, first) == pytest.approx(twin(first, SAMPLE_STEP), abs=1e-12)
+    before, other = twin(first), twin(second)
+    gained, ahead = measured.cross(CREW, Regions(*shape), RANDOM, first, second)
+    assert before + gained == pytest.approx(twin(first), abs=1e-12)
+    assert before + ahead == pytest.approx(other, abs=1e-12)
+    assert twin(first) >= max(before, other) - 1e-12
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(2, 12), st.integers(2, 24), st.integers(1, 40), st.integers(0, 999),
+       st.sampled_from([Regions, lambda rows, columns: Regions(rows, columns, 2),
+                        lambda rows, columns: Cut(rows, columns, 4), lambda *size: Line()]))
+def test_crossing_again_and_again_never_loses_fitness(
+        rows, columns, disparities, seed, crossover):
+    measured, twin, _ = fitness_of((rows, columns), disparities, seed=seed)
+    first, choose = random_map((rows, columns), disparities, seed), crossover(rows, columns)
+    fitness = twin(first)
+    for number in range(3):
+        second = random_map((rows, columns), disparities, seed + 10 + number)
+        gained, _ = measured.cross(CREW, choose, RANDOM.child(number), first, second)
+        assert gained >= 0
+        fitness += gained
+        assert fitness == pytest.approx(twin(first), abs=1e-12)
+
+
+def test_an_equal_pair_seen_as_it_is_has_fitness_1():
+    left, _ = small_pair(12, 20)
+    nothing = np.zeros((12, 20), np.uint8)
+    measured = CensusFitness(seen(left, left, 8), nothing + CONSISTENT, nothing)
+    measured.look(CREW, (0, 19))
+    assert measured.measure(CREW, nothing.copy()) == 1
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (9, 21), (130, 5)])
+def test_possibility_is_1_less_the_share_of_the_largest_cost(shape):
+    measured, _, gene_costs_of = fitness_of(shape, 17)
+    asked = random_map(shape, 17, 5)
+    found = measured.possibility_of(CREW, asked)
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found, 1 - gene_costs_of(asked) / measured.dearest, atol=1e-6)
