@@ -6,7 +6,6 @@ The balance: in each profile the error without population, crossover, mutation a
 And, for the profiles that evolve for seconds, each of their parts removed or replaced.
 """
 from dataclasses import dataclass
-from functools import partial
 
 from fuzzy_stereo_ros.benchmarks.ablation_tables import signed
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
@@ -173,16 +172,11 @@ def evolution_tables(profile, found):
                         for figure in (lambda trial: trial.milliseconds / 1000,
                                        lambda trial: trial.fitness))
     usual = np.mean(errors[DEFAULT.name])
-    difference = partial(_difference, usual)
     return [Table(
         f'{profile}: error in percent', (
             '', *(work.subject.name for work, _ in chosen), 'mean', 'than as it is', 'seconds',
             'fitness of its best'),
         [(name, *errors[name], float(np.mean(errors[name])),
-          None if name == DEFAULT.name else difference(errors[name]), seconds[name],
+          None if name == DEFAULT.name else signed(np.mean(errors[name]) - usual), seconds[name],
           f'{fitness[name]:.4f}') for name in names],
         'Fitness compares only where the fitness itself is that of the profile as it is.')]
-
-
-def _difference(usual, errors):
-    return signed(np.mean(errors) - usual)

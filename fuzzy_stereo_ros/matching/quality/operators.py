@@ -20,8 +20,7 @@ def segment_planes(population, random):
     for view, member, own in _turn(population, random, 0):
         for scale, regions in reversed(list(enumerate(view.segments))):
             planes = _fitted(view, member, regions, own.child(scale))
-            view.propose(member, spread(view.crew, planes, _itself(regions), regions), regions,
-                         own.child(scale))
+            _propose(view, member, planes, regions, own.child(scale))
     population.measure(population.current)
 
 
@@ -32,8 +31,7 @@ def tile_planes(population, random):
             drawn = own.child(side)
             regions = tiles(member.costs.shape, side, drawn)
             planes = _fitted(view, member, regions, drawn)
-            view.propose(member, spread(view.crew, planes, _itself(regions), regions), regions,
-                         drawn)
+            _propose(view, member, planes, regions, drawn)
     population.measure(population.current)
 
 
@@ -46,8 +44,7 @@ def copied_planes(population, random):
             chosen = np.zeros(regions.number, np.int32)
             fits.draw_pixels(regions.starts, regions.pixels, drawn.key, chosen)
             planes = member.planes.reshape(-1, 3)[np.maximum(chosen, 0)]
-            view.propose(member, spread(view.crew, planes, _itself(regions), regions), regions,
-                         drawn)
+            _propose(view, member, planes, regions, drawn)
     population.measure(population.current)
 
 
@@ -90,5 +87,7 @@ def _fitted(view, member, regions, random):
                          random)
 
 
-def _itself(regions):
-    return np.arange(regions.number, dtype=np.int32)
+def _propose(view, member, planes, regions, random):
+    """Propose to each region of a member a plane of its own: float32 (number, 3)."""
+    itself = np.arange(regions.number, dtype=np.int32)
+    view.propose(member, spread(view.crew, planes, itself, regions), regions, random)
