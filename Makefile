@@ -80,7 +80,7 @@ soak: $(package_installed)
 	PYTHONPATH=test:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)
 
 benchmark: $(package_installed)
-	$(python) -m fuzzy_stereo_ros.command_line benchmark all --output docs/benchmarks.md \
+	$(python) -m fuzzy_stereo_ros.commands.command_line benchmark all --output docs/benchmarks.md \
 		$(BENCHMARK_ARGS)
 
 matrix: $(dependencies_installed) $(tox_installed)

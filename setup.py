@@ -45,9 +45,9 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'disparity_node = fuzzy_stereo_ros.stereo_node:main',
-            'fake_rig = fuzzy_stereo_ros.fake_rig:main',
-            'fuzzy-stereo = fuzzy_stereo_ros.command_line:main',
+            'disparity_node = fuzzy_stereo_ros.node.disparity_node:main',
+            'fake_rig = fuzzy_stereo_ros.synthetic.fake_rig:main',
+            'fuzzy-stereo = fuzzy_stereo_ros.commands.command_line:main',
         ],
     },
     data_files=[

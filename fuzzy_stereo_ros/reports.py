@@ -7,7 +7,7 @@ import re
 import threading
 import traceback
 
-from fuzzy_stereo_ros.parameter_table import ros_name
+from fuzzy_stereo_ros.parameters.table import ros_name
 import numpy as np
 
 RECENT = 200    # pairs that medians and percentiles look back on

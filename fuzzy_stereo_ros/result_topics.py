@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.pairs.metres import depth_of
 from fuzzy_stereo_ros.pairs.result_messages import (
     fill_camera_info, fill_confidence, fill_depth, fill_disparity, fill_points, fill_preview)
-from fuzzy_stereo_ros.pictures import colour_disparity
+from fuzzy_stereo_ros.views.pictures import colour_disparity
 
 DISPARITY, POINTS = 'disparity', 'points2'
 POINT_FIELD = 'sensor_msgs/msg/PointField'

@@ -3,9 +3,9 @@
 """Start disparity_node before two cameras that are not there, and show what comes out."""
 from pathlib import Path
 
-from fuzzy_stereo_ros.launching import arguments, declared, installed, program
-from fuzzy_stereo_ros.parameter_table import Parameter
-from fuzzy_stereo_ros.scene_options import SCENE_PARAMETERS
+from fuzzy_stereo_ros.node.launching import arguments, declared, installed, program
+from fuzzy_stereo_ros.parameters.table import Parameter
+from fuzzy_stereo_ros.synthetic.scene_options import SCENE_PARAMETERS
 from launch import LaunchDescription
 from launch.actions import IncludeLaunchDescription, LogInfo, OpaqueFunction, Shutdown
 from launch_ros.actions import Node

@@ -8,10 +8,10 @@ of camera size, unless one is set.
 """
 from pathlib import Path
 
-from fuzzy_stereo_ros.launching import (
+from fuzzy_stereo_ros.node.launching import (
     arguments, camera_remappings, dds_profile, declared, given_parameters, ignored_arguments,
     NODE_ROWS, process_of, PROCESS_ROWS, RigNode)
-from fuzzy_stereo_ros.parameter_table import Parameter
+from fuzzy_stereo_ros.parameters.table import Parameter
 from launch import LaunchDescription
 from launch.actions import LogInfo, OpaqueFunction
 

@@ -3,10 +3,10 @@
 """Start disparity_node for several rigs of one YAML file, in a process each or all in one."""
 from pathlib import Path
 
-from fuzzy_stereo_ros.launching import (
+from fuzzy_stereo_ros.node.launching import (
     argument, arguments, dds_profile, declared, process_of, process_of_all, PROCESS_ROWS)
-from fuzzy_stereo_ros.parameter_table import Parameter
-from fuzzy_stereo_ros.rigs_file import read_rigs
+from fuzzy_stereo_ros.node.rigs_file import read_rigs
+from fuzzy_stereo_ros.parameters.table import Parameter
 from launch import LaunchDescription
 from launch.actions import OpaqueFunction
 

@@ -4,8 +4,8 @@
 from contextlib import contextmanager
 
 import cv2
-from fuzzy_stereo_ros.made_scenes import made_sequence
 from fuzzy_stereo_ros.pairs.messages import stamp_of
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 import numpy as np
 import pytest
 

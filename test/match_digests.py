@@ -4,8 +4,8 @@
 import hashlib
 import sys
 
-from fuzzy_stereo_ros.made_scenes import made_sequence
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 import numpy as np
 
 KINDS = {'grey': (np.uint8, False), 'colour of 16 bits': (np.uint16, True)}

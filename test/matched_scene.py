@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Made pairs that are matched as the truth has it: what sinks of matched pairs are tested with."""
-from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.pair_matcher import Matched
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.rig import Matched
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 
 DISPARITIES = 24

@@ -48,7 +48,8 @@ def ros_environment(logs):
 class NodeProcess:
     """The node in a process of its own, with what it logs."""
 
-    def __init__(self, domain, *arguments, module='fuzzy_stereo_ros.stereo_node', before=()):
+    def __init__(self, domain, *arguments, module='fuzzy_stereo_ros.node.disparity_node',
+                 before=()):
         """Start the module's node in a domain; before: words before those of the process."""
         self._news = threading.Condition()
         self._lines, self._ended = [], False

@@ -8,7 +8,7 @@ from pathlib import Path
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_bags import DISPARITIES
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 INTERRUPTED, TERMINATED = 130, 143
 RESTRICTED = """\
 import resource, sys
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
 sys.exit(main(sys.argv[2:]))
 """

@@ -3,10 +3,10 @@
 """Pairs of a made sequence as a running matcher saw them, each ready to be saved."""
 from functools import cache
 
-from fuzzy_stereo_ros.made_scenes import made_sequence
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.saved_pair import SavedPair
+from fuzzy_stereo_ros.saved_pairs.saved_pair import SavedPair
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 
 DISPARITIES = 24
 PERIOD = 100_000_000        # ns

@@ -9,10 +9,10 @@ from statistics import median
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.parameter_table import profile_config
+from fuzzy_stereo_ros.parameters.table import profile_config
 from node_process import NodeProcess, shifted_pair, SOON
 from ros_bench import Bench
 from sensor_msgs.msg import Image, PointCloud2

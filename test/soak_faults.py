@@ -4,9 +4,9 @@
 import threading
 import time
 
-from fuzzy_stereo_ros.losses import Losses
-from fuzzy_stereo_ros.rig import Rig
-from fuzzy_stereo_ros.worker import Lane
+from fuzzy_stereo_ros.node.losses import Losses
+from fuzzy_stereo_ros.node.worker import Lane
+from fuzzy_stereo_ros.pair_matcher import Rig
 
 FAULT = 'FUZZY_STEREO_ROS_SOAK_FAULT'   # environment variable
 FAR_BETWEEN = 10    # calls of a method

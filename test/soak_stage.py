@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What can happen in a soak: each kind of event as a method that returns when it is over."""
-from fuzzy_stereo_ros.fake_rig import FakeRig
+from fuzzy_stereo_ros.synthetic.fake_rig import FakeRig
 from node_process import NodeProcess
 from ros_bench import BASELINE, FOCAL
 from soak_bench import DEPTH, SoakBench
@@ -41,7 +41,8 @@ class SoakStage(SoakBench):
         camera = NodeProcess(
             self._domain, '--columns', str(self._size[1]), '--rows', str(self._size[0]),
             '--frames', '4', '--rate', str(self._rate),
-            *([] if self._best_effort else ['--reliable']), module='fuzzy_stereo_ros.fake_rig')
+            *([] if self._best_effort else ['--reliable']),
+            module='fuzzy_stereo_ros.synthetic.fake_rig')
         try:
             enough = before['pairs matched'] + 4
             self.until(lambda: int(self.counts_now()['pairs matched']) >= enough,

@@ -13,7 +13,7 @@ import signal
 import sys
 import threading
 
-from fuzzy_stereo_ros import stereo_node
+from fuzzy_stereo_ros.node import disparity_node as stereo_node
 from soak_faults import FAULT, FAULTS
 
 SAID = 'held by the node: '

@@ -12,12 +12,12 @@ from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence, window
 from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, KnownPair, MIDDLEBURY
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.fuzzy_classes import matching_possibility
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import fine_places, View
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 

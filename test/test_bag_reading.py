@@ -3,7 +3,7 @@
 """Bags of every kind give the same stream of messages, up to where they are damaged."""
 import sys
 
-from fuzzy_stereo_ros.pairs.bag_reading import BagReader, BagTopic, DamagedBag, decoded, text_of
+from fuzzy_stereo_ros.bags.reading import BagReader, BagTopic, DamagedBag, decoded, text_of
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from made_bags import BagOf, BEGIN, FORMATS, LATER, scene, stamps, STEP, TOPICS, write_bag

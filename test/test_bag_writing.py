@@ -8,10 +8,10 @@ import signal
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.pairs import bag_writing
-from fuzzy_stereo_ros.pairs.bag_parts import MCAP_END, MCAP_START, rescue, SUFFIXES
-from fuzzy_stereo_ros.pairs.bag_reading import BagReader
-from fuzzy_stereo_ros.pairs.bag_writing import BagFolder, FORMATS, Messages, UNFINISHED
+from fuzzy_stereo_ros.bags import writing as bag_writing
+from fuzzy_stereo_ros.bags.parts import MCAP_END, MCAP_START, rescue, SUFFIXES
+from fuzzy_stereo_ros.bags.reading import BagReader
+from fuzzy_stereo_ros.bags.writing import BagFolder, FORMATS, Messages, UNFINISHED
 from hypothesis import given, settings, strategies as st
 from made_bags import content, open_bag
 import numpy as np

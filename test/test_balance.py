@@ -10,9 +10,9 @@ from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence, window
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KnownPair, MIDDLEBURY
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pytest
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16

@@ -13,9 +13,9 @@ from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.picture import as_svg, titled
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
 from fuzzy_stereo_ros.benchmarks.warm import Course, tables as warm_tables
-from fuzzy_stereo_ros.comparing.known_pairs import KITTI, MIDDLEBURY
-from fuzzy_stereo_ros.comparing.report import Table
-from fuzzy_stereo_ros.comparing.rivals import default_rivals, strictest_rival, tuned_rivals
+from fuzzy_stereo_ros.evaluation.baselines import default_rivals, strictest_rival, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.report import Table
 import pytest
 
 pytest.importorskip('matplotlib', reason='pictures need matplotlib')

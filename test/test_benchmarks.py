@@ -15,18 +15,18 @@ from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, data_folder, 
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
 from fuzzy_stereo_ros.benchmarks.paper_variants import VARIANTS
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, KnownPair, MIDDLEBURY
-from fuzzy_stereo_ros.comparing.progress import follow
-from fuzzy_stereo_ros.comparing.report import for_json, markdown, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import (
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation.baselines import (
     default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
-from fuzzy_stereo_ros.comparing.visibility import (
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.progress import follow
+from fuzzy_stereo_ros.evaluation.report import for_json, markdown, Report, Table
+from fuzzy_stereo_ros.evaluation.visibility import (
     agreeing, cross_checked, seen_by_both, warped_to_right)
-from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 

@@ -8,16 +8,16 @@ import re
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.command_line import main, Parser
 from fuzzy_stereo_ros.commands import match as match_command
-from fuzzy_stereo_ros.evaluation import score
-from fuzzy_stereo_ros.made_scenes import made_pair
-from fuzzy_stereo_ros.matcher_options import (
-    add_matcher_options, matcher_config, option_name, written_value)
+from fuzzy_stereo_ros.commands.command_line import main, Parser
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
-from fuzzy_stereo_ros.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.parameters.matcher_options import (
+    add_matcher_options, matcher_config, option_name, written_value)
+from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 from saved_scene import running
@@ -262,7 +262,7 @@ def test_an_interrupt_ends_quietly_with_code_130(folder, monkeypatch, capsys):
 
 
 def test_the_process_ends_with_the_code_and_without_a_traceback(folder):
-    command = [sys.executable, '-m', 'fuzzy_stereo_ros.command_line']
+    command = [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line']
     good = subprocess.run([*command, *match_arguments()], capture_output=True, text=True)
     assert (good.returncode, good.stderr) == (0, '')
     bad = subprocess.run([*command, *match_arguments(profile='fast')], capture_output=True,
@@ -450,7 +450,7 @@ def test_a_bad_wish_for_a_saved_pair_is_one_sentence_and_writes_nothing(
 def test_the_command_of_the_folder_works_in_another_process(report):
     words = (report / 'README.txt').read_text(encoding='utf-8').splitlines()[-1].split()
     done = subprocess.run(
-        [sys.executable, '-m', 'fuzzy_stereo_ros.command_line', *words[1:]], cwd=report,
+        [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', *words[1:]], cwd=report,
         capture_output=True, text=True)
     assert words[0] == 'fuzzy-stereo' and (done.returncode, done.stderr) == (0, '')
     assert done.stdout.endswith('the same as saved, bit for bit\n')

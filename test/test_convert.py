@@ -7,7 +7,7 @@ from pathlib import Path
 import re
 
 import cv2
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.depth_files import read_depth, write_depth

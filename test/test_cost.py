@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.benchmarks.cost import race, Size, threads_row
 from fuzzy_stereo_ros.benchmarks.cost_tables import exponent, growth_table, race_table, steps
 from fuzzy_stereo_ros.benchmarks.memory import memory_row
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 import pytest
 

@@ -3,7 +3,7 @@
 """Dark pictures of a camera of more than 8 bits lose nearly nothing on the way to a disparity."""
 from functools import cache
 
-from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from made_messages import image, info

@@ -4,10 +4,10 @@
 from dataclasses import replace
 import sys
 
-from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import (
     evolution, matcher as matcher_module, MatcherConfig, StereoMatcher)
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 

@@ -7,8 +7,8 @@ import signal
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.demo_sequence import COLUMNS, MotorcycleWindow, ROWS
-from fuzzy_stereo_ros.demo_table import Phase, table
+from fuzzy_stereo_ros.demo.sequence import COLUMNS, MotorcycleWindow, ROWS
+from fuzzy_stereo_ros.demo.table import Phase, table
 from fuzzy_stereo_ros.pairs.image_files import read_image
 import numpy as np
 import pytest
@@ -26,8 +26,8 @@ def sequence():
 def start_demo(folder, *arguments, before=''):
     """Start the demo as a process in a folder, after some lines of Python of our own."""
     pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
-    script = '\n'.join(('import sys', 'from fuzzy_stereo_ros import demo, demo_stage', before,
-                        'sys.exit(demo.main())'))
+    script = '\n'.join(('import sys', 'from fuzzy_stereo_ros.demo import __main__ as demo, stage',
+                        before, 'sys.exit(demo.main())'))
     return subprocess.Popen(
         [sys.executable, '-c', script, *arguments], cwd=folder, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -78,13 +78,13 @@ def test_the_paper_profile_can_be_tried_and_has_no_warm_column(tmp_path):
 def test_a_pair_that_is_lost_without_being_counted_makes_the_demo_fail(tmp_path):
     """The right image of the fourth pair (two are probes) gets a stamp that no other has."""
     before = """
-class TornRig(demo_stage.FakeRig):
+class TornRig(stage.FakeRig):
     def publish(self, left, right):
         def tear(messages):
             messages['right/image_rect'].header.stamp.sec += 1
         return super().publish(left, right, change=tear if len(self.sent) == 3 else None)
 
-demo_stage.FakeRig, demo_stage.PATIENCE = TornRig, 1.0"""
+stage.FakeRig, stage.PATIENCE = TornRig, 1.0"""
     code, out, err = run_demo(tmp_path, *QUICK, before=before)
     assert code == 1
     assert rows_of(out)['pairs lost'] == ('1', '0')
@@ -92,7 +92,7 @@ demo_stage.FakeRig, demo_stage.PATIENCE = TornRig, 1.0"""
 
 
 def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
-    code, _, err = run_demo(tmp_path, before="demo_stage.NODE = 'no_such_node'")
+    code, _, err = run_demo(tmp_path, before="stage.NODE = 'no_such_node'")
     assert code == 1
     assert 'demo: the node ended with code 1; it said:' in err
     assert 'No module named no_such_node' in err
@@ -126,7 +126,7 @@ demo._play = tell_and_play""")
 ])
 def test_bad_input_is_one_sentence_and_code_2(monkeypatch, capsys, arguments, words):
     pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
-    from fuzzy_stereo_ros import demo
+    from fuzzy_stereo_ros.demo import __main__ as demo
     monkeypatch.setattr(signal, 'signal', lambda *_: None)
     monkeypatch.setattr(demo, 'MotorcycleWindow', None)
     try:

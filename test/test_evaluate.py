@@ -7,20 +7,20 @@ import json
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.comparing import contestants as contestants_module
-from fuzzy_stereo_ros.comparing.contestants import (
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation.baselines import default_rivals, dense, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.layouts import search
+from fuzzy_stereo_ros.evaluation.matchers import (
     ALLOWED, contestant_of, in_eight_bits_alike, Task, USUAL)
-from fuzzy_stereo_ros.comparing.known_pairs import KITTI, KnownPair, MIDDLEBURY
-from fuzzy_stereo_ros.comparing.layouts import search
-from fuzzy_stereo_ros.comparing.measuring import mean_score, searched, TRUTHS_LARGEST
-from fuzzy_stereo_ros.comparing.records import COLUMNS
-from fuzzy_stereo_ros.comparing.rivals import default_rivals, dense, tuned_rivals
-from fuzzy_stereo_ros.evaluation import flicker, score, THRESHOLDS
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.measuring import mean_score, searched, TRUTHS_LARGEST
+from fuzzy_stereo_ros.evaluation.records import COLUMNS
+from fuzzy_stereo_ros.evaluation.scores import (
+    flicker, matchers as contestants_module, score, THRESHOLDS)
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 from written_scenes import (

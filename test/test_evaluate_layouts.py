@@ -3,9 +3,9 @@
 """Scenes are recognised by what their folders hold, and read as their data sets mean them."""
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.comparing.known_pairs import KITTI, MIDDLEBURY
-from fuzzy_stereo_ros.comparing.layouts import KNOWN, search
-from fuzzy_stereo_ros.comparing.visibility import agreeing, seen_by_both, warped_to_right
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.layouts import KNOWN, search
+from fuzzy_stereo_ros.evaluation.visibility import agreeing, seen_by_both, warped_to_right
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 import numpy as np

@@ -6,12 +6,12 @@ from html.parser import HTMLParser
 import json
 
 import cv2
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.comparing.gallery import colour_error, Gallery, NOTHING_FOUND, UNKNOWN_GREY
-from fuzzy_stereo_ros.comparing.known_pairs import KnownPair
-from fuzzy_stereo_ros.comparing.small_pictures import drawing, indexed_png, photograph, WIDTH
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation.gallery import colour_error, Gallery, NOTHING_FOUND, UNKNOWN_GREY
+from fuzzy_stereo_ros.evaluation.ground_truth import KnownPair
+from fuzzy_stereo_ros.evaluation.small_pictures import drawing, indexed_png, photograph, WIDTH
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.pictures import colour_disparity, ERROR_LIMIT, INVALID_GREY
+from fuzzy_stereo_ros.views.pictures import colour_disparity, ERROR_LIMIT, INVALID_GREY
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np

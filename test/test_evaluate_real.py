@@ -5,11 +5,11 @@ import json
 
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
-from fuzzy_stereo_ros.comparing.layouts import search
-from fuzzy_stereo_ros.comparing.rivals import dense, tuned_rivals
-from fuzzy_stereo_ros.made_scenes import MadePair
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
+from fuzzy_stereo_ros.evaluation.layouts import search
+from fuzzy_stereo_ros.synthetic.scenes import MadePair
 import pytest
 from real_pairs import DATA, motorcycle
 from written_scenes import write_2014

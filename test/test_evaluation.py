@@ -3,7 +3,7 @@
 """Figures of a map are what a person counts by hand."""
 import math
 
-from fuzzy_stereo_ros.evaluation import error_map, flicker, score
+from fuzzy_stereo_ros.evaluation.scores import error_map, flicker, score
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np

@@ -5,14 +5,14 @@ import os
 import re
 
 import cv2
-from fuzzy_stereo_ros import evolution_film
-from fuzzy_stereo_ros.evolution_film import EvolutionFilm, RATES, STAY
-from fuzzy_stereo_ros.evolution_panels import ORIGIN_COLOURS, ORIGIN_WORDS, panels_of
-from fuzzy_stereo_ros.evolution_picture import evolution_figure, write_evolution
-from fuzzy_stereo_ros.evolution_record import Course, FIRST, MUTATED, SECOND, watched_match
-from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.views import evolution_film
+from fuzzy_stereo_ros.views.evolution_film import EvolutionFilm, RATES, STAY
+from fuzzy_stereo_ros.views.evolution_panels import ORIGIN_COLOURS, ORIGIN_WORDS, panels_of
+from fuzzy_stereo_ros.views.evolution_picture import evolution_figure, write_evolution
+from fuzzy_stereo_ros.views.evolution_record import Course, FIRST, MUTATED, SECOND, watched_match
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 import numpy as np

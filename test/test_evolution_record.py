@@ -3,13 +3,13 @@
 """What is told of an evolution is what happened, and telling changes no bit of it."""
 from dataclasses import replace
 
-from fuzzy_stereo_ros.evaluation import score
-from fuzzy_stereo_ros.evolution_record import (
-    ALIKE, Course, FIRST, MUTATED, mutates, of_fittest_child, of_improved_fittest, SECOND, SHOWN,
-    Snapshot, watched_match)
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.population import Kinship
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.views.evolution_record import (
+    ALIKE, Course, FIRST, MUTATED, mutates, of_fittest_child, of_improved_fittest, SECOND, SHOWN,
+    Snapshot, watched_match)
 import numpy as np
 import pytest
 

@@ -7,15 +7,15 @@ import os
 import re
 
 import cv2
-from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.commands import evolve
-from fuzzy_stereo_ros.evaluation import score
-from fuzzy_stereo_ros.evolution_film import STAY
-from fuzzy_stereo_ros.made_scenes import made_pair
-from fuzzy_stereo_ros.matcher_options import option_name
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
+from fuzzy_stereo_ros.parameters.matcher_options import option_name
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.views.evolution_film import STAY
 import numpy as np
 import pytest
 

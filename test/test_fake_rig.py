@@ -4,14 +4,14 @@
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.made_scenes import made_sequence
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import read_image
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 from node_process import NodeProcess, own_domain
 import numpy as np
 import pytest
 
-MODULE = 'fuzzy_stereo_ros.fake_rig'
+MODULE = 'fuzzy_stereo_ros.synthetic.fake_rig'
 
 
 def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_options(ros):

@@ -6,8 +6,8 @@ import resource
 import sqlite3
 
 from fuzzed import damaged, examples
-from fuzzy_stereo_ros.pairs.bag_parts import read_part, rescue
-from fuzzy_stereo_ros.pairs.bag_reading import BagReader, DamagedBag, decoded
+from fuzzy_stereo_ros.bags.parts import read_part, rescue
+from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, decoded
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st

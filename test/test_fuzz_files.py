@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.float_files import encode_numpy, encode_pfm
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.yaml_texts import BadYaml, read_yaml
-from fuzzy_stereo_ros.saved_pair import read_saved_pair, write_saved_pair
+from fuzzy_stereo_ros.saved_pairs.saved_pair import read_saved_pair, write_saved_pair
 from hypothesis import given, strategies as st
 from made_messages import noise
 import numpy as np

@@ -4,7 +4,7 @@
 import math
 
 from fuzzed import examples
-from fuzzy_stereo_ros.parameter_table import matcher_parameters, NODE_PARAMETERS, profile_config
+from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
 from hypothesis import example, given, strategies as st
 from node_process import shifted_pair
 import pytest

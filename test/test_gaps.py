@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What a middleware lost is counted by the numbers of what arrived."""
-from fuzzy_stereo_ros.gaps import Gaps
+from fuzzy_stereo_ros.node.gaps import Gaps
 from hypothesis import given, strategies
 import pytest
 

@@ -17,60 +17,67 @@ SPDX_LINES = ('# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
 NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base', 'manager'}
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
-# Nodes, the room of their parts and what launches them, directly in the package; nobody else
-# imports them.
-ROS_FILES = ('demo', 'demo_listener', 'demo_stage', 'fake_rig', 'launching', 'live_benchmark',
-             'live_probe', 'node', 'rigs_file', 'stereo_node')
+# Files that import ROS, or stand on those that do: nobody else imports them.
+ROS_FILES = ('node', 'demo', 'synthetic/fake_rig', 'benchmarks/live_benchmark',
+             'benchmarks/live_probe')
+INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'rerun', 'rosbags', 'skimage',
+                              'tqdm', 'yaml'})
 
 
 @dataclass(frozen=True)
 class Room:
-    libraries: frozenset
-    libraries_inside_functions: frozenset
+    """What a room may import; project: rooms, and modules of rooms, below it."""
+
     project: tuple
+    libraries: frozenset = frozenset({'cv2', 'numpy'})
+    libraries_inside_functions: frozenset = frozenset()
     ros: bool = False
 
 
-FLAT = Room(libraries=frozenset({'cv2', 'numba', 'numpy', 'tqdm'}),
-            libraries_inside_functions=frozenset(
-                {'dask', 'distributed', 'matplotlib', 'rerun', 'skimage'}),
-            project=(PACKAGE,))
-MATCHING = Room(libraries=frozenset({'cv2', 'numba', 'numpy'}),
-                libraries_inside_functions=frozenset(),
-                project=(f'{PACKAGE}.matching',))
-SIMD = Room(libraries=MATCHING.libraries | {'llvmlite'},
-            libraries_inside_functions=frozenset(),
-            project=MATCHING.project)
-PAIRS = Room(libraries=frozenset({'cv2', 'numpy'}),
-             libraries_inside_functions=frozenset({'rosbags', 'yaml'}),
-             project=(f'{PACKAGE}.pairs',))
-COMPARING = Room(libraries=frozenset({'cv2', 'numpy'}),
-                 libraries_inside_functions=frozenset({'tqdm'}),
-                 project=tuple(f'{PACKAGE}.{name}' for name in (
-                     'comparing', 'evaluation', 'matching', 'pairs', 'pictures')))
-BENCHMARKS = Room(libraries=COMPARING.libraries,
-                  libraries_inside_functions=frozenset({'matplotlib', 'skimage'}),
-                  project=tuple(f'{PACKAGE}.{name}' for name in (
-                      'benchmarks', 'comparing', 'evaluation', 'made_scenes', 'matching',
-                      'pairs')))
-ROS = Room(libraries=FLAT.libraries | {'yaml'},
-           libraries_inside_functions=FLAT.libraries_inside_functions,
-           project=FLAT.project,
-           ros=True)
+# From the bottom to the top: a room imports itself and what stands above it in this table.
+ROOMS = {
+    'matching/kernels/simd': Room(('matching',), frozenset({'llvmlite', 'numba', 'numpy'})),
+    'matching': Room((), frozenset({'cv2', 'numba', 'numpy'})),
+    'pairs': Room((), libraries_inside_functions=frozenset({'yaml'})),
+    'bags': Room(('pairs',), libraries_inside_functions=frozenset({'rosbags', 'yaml'})),
+    'views': Room(('evaluation/scores', 'matching', 'pairs'),
+                  libraries_inside_functions=INSIDE_FUNCTIONS),
+    'evaluation': Room(('matching', 'pairs', 'views/pictures'),
+                       libraries_inside_functions=frozenset({'tqdm'})),
+    'saved_pairs': Room(('matching', 'pairs'), frozenset({'cv2', 'numba', 'numpy'})),
+    'parameters': Room(('matching', 'pairs', 'saved_pairs/format_versions')),
+    'flat': Room(('flat', 'matching', 'pairs', 'parameters', 'views/pictures')),
+    'replay': Room(('bags', 'flat', 'matching', 'pairs', 'parameters', 'saved_pairs', 'views'),
+                   libraries_inside_functions=INSIDE_FUNCTIONS),
+    'synthetic': Room(('pairs', 'parameters')),
+    'benchmarks': Room(('evaluation', 'matching', 'pairs', 'synthetic'),
+                       libraries_inside_functions=frozenset({'matplotlib', 'skimage'})),
+    'commands': Room(('bags', 'benchmarks', 'evaluation', 'flat', 'matching', 'pairs',
+                      'parameters', 'replay', 'saved_pairs', 'synthetic', 'views'),
+                     libraries_inside_functions=INSIDE_FUNCTIONS),
+    'node': Room(('flat', 'matching', 'pairs', 'parameters', 'saved_pairs'),
+                 frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
+    'synthetic/fake_rig': Room(('bags', 'commands', 'node/log_folder', 'pairs', 'synthetic'),
+                               frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
+    'demo': Room(('commands', 'evaluation', 'node', 'pairs', 'parameters', 'synthetic', 'views'),
+                 frozenset({'cv2', 'numpy', 'tqdm'}), INSIDE_FUNCTIONS, ros=True),
+    'benchmarks/live': Room(('benchmarks', 'commands', 'demo', 'evaluation', 'node', 'pairs'),
+                            frozenset({'cv2', 'numpy', 'tqdm'}), ros=True),
+}
 
 
-def room_of(path):
-    """Return the room that a file of the package belongs to."""
-    parts = PurePosixPath(path).with_suffix('').parts
-    if parts[:2] == (PACKAGE, 'matching'):
-        return SIMD if parts[2:] == ('kernels', 'simd') else MATCHING
-    if parts[:2] == (PACKAGE, 'pairs'):
-        return PAIRS
-    if parts[:2] == (PACKAGE, 'comparing'):
-        return COMPARING
-    if parts[:2] == (PACKAGE, 'benchmarks'):
-        return BENCHMARKS
-    return ROS if parts[1:] and parts[1] in ROS_FILES else FLAT
+def name_of_room(path):
+    """Return the name of the room that a file of the package belongs to, as in ROOMS."""
+    place = PurePosixPath(path).with_suffix('').relative_to(PACKAGE).as_posix()
+    within = [room for room in ROOMS if place == room or place.startswith(f'{room}/')]
+    if place.startswith('benchmarks/live'):
+        return 'benchmarks/live'
+    return max(within, key=len) if within else 'flat'
+
+
+def is_ros_file(place):
+    """Tell whether a place in the package, with slashes, belongs to the ROS files."""
+    return any(f'{place}/'.startswith(f'{file}/') for file in ROS_FILES)
 
 
 def imports_of(path, tree):
@@ -98,13 +105,18 @@ def imports_of(path, tree):
     return found
 
 
-def why_refused(room, name, inside):
+def why_refused(room_name, name, inside):
     """Return what is wrong with importing a name in a room, or None."""
-    top = name.split('.')[0]
+    room = ROOMS[room_name]
+    top, *below = name.split('.')
     if top == PACKAGE:
-        if not any(f'{name}.'.startswith(f'{allowed}.') for allowed in room.project):
+        place = '/'.join(below)
+        flat = len(below) < 2 or (ROOT / PACKAGE / f'{below[0]}.py').exists()
+        allowed = (room_name, *room.project)
+        if place not in ('', '__version__') and not (flat and 'flat' in allowed) and not any(
+                f'{place}/'.startswith(f'{other}/') for other in allowed):
             return f'imports {name}: outside its room'
-        if not room.ros and name.split('.')[1:2] and name.split('.')[1] in ROS_FILES:
+        if not room.ros and is_ros_file(place):
             return f'imports {name}: a ROS file'
         return None
     if top in sys.stdlib_module_names or top in room.libraries:
@@ -132,7 +144,7 @@ def breaches(path, source):
     if len(lines) > LONGEST_MODULE:
         found.append(f'{path}:{LONGEST_MODULE}: has {len(lines)} lines, '
                      f'{LONGEST_MODULE} are allowed')
-    room = room_of(path)
+    room = name_of_room(path)
     for line, name, inside in imports_of(path, ast.parse(source)):
         reason = why_refused(room, name, inside)
         if reason:
@@ -171,11 +183,14 @@ def inside_a_function(line):
 IN_MATCHING = f'{PACKAGE}/matching/operators.py'
 IN_KERNELS = f'{PACKAGE}/matching/kernels/scanlines/sweep.py'
 IN_SIMD = f'{PACKAGE}/matching/kernels/simd.py'
-IN_PAIRS = f'{PACKAGE}/pairs/bags.py'
-IN_COMPARING = f'{PACKAGE}/comparing/rivals.py'
+IN_PAIRS = f'{PACKAGE}/pairs/messages.py'
+IN_BAGS = f'{PACKAGE}/bags/reading.py'
+IN_EVALUATION = f'{PACKAGE}/evaluation/baselines.py'
 IN_BENCHMARKS = f'{PACKAGE}/benchmarks/speed.py'
-IN_FLAT = f'{PACKAGE}/worker.py'
-IN_NODE = f'{PACKAGE}/stereo_node.py'
+IN_REPLAY = f'{PACKAGE}/replay/source.py'
+IN_COMMANDS = f'{PACKAGE}/commands/replay.py'
+IN_FLAT = f'{PACKAGE}/pair_matcher.py'
+IN_NODE = f'{PACKAGE}/node/disparity_node.py'
 
 
 @pytest.mark.parametrize(('path', 'line'), [
@@ -188,18 +203,20 @@ IN_NODE = f'{PACKAGE}/stereo_node.py'
     (IN_KERNELS, 'from ... import config'),
     (IN_SIMD, 'from llvmlite import ir'),
     (IN_PAIRS, f'from {PACKAGE}.pairs import stereo_pair'),
-    (IN_PAIRS, inside_a_function('from rosbags.highlevel import AnyReader')),
-    (IN_COMPARING, f'from {PACKAGE}.evaluation import score'),
-    (IN_COMPARING, f'from {PACKAGE}.pairs.image_files import read_pair'),
-    (IN_COMPARING, inside_a_function('from tqdm import tqdm')),
-    (IN_BENCHMARKS, f'from {PACKAGE}.comparing.rivals import dense'),
-    (IN_BENCHMARKS, f'from {PACKAGE}.evaluation import score'),
+    (IN_BAGS, f'from {PACKAGE}.pairs import stereo_pair'),
+    (IN_BAGS, inside_a_function('from rosbags.highlevel import AnyReader')),
+    (IN_EVALUATION, f'from {PACKAGE}.evaluation.scores import score'),
+    (IN_EVALUATION, f'from {PACKAGE}.pairs.image_files import read_pair'),
+    (IN_EVALUATION, inside_a_function('from tqdm import tqdm')),
+    (IN_BENCHMARKS, f'from {PACKAGE}.evaluation.baselines import dense'),
     (IN_BENCHMARKS, f'from {PACKAGE}.matching import StereoMatcher'),
-    (IN_BENCHMARKS, f'from {PACKAGE}.pairs.image_files import read_pair'),
     (IN_BENCHMARKS, inside_a_function('from skimage.data import stereo_motorcycle')),
+    (IN_REPLAY, f'from {PACKAGE}.bags.reading import read_bag'),
+    (IN_REPLAY, f'from {PACKAGE} import pair_matcher'),
+    (IN_COMMANDS, f'from {PACKAGE}.replay.loop import replay'),
+    (IN_COMMANDS, inside_a_function('from matplotlib.figure import Figure')),
     (IN_FLAT, f'from {PACKAGE}.pairs.stereo_pair import StereoPair'),
-    (IN_FLAT, f'from {PACKAGE} import matching'),
-    (IN_FLAT, inside_a_function('from matplotlib.figure import Figure')),
+    (IN_FLAT, f'from {PACKAGE} import matching, memory'),
     (IN_NODE, 'import rclpy'),
     (IN_NODE, 'from stereo_msgs.msg import DisparityImage'),
     (f'{PACKAGE}/node/inputs.py', 'from rclpy.qos import QoSProfile'),
@@ -216,41 +233,44 @@ def test_an_import_of_its_own_room_is_accepted(path, line):
     (IN_MATCHING, f'from {PACKAGE}.pairs import stereo_pair', 'outside its room'),
     (IN_MATCHING, f'import {PACKAGE}.pairs.messages', 'outside its room'),
     (IN_MATCHING, 'from ..pairs import stereo_pair', 'outside its room'),
-    (IN_MATCHING, 'from .. import evaluation', 'outside its room'),
+    (IN_MATCHING, 'from .. import memory', 'outside its room'),
     (IN_KERNELS, 'from ....pairs.messages import image', 'outside its room'),
     (IN_MATCHING, f'from {PACKAGE}.matching_of_others import a', 'outside its room'),
-    (IN_MATCHING, inside_a_function(f'import {PACKAGE}.worker'), 'outside its room'),
+    (IN_MATCHING, inside_a_function(f'import {PACKAGE}.node.worker'), 'outside its room'),
     (IN_MATCHING, 'import rclpy', 'ROS outside the ROS files'),
     (IN_MATCHING, 'import scipy', 'not a library of this room'),
     (IN_KERNELS, 'from llvmlite import ir', 'not a library of this room'),
     (IN_PAIRS, f'from {PACKAGE}.matching import Match', 'outside its room'),
+    (IN_PAIRS, f'from {PACKAGE}.bags.reading import read_bag', 'outside its room'),
     (IN_PAIRS, 'import numba', 'not a library of this room'),
     (IN_PAIRS, 'from sensor_msgs.msg import Image', 'ROS outside the ROS files'),
-    (IN_PAIRS, 'from rosbags.highlevel import AnyReader', 'only inside a function'),
-    (IN_PAIRS, 'if True:\n    import rosbags', 'only inside a function'),
-    (IN_PAIRS, 'class Bag:\n    import rosbags', 'only inside a function'),
-    (IN_COMPARING, f'from {PACKAGE}.benchmarks.datasets import Scene', 'outside its room'),
-    (IN_COMPARING, f'from {PACKAGE} import command_line', 'outside its room'),
-    (IN_COMPARING, 'import rclpy', 'ROS outside the ROS files'),
-    (IN_COMPARING, 'import tqdm', 'only inside a function'),
-    (IN_BENCHMARKS, f'from {PACKAGE} import command_line', 'outside its room'),
+    (IN_BAGS, 'from rosbags.highlevel import AnyReader', 'only inside a function'),
+    (IN_BAGS, 'if True:\n    import rosbags', 'only inside a function'),
+    (IN_BAGS, 'class Bag:\n    import rosbags', 'only inside a function'),
+    (IN_EVALUATION, f'from {PACKAGE}.benchmarks.datasets import Scene', 'outside its room'),
+    (IN_EVALUATION, f'from {PACKAGE}.commands import command_line', 'outside its room'),
+    (IN_EVALUATION, 'import rclpy', 'ROS outside the ROS files'),
+    (IN_EVALUATION, 'import tqdm', 'only inside a function'),
+    (IN_BENCHMARKS, f'from {PACKAGE}.commands import command_line', 'outside its room'),
     (IN_BENCHMARKS, 'import rclpy', 'ROS outside the ROS files'),
     (IN_BENCHMARKS, 'import skimage', 'only inside a function'),
+    (IN_REPLAY, f'from {PACKAGE}.commands import parts', 'outside its room'),
+    (IN_REPLAY, f'from {PACKAGE}.node.worker import Worker', 'outside its room'),
+    (IN_COMMANDS, f'from {PACKAGE}.synthetic.fake_rig import main', 'a ROS file'),
+    (IN_COMMANDS, f'from {PACKAGE}.benchmarks import live_benchmark', 'a ROS file'),
+    (IN_COMMANDS, 'import matplotlib', 'only inside a function'),
     (IN_FLAT, 'import rclpy', 'ROS outside the ROS files'),
     (IN_FLAT, inside_a_function('import rclpy'), 'ROS outside the ROS files'),
     (IN_FLAT, 'from rcl_interfaces.msg import Parameter', 'ROS outside the ROS files'),
     (IN_FLAT, 'from launch import LaunchDescription', 'ROS outside the ROS files'),
     (IN_FLAT, "import importlib\nimportlib.import_module('rclpy')", 'ROS outside the ROS files'),
     (IN_FLAT, "__import__('rclpy')", 'ROS outside the ROS files'),
-    (IN_FLAT, f'from {PACKAGE}.stereo_node import main', 'a ROS file'),
-    (IN_FLAT, f'from {PACKAGE} import fake_rig', 'a ROS file'),
-    (IN_FLAT, f'from {PACKAGE}.node.inputs import Inputs', 'a ROS file'),
-    (IN_FLAT, 'import matplotlib', 'only inside a function'),
+    (IN_FLAT, f'from {PACKAGE}.node.disparity_node import main', 'outside its room'),
     (IN_FLAT, 'import torch', 'not a library of this room'),
     (IN_FLAT, 'import yaml', 'not a library of this room'),
     (IN_NODE, 'import torch', 'not a library of this room'),
-    (f'{PACKAGE}/pairs/stereo_node.py', 'import rclpy', 'ROS outside the ROS files'),
-    (f'{PACKAGE}/more/stereo_node.py', 'import rclpy', 'ROS outside the ROS files'),
+    (f'{PACKAGE}/pairs/disparity_node.py', 'import rclpy', 'ROS outside the ROS files'),
+    (f'{PACKAGE}/more/disparity_node.py', 'import rclpy', 'ROS outside the ROS files'),
 ])
 def test_an_import_from_another_room_is_refused(path, line, reason):
     (breach,) = breaches(path, made_source(line))

@@ -4,7 +4,7 @@
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.parameter_table import (
+from fuzzy_stereo_ros.parameters.table import (
     IGNORED_PARAMETERS, matcher_parameters, NODE_PARAMETERS, profile_config)
 from launched import actions, FOLDER, launch_ros, PROFILES_FILE, visited
 from node_process import ros_environment
@@ -158,5 +158,5 @@ def test_without_an_installed_package_python_runs_the_module(monkeypatch, tmp_pa
 @pytest.mark.parametrize(('namespace', 'topic'), [
     ('cam', 'cam/image_rect'), ('/cam/', '/cam/image_rect'), ('/', '/image_rect')])
 def test_a_namespace_of_a_camera_may_end_with_a_slash_or_be_the_root(namespace, topic):
-    from fuzzy_stereo_ros.launching import camera_remappings    # imports launch
+    from fuzzy_stereo_ros.node.launching import camera_remappings    # imports launch
     assert camera_remappings(namespace, 'right')[0] == ('left/image_rect', topic)

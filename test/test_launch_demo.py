@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The demo with the real launch: what comes out is the ground truth of the made scene."""
-from fuzzy_stereo_ros.made_scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 import launched
 from launched import launch_testing
 from node_process import values_of

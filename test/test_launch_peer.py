@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The launch file with the arguments as they are written for stereo_image_proc.launch.py."""
-from fuzzy_stereo_ros.parameter_table import IGNORED_PARAMETERS
+from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS
 import launched
 from launched import launch_testing, PAIR
 import pytest

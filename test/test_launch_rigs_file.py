@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The YAML file of several rigs: what is read, and the sentence for what is not allowed."""
-from fuzzy_stereo_ros.versions import package_version
+from fuzzy_stereo_ros.saved_pairs.versions import package_version
 from launched import FOLDER, WHY
 import pytest
 
-ros_arguments = pytest.importorskip('fuzzy_stereo_ros.launching', reason=WHY).ros_arguments
-read_rigs = pytest.importorskip('fuzzy_stereo_ros.rigs_file', reason=WHY).read_rigs
+ros_arguments = pytest.importorskip('fuzzy_stereo_ros.node.launching', reason=WHY).ros_arguments
+read_rigs = pytest.importorskip('fuzzy_stereo_ros.node.rigs_file', reason=WHY).read_rigs
 CAMERAS = [('left/image_rect', 'left/image_rect'), ('left/camera_info', 'left/camera_info'),
            ('right/image_rect', 'right/image_rect'), ('right/camera_info', 'right/camera_info')]
 

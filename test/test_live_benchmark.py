@@ -8,13 +8,15 @@ import sys
 from node_process import START
 import pytest
 
+MODULE = 'fuzzy_stereo_ros.benchmarks.live_benchmark'
+
 
 @pytest.mark.timeout(4 * START)
 def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp_path):
     page = tmp_path / 'page.md'
     done = subprocess.run(
-        [sys.executable, '-m', 'fuzzy_stereo_ros.live_benchmark', '--seconds', '1', '--frames',
-         '50', '--case', '320x240x32', '--case', '160x120x16', '--output', str(page)],
+        [sys.executable, '-m', MODULE, '--seconds', '1', '--frames', '50',
+         '--case', '320x240x32', '--case', '160x120x16', '--output', str(page)],
         capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     written = page.read_text(encoding='utf-8')
@@ -36,7 +38,7 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
     (('--seconds', '0'), '--seconds is 0.0; allowed are numbers above 0'),
     (('--frames', '0'), '--frames is 0; allowed are numbers above 0')])
 def test_bad_arguments_end_with_one_sentence_and_code_2(ros, arguments, sentence):
-    done = subprocess.run([sys.executable, '-m', 'fuzzy_stereo_ros.live_benchmark', *arguments],
+    done = subprocess.run([sys.executable, '-m', MODULE, *arguments],
                           capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert sentence in done.stderr

@@ -4,7 +4,7 @@
 from collections import Counter
 import re
 
-from fuzzy_stereo_ros.losses import Losses
+from fuzzy_stereo_ros.node.losses import Losses
 from hypothesis import given, strategies
 
 KEYS = 'pairs dropped', 'unmatched left/image_rect', 'unmatched right/camera_info'

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Made scenes are exact: what the truth says is what the images show."""
 import cv2
-from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

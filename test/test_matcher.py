@@ -3,12 +3,12 @@
 """The public face of the matcher in the profile realtime."""
 from dataclasses import replace
 
-from fuzzy_stereo_ros.evaluation import score
-from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
 import numpy as np
 import pytest
 

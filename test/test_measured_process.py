@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 
-from fuzzy_stereo_ros.measured_process import MeasuredProcess
+from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
 import pytest
 
 
@@ -21,7 +21,7 @@ def test_memory_is_what_is_filled_and_own_is_what_is_not_shared():
     # In a process of its own: here other tests' memory is freed meanwhile.
     script = (
         'import mmap, os\n'
-        'from fuzzy_stereo_ros.measured_process import MeasuredProcess\n'
+        'from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess\n'
         'process = MeasuredProcess(os.getpid())\n'
         'before, own = process.megabytes(), process.own_megabytes()\n'
         'filled = mmap.mmap(-1, 50_000_000, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)\n'

@@ -6,7 +6,7 @@ from queue import SimpleQueue
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import memory, rig
+from fuzzy_stereo_ros import memory, pair_matcher as rig
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
@@ -21,7 +21,7 @@ import pytest
 # Blocks too small to be mapped one by one; the last one keeps those below from being let go.
 SCATTERED = """
 import os, sys, threading
-from fuzzy_stereo_ros.measured_process import MeasuredProcess
+from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.memory import give_back_memory
 
 kept = []
@@ -44,7 +44,7 @@ from fuzzy_stereo_ros import memory
 if sys.argv[1] == 'shared':
     import fuzzy_stereo_ros.node
 import threading
-from fuzzy_stereo_ros.measured_process import MeasuredProcess
+from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
 
 def fill():
     blocks = [bytearray(b'x' * 100_000) for _ in range(300)]

@@ -3,9 +3,9 @@
 """The real node while changed parameters are prepared, which here takes until it is told."""
 from queue import SimpleQueue
 
-from fuzzy_stereo_ros import rig
+from fuzzy_stereo_ros import pair_matcher as rig
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.worker import Worker
+from fuzzy_stereo_ros.node.worker import Worker
 from node_process import own_domain, shifted_pair, SOON, START
 import pytest
 
@@ -42,7 +42,7 @@ def gate(monkeypatch, ros):
 @pytest.fixture
 def bench(gate):
     """Return surroundings with the node in this process, spun along with them."""
-    from fuzzy_stereo_ros.stereo_node import DisparityNode
+    from fuzzy_stereo_ros.node.disparity_node import DisparityNode
     from rclpy.parameter import Parameter
     from ros_bench import Bench, Surroundings
 

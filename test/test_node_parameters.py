@@ -4,10 +4,10 @@
 from pathlib import Path
 
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.parameter_table import (
+from fuzzy_stereo_ros.parameters.table import (
     IGNORED_PARAMETERS, matcher_parameters, nearest, NODE_PARAMETERS, parameter_file,
     profile_config)
-from fuzzy_stereo_ros.versions import package_version
+from fuzzy_stereo_ros.saved_pairs.versions import package_version
 from migration_page import block
 from node_process import shifted_pair, values_of
 import numpy as np

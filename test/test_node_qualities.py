@@ -135,7 +135,7 @@ def test_an_override_of_one_topic_changes_no_other_one(make_bench):
 
 
 def test_best_available_takes_what_cameras_that_start_later_offer(make_bench):
-    from fuzzy_stereo_ros.fake_rig import FakeRig
+    from fuzzy_stereo_ros.synthetic.fake_rig import FakeRig
     with make_bench(*SMALL, '-p', 'input_qos:=best_available', best_effort=True,
                     reliable=True) as bench:
         bench.listen()

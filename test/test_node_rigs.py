@@ -19,7 +19,7 @@ def rig_arguments(namespace):
 @pytest.fixture
 def around(make_bench):
     """Return a bench of one process with two nodes, each with a fake rig and a dict of answers."""
-    from fuzzy_stereo_ros.fake_rig import FakeRig
+    from fuzzy_stereo_ros.synthetic.fake_rig import FakeRig
     from ros_bench import BASELINE, Bench, FOCAL
     from stereo_msgs.msg import DisparityImage
     with own_domain() as domain:

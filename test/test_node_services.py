@@ -6,7 +6,7 @@ from functools import partial
 import json
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 from node_process import NodeProcess, own_domain, ROOT, shifted_pair, values_of
 import numpy as np
 import pytest

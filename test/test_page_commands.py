@@ -10,14 +10,14 @@ import shutil
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import command_line
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.commands import command_line
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.node.watchdog import FAST_DDS_VARIABLES
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.saved_pair import write_saved_pair
-from fuzzy_stereo_ros.silence import FAST_DDS_VARIABLES
+from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from pages import commands, in_code_style, pages_with_commands, ROOT, text_of
 import pytest
 from saved_scene import running

@@ -3,7 +3,7 @@
 """The `ros2` commands of the pages, by what they stand for, with the real node."""
 import ast
 
-from fuzzy_stereo_ros.parameter_table import matcher_parameters, NODE_PARAMETERS, profile_config
+from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
 from fuzzy_stereo_ros.result_topics import TOPICS
 from node_process import shifted_pair
 from pages import commands, pages_with_commands, ROOT

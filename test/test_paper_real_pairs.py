@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The profile `paper` against its Table I, on the real pairs; skipped where they are not here."""
-from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
 import pytest

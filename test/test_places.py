@@ -7,13 +7,14 @@ import subprocess
 import sys
 
 import cv2
-from fuzzy_stereo_ros.log_folder import log_folder, NO_FILES, startable
 from fuzzy_stereo_ros.matching import kernels
+from fuzzy_stereo_ros.node.log_folder import log_folder, NO_FILES, startable
 from mounted import as_stranger, mounting, READ_ONLY
 from node_process import NodeProcess, own_domain, ROOT, shifted_pair
 import pytest
 
 CODE = Path(kernels.__file__).parent / '__pycache__'
+COMMAND_LINE = 'fuzzy_stereo_ros.commands.command_line'
 LOGS = 'no folder for the files of logs can be written to ('
 KERNELS = 'no folder for compiled kernels can be written to ('
 PLACES = 'HOME', 'NUMBA_CACHE_DIR', 'ROS_HOME', 'ROS_LOG_DIR', 'XDG_CACHE_HOME'
@@ -87,7 +88,7 @@ def test_the_node_of_a_user_without_home_and_name_starts(ros, bare):
 
 def run(*words, before=()):
     """Run `fuzzy-stereo` with words and return its exit code and what it said on both streams."""
-    done = subprocess.run([*before, sys.executable, '-m', 'fuzzy_stereo_ros.command_line', *words],
+    done = subprocess.run([*before, sys.executable, '-m', COMMAND_LINE, *words],
                           cwd=ROOT, capture_output=True, text=True)
     return done.returncode, done.stdout, done.stderr
 

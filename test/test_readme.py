@@ -4,20 +4,20 @@
 from importlib.util import find_spec
 import re
 
-from fuzzy_stereo_ros import command_line
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.benchmarks.quoted_tables import QUOTE, renewed as requoted, table_of
+from fuzzy_stereo_ros.commands import command_line
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
-from fuzzy_stereo_ros.demo_table import Phase, table
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.demo.table import Phase, table
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
-from fuzzy_stereo_ros.parameter_page import renewed
-from fuzzy_stereo_ros.quoted_tables import QUOTE, renewed as requoted, table_of
-from fuzzy_stereo_ros.replay_request import WARM_PAIRS
-from fuzzy_stereo_ros.replay_segments import SEGMENT_PAIRS
-from fuzzy_stereo_ros.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.parameters.page import renewed
+from fuzzy_stereo_ros.replay.request import WARM_PAIRS
+from fuzzy_stereo_ros.replay.segments import SEGMENT_PAIRS
+from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pages
 from pages import ROOT, text_of
 import pytest
@@ -40,7 +40,7 @@ def cells(line):
 
 def test_the_parameter_tables_are_those_of_the_declaration():
     assert renewed(README) == README, \
-        'renew them: python -m fuzzy_stereo_ros.parameter_page README.md'
+        'renew them: python -m fuzzy_stereo_ros.parameters.page README.md'
 
 
 def test_a_text_without_the_marks_cannot_be_renewed():
@@ -166,7 +166,7 @@ def test_every_command_that_exists_is_shown():
 def test_the_algorithm_page_quotes_the_page_of_benchmarks():
     assert len(QUOTE.findall(ALGORITHM)) == ALGORITHM.count('<!-- quote ')
     assert requoted(ALGORITHM, FIGURES) == ALGORITHM, \
-        'renew them: python -m fuzzy_stereo_ros.quoted_tables docs/algorithm.md'
+        'renew them: python -m fuzzy_stereo_ros.benchmarks.quoted_tables docs/algorithm.md'
     for name in re.findall(r'`fuzzy-stereo benchmark (\w+)`', ALGORITHM):
         assert name in BENCHMARKS
 

@@ -4,7 +4,7 @@
 from functools import cache
 
 import cv2
-from fuzzy_stereo_ros.evaluation import score
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
 import pytest

@@ -6,14 +6,14 @@ import json
 import os
 import signal
 
-from fuzzy_stereo_ros import replay_sinks
-from fuzzy_stereo_ros.interruption import Interruption
-from fuzzy_stereo_ros.pairs.bag_writing import UNFINISHED
+from fuzzy_stereo_ros.bags.writing import UNFINISHED
+from fuzzy_stereo_ros.pair_matcher import Rig
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.replay_report import Shown
-from fuzzy_stereo_ros.replay_request import WARM_PAIRS
-from fuzzy_stereo_ros.replay_sinks import BagSink
-from fuzzy_stereo_ros.rig import Rig
+from fuzzy_stereo_ros.replay.interruption import Interruption
+from fuzzy_stereo_ros.replay.loop import sinks as replay_sinks
+from fuzzy_stereo_ros.replay.report import Shown
+from fuzzy_stereo_ros.replay.request import WARM_PAIRS
+from fuzzy_stereo_ros.replay.sinks import BagSink
 from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
 import pytest
@@ -221,21 +221,21 @@ class Finder:
         if name == sys.argv[1]:
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Finder)
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 sys.exit(main(sys.argv[2:]))
 """
 IGNORING = """\
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.replay_report import Shown
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.replay.report import Shown
 Shown.step = lambda shown: os.kill(os.getpid(), int(sys.argv[1]))
 main(sys.argv[2:])
 """
 KILLED = """\
 import os, signal, sys
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.replay_report import Shown
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.replay.report import Shown
 steps = []
 def step(shown):
     steps.append(None)

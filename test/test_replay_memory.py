@@ -5,7 +5,7 @@ import gc
 from itertools import islice
 import tracemalloc
 
-from fuzzy_stereo_ros.replay_report import Shown
+from fuzzy_stereo_ros.replay.report import Shown
 from made_bags import scene, write_bag
 import pytest
 from replayed import replay

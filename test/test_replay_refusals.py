@@ -3,11 +3,11 @@
 """Bad input to `fuzzy-stereo replay` is one sentence, exit code 2, and nothing written."""
 import io
 
-from fuzzy_stereo_ros.command_line import main, Parser
 from fuzzy_stereo_ros.commands import replay as replay_command
-from fuzzy_stereo_ros.node_options import add_node_options, node_settings
-from fuzzy_stereo_ros.parameter_table import NODE_PARAMETERS
-from fuzzy_stereo_ros.replay_report import Shown
+from fuzzy_stereo_ros.commands.command_line import main, Parser
+from fuzzy_stereo_ros.parameters.node_options import add_node_options, node_settings
+from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
+from fuzzy_stereo_ros.replay.report import Shown
 from made_bags import BagOf, BEGIN, content, same, scene, STEP, TOPICS, write_bag
 import pytest
 from replayed import figures, on_a_terminal, refusal, replay

@@ -4,16 +4,16 @@
 from concurrent.futures import Future
 import weakref
 
+from fuzzy_stereo_ros.bags.reading import BagMessage, DamagedBag
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.match import Match
-from fuzzy_stereo_ros.pairs.bag_reading import BagMessage, DamagedBag
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
-from fuzzy_stereo_ros.replay import Tally
-from fuzzy_stereo_ros.replay_request import WARM_PAIRS
-from fuzzy_stereo_ros.replay_segments import (
+from fuzzy_stereo_ros.replay.loop import Tally
+from fuzzy_stereo_ros.replay.request import WARM_PAIRS
+from fuzzy_stereo_ros.replay.segment_matching import match_segment, SegmentAnswer, SegmentOrder
+from fuzzy_stereo_ros.replay.segments import (
     AHEAD, CopiesBetween, cut, SEGMENT_PAIRS, SegmentedReplay)
-from fuzzy_stereo_ros.replay_source import HELD_BYTES, Step
-from fuzzy_stereo_ros.segment_matching import match_segment, SegmentAnswer, SegmentOrder
+from fuzzy_stereo_ros.replay.source import HELD_BYTES, Step
 from hypothesis import given, strategies
 from made_bags import DISPARITIES, scene, stamps
 import numpy as np

@@ -6,11 +6,11 @@ import signal
 import sys
 
 import cv2
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.messages import read_image
-from fuzzy_stereo_ros.replay_report import Shown
-from fuzzy_stereo_ros.video import CODECS
-from fuzzy_stereo_ros.video_frames import HEAD, PANEL
+from fuzzy_stereo_ros.replay.report import Shown
+from fuzzy_stereo_ros.views.video import CODECS
+from fuzzy_stereo_ros.views.video_frames import HEAD, PANEL
 from made_bags import (
     BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, STEP, write_bag,
     write_torn_bag)

@@ -10,8 +10,8 @@ import sys
 
 from dask_processes import dask_processes
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.replay_request import WARM_PAIRS
-from fuzzy_stereo_ros.replay_segments import SEGMENT_PAIRS
+from fuzzy_stereo_ros.replay.request import WARM_PAIRS
+from fuzzy_stereo_ros.replay.segments import SEGMENT_PAIRS
 from made_bags import (
     BEGIN, content, DISPARITIES, disparities, pixels_of, scene, stamps, STEP, TOPICS, write_bag,
     write_torn_bag)
@@ -24,8 +24,8 @@ INTERRUPTED = 130
 ROOT = Path(__file__).parents[1]
 INTERRUPTED_AT = """\
 import os, signal, sys
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.replay_report import Shown
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.replay.report import Shown
 steps = []
 def step(shown):
     steps.append(None)
@@ -37,7 +37,7 @@ if __name__ == '__main__':
 """
 HALTING = """\
 import threading
-from fuzzy_stereo_ros.rig import Rig
+from fuzzy_stereo_ros.pair_matcher import Rig
 match_pair, pairs = Rig.match_pair, []
 def halting(rig, pair):
     pairs.append(None)

@@ -6,7 +6,8 @@ import signal
 import sys
 
 from dask_processes import dask_processes
-from fuzzy_stereo_ros import __version__, cluster_options, replay_cluster
+from fuzzy_stereo_ros import __version__
+from fuzzy_stereo_ros.replay.loop import cluster as replay_cluster, cluster_options
 from made_bags import disparities, write_bag
 import pytest
 from replayed import refusal, replay, run
@@ -17,12 +18,12 @@ OTHER_OPENCV = "import cv2; cv2.__version__ = '4.0'"
 INTERRUPTED = 130
 PLAIN = """\
 import sys
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 sys.exit(main(sys.argv[2:]))
 """
 DEADLY = """\
 import os
-from fuzzy_stereo_ros.rig import Rig
+from fuzzy_stereo_ros.pair_matcher import Rig
 Rig.match_pair = lambda rig, pair: os._exit(1)
 """
 

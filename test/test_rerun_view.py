@@ -5,8 +5,8 @@ import os
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import rerun_view
-from fuzzy_stereo_ros.rerun_view import camera_of, points_of, RerunSink
+from fuzzy_stereo_ros.views import rerun_view
+from fuzzy_stereo_ros.views.rerun_view import camera_of, points_of, RerunSink
 from matched_scene import CALIBRATION, made_matched
 import numpy as np
 import pytest
@@ -107,7 +107,7 @@ def test_a_recording_holds_every_pair_and_has_its_name_when_it_is_closed(rerun, 
 
 FULL_DISK = """
 import resource, sys
-from fuzzy_stereo_ros.rerun_view import RerunSink
+from fuzzy_stereo_ros.views.rerun_view import RerunSink
 from matched_scene import made_matched
 resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
 sink = RerunSink(sys.argv[1])

@@ -8,11 +8,11 @@ import subprocess
 import sys
 
 import fuzzy_stereo_ros
-from fuzzy_stereo_ros.command_line import main
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from node_process import ROOT
 import pytest
 from saved_scene import running

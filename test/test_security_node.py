@@ -5,7 +5,7 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros.parameter_table import matcher_parameters, NODE_PARAMETERS, profile_config
+from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
 from node_process import NodeProcess, own_domain, shifted_pair
 from pages import text_of
 import pytest
@@ -36,7 +36,7 @@ def bench(ros, place):
 
     with own_domain() as domain:
         with pytest.MonkeyPatch.context() as patch:
-            for name, value in environment(place, 'fuzzy_stereo_ros.stereo_node').items():
+            for name, value in environment(place, 'fuzzy_stereo_ros.node.disparity_node').items():
                 patch.setenv(name, value)
             patch.delenv('ROS_LOG_DIR')
             bench = Audited(domain)

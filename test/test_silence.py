@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The report when no pair comes: what came, and what to do."""
-from fuzzy_stereo_ros.silence import FAST_DDS_VARIABLES, no_pair_report, TopicState
+from fuzzy_stereo_ros.node.watchdog import FAST_DDS_VARIABLES, no_pair_report, TopicState
 import pytest
 
 NAMES = ('/left/image_rect', '/left/camera_info', '/right/image_rect', '/right/camera_info')

@@ -31,7 +31,7 @@ def run(request, tmp_path):
 
     def process(*words, **options):
         return subprocess.run(
-            [sys.executable, '-m', 'fuzzy_stereo_ros.command_line', *words], cwd=tmp_path,
+            [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', *words], cwd=tmp_path,
             stderr=subprocess.PIPE, text=True, **options,
             env={**os.environ, 'PYTHONPATH': str(ROOT), 'PYTHONUNBUFFERED': request.param})
 

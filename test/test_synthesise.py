@@ -10,15 +10,15 @@ import subprocess
 import sys
 from unittest import mock
 
-from fuzzy_stereo_ros.command_line import main
 from fuzzy_stereo_ros.commands import synthesise
-from fuzzy_stereo_ros.made_scenes import made_sequence
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import read_calibration_files
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
-from fuzzy_stereo_ros.scene_options import BASELINE, CAMERA, FOCAL, SCENE_PARAMETERS
+from fuzzy_stereo_ros.synthetic.scene_options import BASELINE, CAMERA, FOCAL, SCENE_PARAMETERS
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 import numpy as np
 import pytest
 
@@ -175,7 +175,7 @@ def test_what_ends_half_way_leaves_nothing_behind(error, code, words, capsys):
 
 RESTRICTED = """
 import resource, sys
-from fuzzy_stereo_ros.command_line import main
+from fuzzy_stereo_ros.commands.command_line import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, resource.RLIM_INFINITY))
 sys.exit(main(sys.argv[1:]))
 """

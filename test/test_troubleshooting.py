@@ -7,12 +7,12 @@ from functools import cache
 import re
 
 from code_sentences import missing_parts
-from fuzzy_stereo_ros.made_scenes import made_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
-from fuzzy_stereo_ros.parameter_table import matcher_parameters, NODE_PARAMETERS, profile_config
+from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
 from fuzzy_stereo_ros.reports import change_values, counts_of, Figures
 from fuzzy_stereo_ros.result_topics import TOPICS
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 from pages import in_code_style, ROOT, said, text_of
 import pytest

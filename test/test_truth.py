@@ -4,9 +4,9 @@
 from fuzzy_stereo_ros.benchmarks import truth
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KnownPair, MIDDLEBURY
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 

@@ -6,11 +6,11 @@ import subprocess
 import sys
 
 import cv2
-from fuzzy_stereo_ros import video
 from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
-from fuzzy_stereo_ros.pictures import colour_disparity, INVALID_GREY
-from fuzzy_stereo_ros.video import CODECS, VideoFile, VideoSink
-from fuzzy_stereo_ros.video_frames import HEAD, letterboxed, PANEL, side_by_side
+from fuzzy_stereo_ros.views import video
+from fuzzy_stereo_ros.views.pictures import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.views.video import CODECS, VideoFile, VideoSink
+from fuzzy_stereo_ros.views.video_frames import HEAD, letterboxed, PANEL, side_by_side
 from hypothesis import given, strategies as st
 from matched_scene import DISPARITIES, made_matched
 import numpy as np
@@ -144,7 +144,7 @@ def test_a_missing_encoder_is_told_in_one_sentence_with_the_remedy(tmp_path, mon
 FULL_DISK = """
 import resource, sys
 import numpy as np
-from fuzzy_stereo_ros.video import VideoFile
+from fuzzy_stereo_ros.views.video import VideoFile
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 chance, file = np.random.default_rng(0), VideoFile(sys.argv[1], 10)
 for _ in range(20):

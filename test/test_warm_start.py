@@ -9,9 +9,9 @@ visible pixels, dense.
 from functools import cache
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.evaluation import flicker, score
-from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.evaluation.scores import flicker, score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
 import numpy as np
 import pytest
 from real_pairs import (

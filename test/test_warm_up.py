@@ -9,8 +9,8 @@ import pytest
 
 MATCH = """
 import gc, sys
-from fuzzy_stereo_ros.made_scenes import made_sequence
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 from numba.core.dispatcher import Dispatcher
 import numpy as np
 

@@ -4,7 +4,7 @@
 from queue import SimpleQueue
 import threading
 
-from fuzzy_stereo_ros.worker import Worker
+from fuzzy_stereo_ros.node.worker import Worker
 import pytest
 
 SOON = 60.0     # s; nothing here takes long, events are awaited: when to give up

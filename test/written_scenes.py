@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Made scenes, written in the layouts of the public data sets."""
-from fuzzy_stereo_ros.comparing.visibility import warped_to_right
-from fuzzy_stereo_ros.made_scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.evaluation.visibility import warped_to_right
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
 import numpy as np
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16

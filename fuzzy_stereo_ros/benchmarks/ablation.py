@@ -15,10 +15,10 @@ from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
 from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
-from fuzzy_stereo_ros.comparing.report import environment, Report
-from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
-from fuzzy_stereo_ros.evaluation import flicker
+from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
+from fuzzy_stereo_ros.evaluation.report import environment, Report
+from fuzzy_stereo_ros.evaluation.scores import flicker
 from fuzzy_stereo_ros.matching import StereoMatcher
 import numpy as np
 

@@ -3,7 +3,7 @@
 """The tables of the ablation."""
 from fuzzy_stereo_ros.benchmarks.accuracy import grouped
 from fuzzy_stereo_ros.benchmarks.correlation import correlation_table
-from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 
 NOTABLE = 0.05      # points of error by which a scene counts as better or worse

@@ -14,10 +14,10 @@ from fuzzy_stereo_ros.benchmarks import accuracy_picture
 from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.picture import as_svg
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI, MIDDLEBURY
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import (
+from fuzzy_stereo_ros.evaluation.baselines import (
     default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 import numpy as np
 
 OURS, QUALITY = 'ours', 'ours, profile quality'
@@ -56,7 +56,7 @@ def run(request):
         **environment('one each'),
         'ours': f'{request.subject}, filled, cold, colour images; the output as it comes',
         'rivals': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
-                  'border padded, settings as in fuzzy_stereo_ros/comparing/rivals.py); invalid '
+                  'border padded, settings as in evaluation/baselines.py); invalid '
                   'pixels filled from the background side on their row, then a 5x5 median',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth)',

@@ -15,9 +15,9 @@ from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.paper_tables import fastest
 from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
 

@@ -11,9 +11,9 @@ from fuzzy_stereo_ros.benchmarks.ablation_tables import signed
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import opencv_threads
+from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
 

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 
-from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.evaluation.report import Table
 
 IMPORT = 'from fuzzy_stereo_ros.matching import StereoMatcher'
 WARM_UP = f'{IMPORT}; StereoMatcher().warm_up(480, 640)'

@@ -3,7 +3,7 @@
 """Does fitness tell which map is better? The rank correlation of fitness and error."""
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 
 NEAR_THE_END = 0.25     # share of the points, the fittest, in which fitness is put to the test

@@ -16,10 +16,10 @@ from fuzzy_stereo_ros.benchmarks.deadline import deadline_table
 from fuzzy_stereo_ros.benchmarks.memory import memory_row, memory_table
 from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.speed import Contestant
-from fuzzy_stereo_ros.comparing.known_pairs import MIDDLEBURY
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import grey, opencv_threads, tuned_rivals
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 
 COLD, WARM, RIVAL = 'ours, cold', 'ours, warm', '3WAY'

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The tables of times by size, and what they say about growth."""
-from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 
 LANES = 32          # disparities that the kernels take at once

@@ -12,13 +12,13 @@ from importlib.util import find_spec
 import os
 from pathlib import Path
 
-from fuzzy_stereo_ros.comparing.grey_scales import MIDDLEBURY_FOLDERS
-from fuzzy_stereo_ros.comparing.known_pairs import (
+from fuzzy_stereo_ros.evaluation.grey_scales import MIDDLEBURY_FOLDERS
+from fuzzy_stereo_ros.evaluation.ground_truth import (
     KITTI, KnownPair, LIMITS, MIDDLEBURY, read_mask, read_truth, WHOLE_PIXEL_TRUTH)
-from fuzzy_stereo_ros.comparing.visibility import cross_checked, seen_by_both, warped_to_right
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.visibility import cross_checked, seen_by_both, warped_to_right
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'

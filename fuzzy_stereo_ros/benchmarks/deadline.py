@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How far a frame goes beyond its deadline: never more than the operator that ran as it passed."""
-from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 import numpy as np
 

@@ -3,7 +3,7 @@
 """The memory of a matcher, as Python sees its arrays (tracemalloc)."""
 import tracemalloc
 
-from fuzzy_stereo_ros.comparing.report import Table
+from fuzzy_stereo_ros.evaluation.report import Table
 
 
 def memory_row(request, size):

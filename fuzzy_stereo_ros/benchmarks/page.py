@@ -4,7 +4,7 @@
 from pathlib import Path
 import re
 
-from fuzzy_stereo_ros.comparing.report import markdown
+from fuzzy_stereo_ros.evaluation.report import markdown
 from fuzzy_stereo_ros.pairs.whole_files import check_place, write_whole
 
 HEADING = ('<!-- SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers -->\n'

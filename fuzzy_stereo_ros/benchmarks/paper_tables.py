@@ -15,13 +15,13 @@ import time
 import cv2
 from fuzzy_stereo_ros.benchmarks.datasets import read_middlebury, read_middlebury_from_right
 from fuzzy_stereo_ros.benchmarks.paper_variants import VARIANTS
-from fuzzy_stereo_ros.comparing.grey_scales import MIDDLEBURY_FOLDERS
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KnownPair, MIDDLEBURY, read_mask
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
-from fuzzy_stereo_ros.comparing.visibility import cross_checked, warped_to_right
-from fuzzy_stereo_ros.made_scenes import made_pair
+from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.grey_scales import MIDDLEBURY_FOLDERS
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KnownPair, MIDDLEBURY, read_mask
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.visibility import cross_checked, warped_to_right
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 
 LIMIT = 1.0  # px, of an error that counts in all of the paper's figures

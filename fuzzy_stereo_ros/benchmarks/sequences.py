@@ -7,10 +7,10 @@ from functools import partial
 from itertools import pairwise
 
 from fuzzy_stereo_ros.benchmarks.speed import with_noise
-from fuzzy_stereo_ros.comparing.known_pairs import KITTI, KnownPair, LIMITS, MIDDLEBURY
-from fuzzy_stereo_ros.made_scenes import made_sequence
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, KnownPair, LIMITS, MIDDLEBURY
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 import numpy as np
 
 NOISES = (0, 3, 6, 12)

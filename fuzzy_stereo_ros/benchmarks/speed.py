@@ -12,9 +12,9 @@ import os
 import time
 
 import cv2
-from fuzzy_stereo_ros.comparing.known_pairs import MIDDLEBURY
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import grey, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 import numpy as np
 
 SIZES = ((480, 640, 64), (720, 1280, 128))

@@ -6,9 +6,9 @@ What the fitness says of the ground truth: whether it is fitter than the result,
 The distance between where evolution ends from the usual start and from the truth is what the
 fitness, and not the search, still owes.
 """
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent, KITTI
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import opencv_threads
+from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 import numpy as np

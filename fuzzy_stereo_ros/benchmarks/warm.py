@@ -11,10 +11,10 @@ from functools import partial
 from fuzzy_stereo_ros.benchmarks import warm_picture
 from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
-from fuzzy_stereo_ros.comparing.known_pairs import bad_percent
-from fuzzy_stereo_ros.comparing.report import environment, Report, Table
-from fuzzy_stereo_ros.comparing.rivals import dense, opencv_threads, tuned_rivals
-from fuzzy_stereo_ros.evaluation import flicker
+from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.scores import flicker
 import numpy as np
 
 RIVAL = '3WAY'

@@ -6,22 +6,22 @@ import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.command_parts import check_outputs, for_json
-from fuzzy_stereo_ros.comparing.contestants import contestant_of, USUAL
-from fuzzy_stereo_ros.comparing.gallery import Gallery
-from fuzzy_stereo_ros.comparing.layouts import search
-from fuzzy_stereo_ros.comparing.measuring import measure_scene, measure_sequence, NoSequence
-from fuzzy_stereo_ros.comparing.page import page_of
-from fuzzy_stereo_ros.comparing.progress import follow
-from fuzzy_stereo_ros.comparing.records import csv_of, records_of
-from fuzzy_stereo_ros.comparing.report import markdown, Report
-from fuzzy_stereo_ros.comparing.result_files import Results
-from fuzzy_stereo_ros.comparing.rivals import opencv_threads
-from fuzzy_stereo_ros.comparing.settings import left_out, settings_of
-from fuzzy_stereo_ros.comparing.summary import tables_of
-from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.commands.parts import check_outputs, for_json
+from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
+from fuzzy_stereo_ros.evaluation.gallery import Gallery
+from fuzzy_stereo_ros.evaluation.layouts import search
+from fuzzy_stereo_ros.evaluation.matchers import contestant_of, USUAL
+from fuzzy_stereo_ros.evaluation.measuring import measure_scene, measure_sequence, NoSequence
+from fuzzy_stereo_ros.evaluation.page import page_of
+from fuzzy_stereo_ros.evaluation.progress import follow
+from fuzzy_stereo_ros.evaluation.records import csv_of, records_of
+from fuzzy_stereo_ros.evaluation.report import markdown, Report
+from fuzzy_stereo_ros.evaluation.result_files import Results
+from fuzzy_stereo_ros.evaluation.settings import left_out, settings_of
+from fuzzy_stereo_ros.evaluation.summary import tables_of
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_changes
 
 REPEATS, PICTURES = 3, 60
 # Truths belong to the left image; both kinds of map, both starts and both fillings are measured.

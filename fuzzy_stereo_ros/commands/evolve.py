@@ -8,16 +8,16 @@ import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.command_parts import add_truth_options, check_outputs, for_json, read_truth
-from fuzzy_stereo_ros.evaluation import score
-from fuzzy_stereo_ros.evolution_film import EvolutionFilm
-from fuzzy_stereo_ros.evolution_picture import write_evolution
-from fuzzy_stereo_ros.evolution_record import Course, watched_match
-from fuzzy_stereo_ros.matcher_options import add_matcher_options, matcher_config
+from fuzzy_stereo_ros.commands.parts import add_truth_options, check_outputs, for_json, read_truth
+from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import read_pair
-from fuzzy_stereo_ros.pictures import check_panel_suffix
-from fuzzy_stereo_ros.video import check_video
+from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_config
+from fuzzy_stereo_ros.views.evolution_film import EvolutionFilm
+from fuzzy_stereo_ros.views.evolution_picture import write_evolution
+from fuzzy_stereo_ros.views.evolution_record import Course, watched_match
+from fuzzy_stereo_ros.views.pictures import check_panel_suffix
+from fuzzy_stereo_ros.views.video import check_video
 
 HELP = 'watch how disparities evolve'
 DESCRIPTION = (

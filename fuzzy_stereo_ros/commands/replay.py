@@ -5,23 +5,23 @@ from contextlib import ExitStack
 import json
 import sys
 
-from fuzzy_stereo_ros.camera_options import add_camera_options
-from fuzzy_stereo_ros.cluster_options import add_cluster_options, opened_cluster
-from fuzzy_stereo_ros.interruption import Interruption
-from fuzzy_stereo_ros.matcher_options import add_matcher_options
-from fuzzy_stereo_ros.node_options import add_node_options
-from fuzzy_stereo_ros.pairs.bag_reading import BagReader, DamagedBag, text_of
-from fuzzy_stereo_ros.pairs.bag_writing import FORMATS
-from fuzzy_stereo_ros.replay import Outputs, replay, Tally
-from fuzzy_stereo_ros.replay_plan import (
+from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, text_of
+from fuzzy_stereo_ros.bags.writing import FORMATS
+from fuzzy_stereo_ros.pair_matcher import Rig
+from fuzzy_stereo_ros.parameters.camera_options import add_camera_options
+from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options
+from fuzzy_stereo_ros.parameters.node_options import add_node_options
+from fuzzy_stereo_ros.replay.cluster_options import add_cluster_options, opened_cluster
+from fuzzy_stereo_ros.replay.interruption import Interruption
+from fuzzy_stereo_ros.replay.loop import Outputs, replay, Tally
+from fuzzy_stereo_ros.replay.plan import (
     ALWAYS, asked_for, BY_CHOICE, check_outputs, is_lasting, NO_BAG, planned, READING, RESULTS,
     SYNCHRONISING)
-from fuzzy_stereo_ros.replay_report import figures_of, no_pair_sentence, sentences, Shown
-from fuzzy_stereo_ros.replay_request import expected_pairs, SECOND
-from fuzzy_stereo_ros.replay_segments import SegmentedReplay
-from fuzzy_stereo_ros.replay_sinks import BagSink, FileSink, MARK, remarks_on_files
-from fuzzy_stereo_ros.replay_views import add_view_options, names_of_views, views_of
-from fuzzy_stereo_ros.rig import Rig
+from fuzzy_stereo_ros.replay.report import figures_of, no_pair_sentence, sentences, Shown
+from fuzzy_stereo_ros.replay.request import expected_pairs, SECOND
+from fuzzy_stereo_ros.replay.segments import SegmentedReplay
+from fuzzy_stereo_ros.replay.sinks import BagSink, FileSink, MARK, remarks_on_files
+from fuzzy_stereo_ros.replay.views import add_view_options, names_of_views, views_of
 
 SUFFIXES = 'npy', 'pfm', 'png'
 

@@ -8,14 +8,14 @@ import shutil
 import sys
 import tempfile
 
-from fuzzy_stereo_ros.comparing.progress import follow
-from fuzzy_stereo_ros.pairs.bag_reading import text_of
+from fuzzy_stereo_ros.bags.reading import text_of
+from fuzzy_stereo_ros.bags.sequences import is_sequence_bag, write_sequence_bag
+from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.pairs.sequence_bag import is_sequence_bag, write_sequence_bag
-from fuzzy_stereo_ros.scene_options import (
+from fuzzy_stereo_ros.synthetic.scene_options import (
     add_scene_options, scene_calibration, scene_pairs, scene_values)
 import numpy as np
 

@@ -4,12 +4,12 @@
 from functools import partial
 import time
 
-from fuzzy_stereo_ros.gaps import Gaps
+from fuzzy_stereo_ros.node.gaps import Gaps
 from fuzzy_stereo_ros.node.quality_of_service import (
     input_quality, is_best_available, LATCHED, OVERRIDABLE)
+from fuzzy_stereo_ros.node.watchdog import no_pair_report, TopicState
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
-from fuzzy_stereo_ros.silence import no_pair_report, TopicState
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import qos_policy_name_from_kind
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image

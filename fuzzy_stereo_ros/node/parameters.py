@@ -3,10 +3,10 @@
 """Declare the table of parameters to ROS, and let changes through whole or not at all."""
 from dataclasses import replace
 
-from fuzzy_stereo_ros.format_versions import check_format
-from fuzzy_stereo_ros.parameter_table import (
+from fuzzy_stereo_ros.parameters.table import (
     field_names, IGNORED_PARAMETERS, in_ros_words, matcher_parameters, nearest, NODE_PARAMETERS,
     preset_changes, profile_config, ros_name, sync_tolerance, VERSION)
+from fuzzy_stereo_ros.saved_pairs.format_versions import check_format
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.parameter import Parameter

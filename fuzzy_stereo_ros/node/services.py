@@ -7,7 +7,7 @@ from pathlib import Path
 import threading
 
 from fuzzy_stereo_ros.reports import trace
-from fuzzy_stereo_ros.saved_pair import SavedPair, write_saved_pair
+from fuzzy_stereo_ros.saved_pairs.saved_pair import SavedPair, write_saved_pair
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
 from std_srvs.srv import Trigger

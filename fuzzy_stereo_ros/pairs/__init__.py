@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How pairs come in and disparities go out: messages, files, folders; no ROS import."""
+"""Pairs: messages, calibration and image files in, disparity messages and files out."""

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the node is like beside a camera: latency, rate, idle cost, memory; each as a process.
+
+`python -m fuzzy_stereo_ros.benchmarks.live_benchmark --output docs/benchmarks.md` writes its
+section.
+"""
+from contextlib import closing, contextmanager
+import signal
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
+from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
+from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
+from fuzzy_stereo_ros.demo.stage import (
+    LONGEST_START, NODE, NodeFailed, ros_environment, running_module)
+from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report, Table
+from fuzzy_stereo_ros.pairs.messages import stamp_of
+import numpy as np
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Float32MultiArray
+from stereo_msgs.msg import DisparityImage
+from tqdm import tqdm
+
+RATE, FAST = 30.0, 300.0                            # pairs/s
+CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
+SMALL = 160, 120, 32                                # of the run for memory
+SETTLED = 3.0       # s at the most before anything is measured, which itself takes as long
+COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused')
+PROBED = 'fuzzy_stereo_ros.benchmarks.live_probe'
+FAILED = 1
+
+
+class Listener:
+    """Subscribes to the node's disparities, and counts."""
+
+    def __init__(self):
+        self._node = rclpy.create_node('live_benchmark')
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._count, 10)
+        self._node.create_subscription(Float32MultiArray, 'late_turns', self._note_turns, 10)
+        self._subscription, self._asked = None, 0
+        self.ages, self.late, self.counts = [], [], None
+
+    def subscribe(self):
+        """Want disparities."""
+        self._subscription = self._node.create_subscription(
+            DisparityImage, 'disparity', self._receive, 10)
+
+    def leave(self):
+        """Want nothing any more."""
+        self._node.destroy_subscription(self._subscription)
+
+    def close(self):
+        """End; otherwise the middleware would go on listening."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+
+    def spin(self, seconds=None, until=lambda: False, progress=lambda: None):
+        """Listen for a time in s, or until something is true, at most as long as a start takes."""
+        end = time.monotonic() + (LONGEST_START if seconds is None else seconds)
+        while not until():
+            if time.monotonic() > end:
+                if seconds is None:
+                    raise NodeFailed('the node did not answer')
+                return
+            self._executor.spin_once(timeout_sec=0.1)
+            progress()
+
+    def settle(self, seconds):
+        """Listen for a while before something is measured for a time in s."""
+        self.spin(min(SETTLED, seconds))
+
+    def news(self):
+        """Return {key: count} of diagnostics that are newer than this call."""
+        self.counts, self._asked = None, self._node.get_clock().now().nanoseconds
+        self.spin(until=lambda: self.counts is not None)
+        return self.counts
+
+    def _receive(self, message):
+        now = self._node.get_clock().now().nanoseconds
+        self.ages.append((now - stamp_of(message.header)) / 1e6)
+
+    def _note_turns(self, message):
+        self.late.append(tuple(message.data))
+
+    def _count(self, message):
+        if stamp_of(message.header) > self._asked:
+            values = {entry.key: entry.value for entry in message.status[0].values}
+            self.counts = {name: int(values[name]) for name in COUNTED}
+
+
+@contextmanager
+def running(module, columns, rows, disparities, rate, log):
+    """Give a Listener and the MeasuredProcess of a module's node, with a camera that publishes."""
+    node = running_module(module, [
+        '--ros-args', '--param', f'disparity_range:={disparities}'], log)
+    camera = running_module('fuzzy_stereo_ros.synthetic.fake_rig', [
+        '--columns', str(columns), '--rows', str(rows), '--disparities', str(disparities),
+        '--rate', str(rate)], log.with_name('camera.log'))
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with node as process, camera, closing(Listener()) as listener:
+            listener.subscribe()
+            listener.spin(until=lambda: listener.ages)
+            yield listener, MeasuredProcess(process.pid)
+    finally:
+        rclpy.try_shutdown()
+
+
+def case_of(text):
+    """Return the (columns, rows, disparities) of a text like 640x480x64; ValueError."""
+    columns, rows, disparities = map(int, text.split('x'))
+    return columns, rows, disparities
+
+
+def live_row(case, seconds, log):
+    """Return the row of a case of the first table."""
+    columns, rows, disparities = case
+    with running(NODE, *case, RATE, log) as (listener, process):
+        listener.settle(seconds)
+        before, used, started = listener.news(), process.seconds(), time.monotonic()
+        listener.ages.clear()
+        listener.spin(seconds)
+        listener.spin(until=lambda: listener.ages)
+        ages = list(listener.ages)
+        after, share = listener.news(), process.seconds() - used
+        passed = time.monotonic() - started
+    with running(PROBED, *case, RATE, log) as (listener, process):
+        listener.settle(seconds)
+        listener.late.clear()
+        listener.spin(seconds)
+        listener.spin(until=lambda: listener.late)
+        late = list(listener.late)
+    counts = [after[name] - before[name] for name in COUNTED]
+    return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / passed,
+            *np.percentile(ages, (50, 95)).tolist(), 100 * share / passed,
+            max(one[1] for one in late), float(np.median([one[0] for one in late])))
+
+
+def memory_rows(frames, seconds, log):
+    """Return rows of pairs matched and MB in use, and the % of a core without a subscriber."""
+    marks = sorted({frames // 100, frames // 10, frames // 2, frames})
+    rows = []
+    with running(NODE, *SMALL, FAST, log) as (listener, process), tqdm(
+            total=frames, desc='memory', unit='pair', file=sys.stderr) as bar:
+        for mark in marks:
+            listener.spin(until=lambda: len(listener.ages) >= mark,  # noqa: B023
+                          progress=lambda: bar.update(len(listener.ages) - bar.n))
+            rows.append((len(listener.ages), process.megabytes()))
+        listener.leave()
+        listener.settle(seconds)
+        used, started = process.seconds(), time.monotonic()
+        listener.spin(seconds)
+        return rows, 100 * (process.seconds() - used) / (time.monotonic() - started)
+
+
+def run(arguments):
+    """Measure, print the tables, and return the exit code."""
+    if arguments.output is not None:
+        check_page(arguments.output)
+    for name in ('seconds', 'frames'):
+        value = getattr(arguments, name)
+        if value <= 0:
+            raise ValueError(f'--{name} is {value}; allowed are numbers above 0')
+    try:
+        with ros_environment() as log:
+            rows = [live_row(case, arguments.seconds, log) for case in arguments.case or CASES]
+            memory, idle = memory_rows(arguments.frames, arguments.seconds, log)
+    except NodeFailed as failure:
+        print(f'live_benchmark: {failure}', file=sys.stderr)
+        return FAILED
+    report = Report(
+        'live', 'The node beside a camera',
+        {**environment('all cores, shared by the camera, the node and the listener'),
+         'camera': f'a made scene that moves, with noise, {RATE:g} pairs/s, best effort; a '
+                   'process of its own',
+         'measured': f'{arguments.seconds:g} s each; latency is from the stamp to the callback of '
+                     'a subscriber of disparity in a third process'},
+        [Table('Rate and latency', (
+            'live', 'pairs', 'matched', 'dropped', 'refused', 'pairs/s', 'latency median [ms]',
+            '95th percentile [ms]', 'of a core [%]', 'latest turn of the executor [ms]',
+            '99th percentile [ms]'), rows,
+            'The executor of another run is asked for a turn every 5 ms; what is shown is by how '
+            'much it came late, at the latest and in the median second.'),
+         Table(f'Memory at {SMALL[0]}x{SMALL[1]}, {SMALL[2]} disparities, as fast as it goes',
+               ('pairs', 'MB'), memory, 'Without a subscriber, the camera going on, the node then '
+               f'takes {idle:.2f} % of a core.', digits=1)])
+    print(markdown(report))
+    if arguments.output is not None:
+        write_section(arguments.output, report)
+    return 0
+
+
+def main(argv=None):
+    """Run the benchmark with the arguments (None: those of the process); return its exit code."""
+    parser = Parser(prog='live_benchmark', description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--seconds', type=float, default=20.0, help='of each case; default: 20')
+    parser.add_argument('--case', type=case_of, action='append', metavar='CxRxD',
+                        help='columns, rows and disparities of a case; default: '
+                             f"{' and '.join('x'.join(map(str, case)) for case in CASES)}")
+    parser.add_argument('--frames', type=int, default=10000,
+                        help='of the run for memory; default: 10000')
+    parser.add_argument('--output', metavar='FILE.md', help='write the section of this page too')
+    parser.set_defaults(run=run)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    return run_cleanly(parser, argv)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

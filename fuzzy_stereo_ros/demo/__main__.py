@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The demo: the real node in its own process, a rig without cameras, a table and a picture.
+
+Exit codes: 0 done; 1 a pair was lost without being counted, or the node failed; 2 bad input;
+130 interrupted by the user.
+"""
+from contextlib import ExitStack
+from functools import partial
+import math
+from pathlib import Path
+import signal
+import sys
+import time
+
+from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
+from fuzzy_stereo_ros.demo.sequence import MotorcycleWindow
+from fuzzy_stereo_ros.demo.stage import NodeFailed, open_stage, ros_environment, running_node
+from fuzzy_stereo_ros.demo.table import table
+from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.parameters.table import profile_config, ros_name
+from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_panel
+from tqdm import tqdm
+
+CAMERA_RATE, FRAMES = 30.0, 90
+SLOW = 0.5  # s; a matcher that takes longer for a pair gets a slower camera
+LONGEST_PHASE = 30.0  # s, with a slower camera
+FAILED = 1
+
+
+def main(argv=None):
+    """Run the demo with the arguments (None: those of the process) and return its exit code."""
+    parser = Parser(prog='demo', description=(
+        'Run the node on a real stereo sequence, print a table and write a picture.'))
+    parser.add_argument('--frames', type=int, metavar='N',
+                        help=f'pairs to publish, warm and cold each; default: {FRAMES}, or as '
+                             f'many as fit into {LONGEST_PHASE:g} s')
+    parser.add_argument('--rate', type=float, metavar='HZ',
+                        help=f'pairs a second; default: {CAMERA_RATE:g}, or what a slow matcher '
+                             'can follow')
+    parser.add_argument('--picture', metavar='FILE', default='demo.png', help='default: demo.png')
+    add_matcher_options(parser, left_out=('reference',))
+    parser.set_defaults(run=run)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    return run_cleanly(parser, argv)
+
+
+def run(arguments):
+    """Run the demo and return its exit code; ValueError for arguments that are not allowed."""
+    changes = matcher_changes(arguments)
+    config = profile_config(arguments.profile, **changes)
+    check_panel_suffix(arguments.picture)
+    if not Path(arguments.picture).resolve().parent.is_dir():
+        raise ValueError(f'--picture is {arguments.picture}, but there is no such folder')
+    for name in ('frames', 'rate'):
+        value = getattr(arguments, name)
+        if value is not None and not 0 < value < math.inf:
+            raise ValueError(f'--{name} is {value}; allowed are numbers above 0')
+    parameters = {'profile': arguments.profile,
+                  **{ros_name(name): value for name, value in changes.items()}}
+    sequence = MotorcycleWindow()
+    try:
+        with ExitStack() as stack:
+            log = stack.enter_context(ros_environment())
+            process = stack.enter_context(running_node(parameters, log))
+            stage = stack.enter_context(open_stage(sequence, process))
+            print('starting the node; the first start on a machine compiles its kernels, which '
+                  'takes up to 60 s', flush=True)
+            started = time.monotonic()
+            stage.wait_until_ready()
+            print(f'ready after {time.monotonic() - started:.1f} s')
+            phases, last = _play(stage, sequence, config, arguments)
+    except NodeFailed as failure:
+        print(f'demo: {failure}', file=sys.stderr)
+        return FAILED
+    print(f'\n{table(phases)}\n')
+    if last is not None:
+        number, disparity, confidence = last
+        shown = sequence.frame(number)
+        write_panel(arguments.picture, shown.left, disparity, confidence, shown.truth,
+                    low=config.min_disparity, high=config.min_disparity + config.disparities - 1,
+                    title=f'profile {arguments.profile}, {phases[0].name}, pair {number + 1}')
+        print(f'picture: {Path(arguments.picture).resolve()}')
+    lost = sum(phase.lost for phase in phases)
+    if lost:
+        print(f'demo: {lost} pairs were lost without being counted', file=sys.stderr)
+    return FAILED if lost else 0
+
+
+def _play(stage, sequence, config, arguments):
+    """Return the phases, judged, and the last of the first: frame, disparity, confidence."""
+    seconds = min(stage.probe() for _ in range(2))
+    frames, rate = _pace(seconds, arguments)
+    phases, last = [], None
+    for name, warm in (('warm', True), ('cold', False)):
+        if warm and not config.warm_start:
+            continue
+        stage.set_parameter('warm_start', warm)
+        with tqdm(total=frames, desc=name, unit='pair', file=sys.stdout) as bar:
+            phase, received = stage.play(name, frames, rate, partial(_show, bar))
+        if received and last is None:
+            last = (*received[-1], stage.confidence())
+        phase.judge(received, sequence)
+        phases.append(phase)
+    return phases, last
+
+
+def _show(bar, phase):
+    """Bring a progress bar up to date with a phase."""
+    bar.set_postfix(received=phase.received, refresh=False)
+    bar.update(phase.published - bar.n)
+
+
+def _pace(seconds, arguments):
+    """Return how many pairs to publish and how many a second, by what one pair takes."""
+    rate = arguments.rate or CAMERA_RATE
+    if arguments.rate is None and seconds > SLOW:
+        rate = 0.8 / seconds
+        print(f'a pair takes {seconds:.2f} s: the camera is slowed down to {rate:.2f} pairs/s')
+    return arguments.frames or max(2, min(FRAMES, int(rate * LONGEST_PHASE))), rate
+
+
+if __name__ == '__main__':
+    sys.exit(main())

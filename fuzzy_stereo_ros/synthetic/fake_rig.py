@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A stereo rig that is not there: it publishes given pairs as two cameras would."""
+from array import array
+from functools import partial
+import sys
+
+import cv2
+from fuzzy_stereo_ros.bags.sequences import encoding_of
+from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
+from fuzzy_stereo_ros.node.log_folder import startable
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
+from fuzzy_stereo_ros.synthetic.scene_options import (
+    add_scene_options, scene_calibration, scene_pairs, scene_values)
+import numpy as np
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.time import Time
+from rclpy.utilities import remove_ros_args
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
+
+SIDES = ('left', 'right')
+
+
+class FakeRig(Node):
+    """
+    Publishes <side>/image_rect and <side>/camera_info of both sides, with equal stamps.
+
+    sent: the stamps published so far, ns. finished: whether the last frame is out.
+    """
+
+    def __init__(self, node_name, namespace, frames, focal, baseline, rate, reliable=False,
+                 offset=0.0, repeat=False, compressed=False, depth=10,
+                 frame_id='left_camera_optical_frame', **options):
+        """
+        Advertise the topics; nothing is sent before `start` or `publish`.
+
+        frames: list of (left, right), each uint8 or uint16, (R, C) or (R, C, 3) BGR.
+        focal: px. baseline: m. rate: pairs/s. offset: px, cx of the left camera minus that of the
+        right one. reliable: QoS of the topics, else best effort as cameras do it.
+        repeat: begin again after the last frame, with stamps that go on.
+        compressed: send PNG on <side>/image_rect/compressed, not raw images.
+        depth: messages of a topic kept for a reliable subscriber that is behind.
+        """
+        super().__init__(node_name, namespace=namespace, **options)
+        self.sent, self.finished = [], False
+        self._frames, self._rate, self._repeat = frames, rate, repeat
+        self._focal, self._baseline, self._offset = focal, baseline, offset
+        self._frame_id, self._next, self._timer = frame_id, 0, None
+        self._message_of = compressed_message if compressed else image_message
+        profile = QoSProfile(
+            history=HistoryPolicy.KEEP_LAST, depth=depth,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
+        kind, suffix = (CompressedImage, '/compressed') if compressed else (Image, '')
+        self._outputs = {}
+        for side in SIDES:
+            self._outputs[f'{side}/camera_info'] = self.create_publisher(
+                CameraInfo, f'{side}/camera_info', profile)
+            self._outputs[f'{side}/image_rect'] = self.create_publisher(
+                kind, f'{side}/image_rect{suffix}', profile)
+
+    def subscribed(self):
+        """Return whether each of the four topics has a subscriber."""
+        return all(publisher.get_subscription_count()
+                   for publisher in self._outputs.values())
+
+    def subscribed_to(self):
+        """Return whether any of the four topics has a subscriber."""
+        return any(publisher.get_subscription_count()
+                   for publisher in self._outputs.values())
+
+    def start(self):
+        """Publish the frames at the rate from now on, by the steady clock."""
+        self._timer = self.create_timer(
+            1 / self._rate, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def stop(self):
+        """Publish no more frames by itself."""
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+            self._timer = None
+
+    def publish(self, left, right, stamp=None, change=None):
+        """
+        Publish one pair and return its stamp in ns.
+
+        stamp: ns; None is now. change: called with a dict of the four messages by topic before
+        they go out, to damage or remove them for a test.
+        """
+        if stamp is None:
+            stamp = self.get_clock().now().nanoseconds
+        messages = {**self.infos(left.shape), **{
+            f'{side}/image_rect': self._message_of(image)
+            for side, image in zip(SIDES, (left, right))}}
+        for message in messages.values():
+            message.header.stamp = Time(nanoseconds=stamp).to_msg()
+            message.header.frame_id = self._frame_id
+        if change is not None:
+            change(messages)
+        for topic, message in messages.items():
+            self._outputs[topic].publish(message)
+        self.sent.append(stamp)
+        return stamp
+
+    def infos(self, shape):
+        """Return {topic: CameraInfo} of both cameras for images of a shape; no stamps."""
+        calibration = centred_calibration(
+            self._focal, self._baseline, self._offset, *shape[:2])
+        cameras = rectified_cameras(calibration, *shape[:2])
+        return {f'{side}/camera_info': info_message(camera) for side, camera in cameras.items()}
+
+    def _tick(self):
+        if self._next >= len(self._frames):
+            self.finished = True
+            self.stop()
+            return
+        self.publish(*self._frames[self._next])
+        self._next += 1
+        if self._repeat:
+            self._next %= len(self._frames)
+        self.finished = self._next >= len(self._frames)
+
+
+def info_message(camera):
+    """Return a sensor_msgs/CameraInfo of a `Camera`; no header."""
+    return CameraInfo(**{**vars(camera), 'roi': RegionOfInterest(**vars(camera.roi))})
+
+
+def image_message(image):
+    """Return a sensor_msgs/Image of uint8 or uint16, (R, C) or (R, C, 3) BGR; no header."""
+    image = np.ascontiguousarray(image)
+    data = array('B')
+    data.frombytes(memoryview(image.astype(image.dtype.newbyteorder('<'), copy=False)).cast('B'))
+    return Image(
+        height=image.shape[0], width=image.shape[1],
+        encoding=encoding_of(image), is_bigendian=0,
+        step=image.nbytes // image.shape[0], data=data)
+
+
+def compressed_message(image):
+    """Return a sensor_msgs/CompressedImage, PNG, of uint8 or uint16, grey or BGR; no header."""
+    return CompressedImage(format='png', data=array('B', cv2.imencode('.png', image)[1].tobytes()))
+
+
+def main(arguments=None):
+    """Publish a made scene that moves, for trying the node, until SIGINT; return an exit code."""
+    parser = Parser(prog='fake_rig', description=(
+        'A stereo rig that is not there: a made scene with exact ground truth moves before two '
+        'cameras, forth and back. `fuzzy-stereo synthesise` writes the same to files.'))
+    add_scene_options(parser)
+    parser.add_argument('--reliable', action='store_true', help='reliable QoS, not best effort')
+    arguments = sys.argv if arguments is None else arguments
+    parser.set_defaults(run=partial(run, ros_arguments=arguments))
+    return run_cleanly(parser, remove_ros_args(arguments)[1:])
+
+
+def run(chosen, ros_arguments):
+    """Publish until SIGINT and return 0; ValueError for a scene that cannot be made."""
+    values = scene_values(chosen)
+    scene = [(pair.left, pair.right) for pair in scene_pairs(values)]
+    calibration = scene_calibration(values)
+    try:
+        ros_arguments, remark = startable(ros_arguments)
+        rclpy.init(args=ros_arguments)
+        rig = FakeRig('fake_rig', '', scene + scene[-2:0:-1], calibration.focal,
+                      calibration.baseline, values['rate'], chosen.reliable, calibration.offset,
+                      repeat=True)
+        if remark:
+            rig.get_logger().warning(remark)
+        rig.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
+                              f"{values['rate']:g} pairs/s")
+        rig.start()
+        rclpy.spin(rig)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except RuntimeError:
+        if rclpy.ok():      # otherwise it is the end that a message failed of
+            raise
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

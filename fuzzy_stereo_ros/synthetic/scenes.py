@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Made stereo scenes with exact ground truth: slanted textured planes before a slanted background.
+
+Disparity and occlusion are known without any rounding (see `surfaces.py`). Only the textures
+are read to 1/32 px, the step of OpenCV's remap.
+"""
+from typing import NamedTuple
+
+import cv2
+from fuzzy_stereo_ros.synthetic.surfaces import (
+    background, fence as made_fence, meet, place, SHAPES, standing_object, thin_pole, World)
+import numpy as np
+
+
+class MadePair(NamedTuple):
+    """
+    One made pair, left-referenced.
+
+    left, right: uint8 or uint16 (R, C), or (R, C, 3) BGR.
+    truth: float32 (R, C), pixels, valid everywhere.
+    visible: bool (R, C), true where the right image shows the same point.
+    """
+
+    left: np.ndarray
+    right: np.ndarray
+    truth: np.ndarray
+    visible: np.ndarray
+
+
+def made_pair(rows, columns, disparities, seed=0, **options):
+    """
+    Return one `MadePair`; the options are those of `made_sequence`.
+
+    Raises ValueError for a size or a number of disparities that cannot be made.
+    """
+    return next(made_sequence(rows, columns, disparities, 1, seed, **options))
+
+
+def made_sequence(rows, columns, disparities, frames, seed=0, *, min_disparity=0, objects=4,
+                  poles=0, fence=0, pan=0.0, motion=0.0, noise=0.0, exposure=1.0, flicker=0.0,
+                  contrast=1.0, colour=False, bits=8):
+    """
+    Return an iterator over `frames` pairs of one scene; the same arguments give the same bits.
+
+    The true disparities lie between min_disparity and min_disparity + disparities - 1.
+    objects: how many planes stand before the background; of three, one is a pole.
+    poles: how many poles stand there besides, each 1 to 3 pixels wide.
+    fence: of how many bars a fence is, each 2 pixels wide; it comes nearer from side to side.
+    pan: pixels per frame by which the whole scene moves to the left (to the right if negative).
+    motion: largest speed of an object or a pole, pixels per frame, in x and in y.
+    noise: standard deviation of the sensor noise, in 8-bit grey levels, fresh in every image.
+    exposure: gain of the right image relative to the left one.
+    flicker: relative amplitude of a gain of both images that swings with a period of 8 frames.
+    contrast: of the textures; 1 is a standard deviation of about 30 grey levels of 8 bits.
+    colour: BGR instead of grey.
+    bits: 8 gives uint8; 9 to 16 give uint16 that fills the low bits.
+
+    Raises ValueError for a size, a count or a number of bits that cannot be made.
+    """
+    if rows < 1 or columns < 1 or frames < 1:
+        raise ValueError(f'rows, columns and frames are {rows}, {columns} and {frames}; '
+                         'each must be at least 1')
+    if not 1 <= disparities <= columns:
+        raise ValueError(f'disparities is {disparities}; allowed are 1 to the {columns} columns')
+    if not 8 <= bits <= 16:
+        raise ValueError(f'bits is {bits}; allowed are 8 to 16')
+    span = (min(0.0, pan * (frames - 1)), columns + max(0.0, pan * (frames - 1)))
+    world = World(rows, columns, span, min_disparity, disparities, motion, contrast, colour)
+    chance, chance_of_thin = (np.random.default_rng([seed, word]) for word in (0, 2))
+    surfaces = [background(chance, world)]
+    surfaces += [standing_object(chance, SHAPES[index % 3], world) for index in range(objects)]
+    surfaces += [thin_pole(chance_of_thin, world) for _ in range(poles)]
+    if fence:
+        surfaces.append(made_fence(np.random.default_rng([seed, 3]), world, fence))
+    return (_draw([place(surface, frame, world) for surface in surfaces], world, pan * frame,
+                  np.random.default_rng([seed, 1, frame]), noise,
+                  1.0 + flicker * np.sin(2 * np.pi * frame / 8), exposure, bits)
+            for frame in range(frames))
+
+
+def _draw(surfaces, world, panned, chance, noise, gain, exposure, bits):
+    """Return the `MadePair` of one frame; panned: pixels by which the cameras have moved."""
+    y, x = np.mgrid[0:world.rows, 0:world.columns].astype(np.float64)
+    x += panned
+    left, truth = _view(surfaces, x, y, by_left=True)
+    right, _ = _view(surfaces, x, y, by_left=False)
+    nearest = _nearest(surfaces, x - truth, y)
+    inside = (x - truth >= panned) & (x - truth <= panned + world.columns - 1)
+    visible = inside & (nearest <= truth + 1e-6)
+    top, depth = 2**bits - 1, np.uint8 if bits == 8 else np.uint16
+
+    def expose(image, factor):
+        image = factor * image + noise * chance.standard_normal(image.shape, np.float32)
+        image = np.clip(np.rint(image * (top / 255)), 0, top).astype(depth)
+        return image[:, :, 0] if image.shape[2] == 1 else image
+
+    return MadePair(expose(left, gain), expose(right, gain * exposure),
+                    truth.astype(np.float32), visible)
+
+
+def _nearest(surfaces, x, y):
+    """Return the largest disparity that the right image meets at x, y: float64 (R, C)."""
+    met = [meet(surface, x, y, by_left=False) for surface in surfaces]
+    return np.max([np.where(there, disparity, -np.inf) for _, disparity, there in met], axis=0)
+
+
+def _view(surfaces, x, y, by_left):
+    """Return image float32 (R, C, 1 or 3) and disparity float64 (R, C) of one camera."""
+    image = np.zeros((*x.shape, surfaces[0].texture.shape[2]), np.float32)
+    nearest = np.full(x.shape, -np.inf)
+    for surface in surfaces:
+        left_x, disparity, there = meet(surface, x, y, by_left)
+        seen = there & (disparity > nearest)
+        height, width = surface.texture.shape[:2]
+        colours = cv2.remap(surface.texture,
+                            (left_x - surface.centre[0] + width / 2).astype(np.float32),
+                            (y - surface.centre[1] + height / 2).astype(np.float32),
+                            cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101)
+        image[seen] = colours.reshape(image.shape)[seen]
+        nearest[seen] = disparity[seen]
+    return image, nearest

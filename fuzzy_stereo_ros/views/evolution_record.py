@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+An evolution as it can be shown: generation by generation, who came from whom, what mutation did.
+
+Nothing here takes part in matching. Where genes came from is told by comparing a generation with
+the one before, and by the kinship that the paper's algorithm keeps.
+"""
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching import StereoMatcher
+import numpy as np
+
+ALIKE, FIRST, SECOND, MUTATED = range(4)        # where a gene came from
+SHOWN = 5           # generations of an evolution in one still picture, at the most
+LANDMARKS = '1', '2', '5'       # times powers of ten: of these a few are shown
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """
+    One generation, the initial population being number 0; maps are of the reference image.
+
+    best: float32 (R, C), px, the fittest chromosome. possibility: float32 (R, C), 0 to 1, of it.
+    fitness: float64 (P,), of all, higher is fitter.
+    origin: uint8 (R, C), where the genes of one chromosome came from: of the fittest child in the
+    paper's algorithm, of the fittest itself in the others, whose fittest takes in what is fitter.
+    FIRST, SECOND: only this parent has the gene; ALIKE: all of them do; MUTATED: mutation made
+    it. None for the initial population.
+    is_best: whether that chromosome is the fittest of all.
+    struck: float32 (R, C), 0 to 1, the share of the children that mutation changed there.
+    """
+
+    number: int
+    best: np.ndarray
+    possibility: np.ndarray
+    fitness: np.ndarray
+    origin: np.ndarray | None
+    is_best: bool
+    struck: np.ndarray
+
+
+def watched_match(config, left, right, tell):
+    """
+    Match a pair, cold, and return the Match: the same as without being watched.
+
+    config: MatcherConfig, whose deadline is left aside, for watching takes time.
+    left, right: as StereoMatcher.match takes them. tell(snapshot): called with a Snapshot of the
+    initial population and of each generation. Raises ValueError where `match` does.
+    """
+    config = replace(config, deadline_ms=0.0)
+    matcher, look = StereoMatcher(replace(config, generations=0)), _Look(config)
+    matcher.match(left, right)
+    tell(look.at(0, matcher.algorithm, matcher.algorithm.population.genes))
+    matcher = StereoMatcher(config)
+    return matcher.match(left, right, observe=lambda number, population: tell(
+        look.at(number, matcher.algorithm, population)))
+
+
+class Row(NamedTuple):
+    """The fitness of one generation, and how much of its best is off by more than 1 px."""
+
+    number: int
+    best: float
+    mean: float
+    worst: float
+    wrong: float | None         # percent of the pixels with ground truth, None without any
+
+
+class Course:
+    """
+    What is known of an evolution so far, for figures and pictures.
+
+    config: its MatcherConfig. image: the reference image as it was read. truth, mask: of it, as
+    `evaluation.score` takes them, or None. rows: a Row for each generation seen.
+    """
+
+    def __init__(self, config, image, truth=None, mask=None):
+        """Start before the initial population."""
+        self.config, self.image, self.truth, self.mask = config, image, truth, mask
+        self.rows, self._kept, self._last = [], {}, None
+
+    def add(self, snapshot):
+        """Take in the next Snapshot."""
+        wrong = None if self.truth is None else score(
+            snapshot.best, self.truth, self.mask).bad_dense[1.0]
+        fitness = snapshot.fitness
+        self.rows.append(Row(snapshot.number, float(fitness.max()), float(fitness.mean()),
+                             float(fitness.min()), wrong))
+        self._last = snapshot
+        if snapshot.number < SHOWN or str(snapshot.number).rstrip('0') in LANDMARKS:
+            self._kept[snapshot.number] = snapshot
+
+    def shown(self):
+        """Return all of a few Snapshots; else 0, 1, the last, and two between by equal factors."""
+        last = self._last.number
+        if last < SHOWN:
+            return list(self._kept.values())
+        between = [min(self._kept, key=lambda number: abs(np.log(max(number, 1) / last**share)))
+                   for share in (1 / 3, 2 / 3)]
+        return [self._kept[number] for number in (0, 1, *between)] + [self._last]
+
+
+def mutates(config, number):
+    """Return whether the algorithm of a MatcherConfig may mutate in the generation of a number."""
+    return config.algorithm == 'paper' and number > 0
+
+
+class _Look:
+    """Makes a Snapshot of one generation after the other."""
+
+    def __init__(self, config):
+        self._config, self._former = config, None
+
+    def at(self, number, algorithm, population):
+        """Return the Snapshot of an algorithm that has come to a generation."""
+        evolved = algorithm.population
+        best = population[evolved.best]
+        origin, is_best, struck = None, False, np.zeros(best.shape, np.float32)
+        if number:
+            if self._config.algorithm == 'paper':
+                origin, child, struck = of_fittest_child(
+                    self._former, population, evolved.fitness, evolved.kinship)
+                retained = np.delete(evolved.fitness, evolved.kinship.children)
+                is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
+            else:
+                origin, is_best = of_improved_fittest(self._former, population), True
+        self._former = population.copy()
+        lowest = np.float32(self._config.min_disparity)
+        return Snapshot(number, self._upright(best + lowest),
+                        self._upright(algorithm.possibility_of(best)), evolved.fitness.copy(),
+                        None if origin is None else self._upright(origin), is_best,
+                        self._upright(struck))
+
+    def _upright(self, found):
+        """Return a map as the reference image has it: the right one is searched mirrored."""
+        return np.ascontiguousarray(found[:, ::-1 if self._config.reference == 'right' else 1])
+
+
+def of_fittest_child(former, population, fitness, kinship):
+    """
+    Return origin (R, C) and number of the fittest child of the paper's algorithm, and `struck`.
+
+    Genes that both parents have count as the first one's.
+
+    former, population: (P, R, C) of two generations; fitness: float64 (P,) of the newer;
+    kinship: its Kinship. Without children the fittest has its own genes; see `Snapshot`.
+    """
+    shape = population.shape[1:]
+    if not kinship.children.size:
+        return np.full(shape, FIRST, np.uint8), int(fitness.argmax()), np.zeros(shape, np.float32)
+    fittest = kinship.children[fitness[kinship.children].argmax()]
+    counts = np.zeros(shape, int)
+    for child, parents in zip(kinship.children, kinship.parents):
+        of_first, of_second = (population[child] == former[parent] for parent in parents)
+        changed = ~of_first & ~of_second
+        counts += changed
+        if child == fittest:
+            origin = np.where(of_first, FIRST, SECOND).astype(np.uint8)
+            origin[changed] = MUTATED
+    return origin, int(fittest), (counts / kinship.children.size).astype(np.float32)
+
+
+def of_improved_fittest(former, population):
+    """
+    Return the origin, uint8 (R, C), of a fittest that was crossed in place.
+
+    The first of a population is the fittest, the others are what it was crossed with: those
+    that are new where there are any. FIRST is then what it kept where another had a different
+    gene, and SECOND what it took over.
+    former, population: (P, R, C) of two generations
+    """
+    kept, fittest, others = former[0], population[0], population[1:]
+    new = [other for slot, other in enumerate(others, start=1)
+           if slot >= len(former) or not np.array_equal(other, former[slot])]
+    differs = np.zeros(kept.shape, bool)
+    for other in new or others:
+        differs |= other != kept
+    origin = np.where(differs, FIRST, ALIKE).astype(np.uint8)
+    origin[fittest != kept] = SECOND
+    return origin

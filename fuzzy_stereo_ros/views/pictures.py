@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures to look at: colours for disparity, and a panel with everything about one match."""
+import io
+from pathlib import Path
+
+import cv2
+from fuzzy_stereo_ros.evaluation.scores import error_map
+from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.whole_files import write_whole
+import numpy as np
+
+INVALID_GREY = 32
+ERROR_LIMIT = 4.0
+PANEL_SUFFIXES = ('.png', '.pdf', '.svg')
+
+
+def colour_disparity(disparity, low, high):
+    """
+    Return disparities in the colours of Turbo, far blue and near red: uint8 (R, C, 3) BGR.
+
+    disparity: float (R, C), pixels, NaN or infinite = invalid, which is dark grey.
+    low, high: pixels, shown as the ends of the colours; what lies outside takes the end.
+    """
+    span = max(high - low, 1e-6)
+    levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)
+    picture = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
+    invalid = ~np.isfinite(disparity)
+    return cv2.copyTo(np.full_like(picture, INVALID_GREY), invalid.view(np.uint8), picture)
+
+
+def check_panel_suffix(path):
+    """Raise ValueError unless `write_panel` knows the suffix of the path."""
+    if Path(path).suffix not in PANEL_SUFFIXES:
+        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; "
+                         f"allowed are {', '.join(PANEL_SUFFIXES)}")
+
+
+def write_panel(path, left, disparity, confidence, truth=None, *, low, high, title=''):
+    """
+    Write a panel: left image, disparity and confidence; with truth also it and the error.
+
+    left: uint8 or uint16 (R, C) or (R, C, 3) BGR. confidence: float (R, C), 0 to 1.
+    disparity, truth: float (R, C), pixels, NaN or infinite = invalid, which is dark grey.
+    low, high: pixels, the ends of the disparities' colours.
+    The path's suffix chooses the format: .png, .pdf or .svg. Needs matplotlib.
+    Raises ValueError for another suffix, OSError where the file cannot be written.
+    """
+    from matplotlib.figure import Figure  # takes 0.3 s: not for those who draw no panel
+
+    check_panel_suffix(path)
+    down, across = (1, 3) if truth is None else (2, 3)
+    rows, columns = disparity.shape
+    figure = Figure(figsize=(4.6 * across, 4.0 * down * rows / columns + 0.6), dpi=100,
+                    layout='compressed')
+    figure.suptitle(title)
+    places = list(figure.subplots(down, across, squeeze=False).ravel())
+    pixels = {'cmap': 'turbo', 'vmin': low, 'vmax': high, 'unit': 'px'}
+    show_map(places.pop(0), as_rgb(left), 'left image')
+    if truth is not None:
+        show_map(places.pop(0), truth, 'ground truth', **pixels)
+    show_map(places.pop(0), disparity, 'disparity', **pixels)
+    show_map(places.pop(0), confidence, 'confidence', cmap='viridis', vmin=0, vmax=1)
+    if truth is not None:
+        error = error_map(disparity, truth)
+        show_map(places.pop(0), error, 'error', cmap='magma', vmin=0, vmax=ERROR_LIMIT, unit='px')
+        _show_worth_of_confidence(places.pop(0), error, confidence,
+                                  np.count_nonzero(np.isfinite(truth)))
+    content = io.BytesIO()
+    figure.savefig(content, format=Path(path).suffix[1:])
+    write_whole(path, content.getvalue())
+
+
+def show_map(place, values, title, unit='', bar=True, **colours):
+    """
+    Draw one picture into its place, Axes of matplotlib, and return what was drawn.
+
+    values: (R, C, 3) RGB, or with colours given, keywords of imshow, float (R, C), NaN = invalid;
+    bar: whether a bar explains the colours, with the unit.
+    """
+    place.set_title(title)
+    place.set_axis_off()
+    if not colours:
+        return place.imshow(values)
+    grey = (INVALID_GREY / 255,) * 3
+    place.set_axis_on()
+    place.set_xticks([])
+    place.set_yticks([])
+    place.set_facecolor(grey)
+    shown = place.imshow(np.ma.masked_invalid(values), **colours)
+    if bar:
+        place.figure.colorbar(shown, ax=place, fraction=0.05, pad=0.02).set_label(unit)
+    return shown
+
+
+def _show_worth_of_confidence(place, error, confidence, known_pixels):
+    """Draw how wrong what remains is when the least confident pixels are left out."""
+    place.set_title('does confidence tell?')
+    place.set_xlabel('pixels with ground truth, the most confident first [%]')
+    place.set_ylabel('of them off by more than 1 px [%]')
+    found = np.isfinite(error)
+    wrong = error[found][np.argsort(-confidence[found], kind='stable')] > 1
+    kept = np.arange(1, wrong.size + 1)
+    start = max(1, wrong.size // 50)
+    place.plot((100 * kept / known_pixels)[start:], (100 * np.cumsum(wrong) / kept)[start:])
+    place.set_xlim(0, 100)
+    place.set_ylim(bottom=0)
+    place.grid(alpha=0.3)
+
+
+def as_rgb(image):
+    """Return an image of any allowed kind as uint8 (R, C, 3) RGB; 16 bits by their largest."""
+    image = in_eight_bits(image)
+    return cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB)
