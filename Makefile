@@ -47,10 +47,10 @@ help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
 	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
 	@echo 'make test   ruff, flake8, pep257, then pytest'
-	@echo "            make test PYTEST_ARGS='test/test_package.py -x'"
+	@echo "            make test PYTEST_ARGS='test/docs/test_package.py -x'"
 	@echo 'make fuzz   the fuzz tests of make test with a hundred times the examples, others each'
 	@echo '            time, and with the bounds of every index checked: hours'
-	@echo "            make fuzz FUZZ_ARGS='test/test_fuzz_messages.py -x'; in half an hour, with"
+	@echo "            make fuzz FUZZ_ARGS='test/fuzz/test_fuzz_messages.py -x'; in half an hour, with"
 	@echo '            twenty times the examples: make fuzz FUZZ_TIMES=20'
 	@echo 'make soak   the node for an hour with faults from a seed: what it promises, kept or broken'
 	@echo "            make soak SOAK_ARGS='--minutes 5 --seed 2 --verbose'"
@@ -72,12 +72,10 @@ test: lint
 
 fuzz: $(package_installed)
 	$(python) -m pytest --hypothesis-profile=fuzz --timeout=14400 \
-		$(or $(FUZZ_ARGS),$(wildcard test/test_fuzz_*.py) test/test_numerics_sizes.py \
-		test/test_guard_bytes.py test/test_bounds_check.py test/test_determinism.py \
-		test/test_kernel_cache.py)
+		$(or $(FUZZ_ARGS),test/fuzz test/process/test_kernel_cache.py)
 
 soak: $(package_installed)
-	PYTHONPATH=test:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)
+	PYTHONPATH=test/soak:test/support:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)
 
 benchmark: $(package_installed)
 	$(python) -m fuzzy_stereo_ros.commands.command_line benchmark all --output docs/benchmarks.md \

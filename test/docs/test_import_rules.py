@@ -1,0 +1,304 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Who may import whom: the table of rooms, read from the source and not from what runs."""
+import ast
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+import re
+import sys
+
+import pytest
+from repository import ROOT
+
+PACKAGE = 'fuzzy_stereo_ros'
+LONGEST_MODULE = 400
+SPDX_LINES = ('# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
+              '# SPDX-License-Identifier: Apache-2.0')
+NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base', 'manager'}
+ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
+                        r'|\w+_(msgs|srvs)$')
+# Files that import ROS, or stand on those that do: nobody else imports them.
+ROS_FILES = ('node', 'demo', 'synthetic/fake_rig', 'benchmarks/live_benchmark',
+             'benchmarks/live_probe')
+INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'rerun', 'rosbags', 'skimage',
+                              'tqdm', 'yaml'})
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a room may import; project: rooms, and modules of rooms, below it."""
+
+    project: tuple
+    libraries: frozenset = frozenset({'cv2', 'numpy'})
+    libraries_inside_functions: frozenset = frozenset()
+    ros: bool = False
+
+
+# From the bottom to the top: a room imports itself and what stands above it in this table.
+ROOMS = {
+    'matching/kernels/simd': Room(('matching',), frozenset({'llvmlite', 'numba', 'numpy'})),
+    'matching': Room((), frozenset({'cv2', 'numba', 'numpy'})),
+    'pairs': Room((), libraries_inside_functions=frozenset({'yaml'})),
+    'bags': Room(('pairs',), libraries_inside_functions=frozenset({'rosbags', 'yaml'})),
+    'views': Room(('evaluation/scores', 'matching', 'pairs'),
+                  libraries_inside_functions=INSIDE_FUNCTIONS),
+    'evaluation': Room(('matching', 'pairs', 'views/pictures'),
+                       libraries_inside_functions=frozenset({'tqdm'})),
+    'saved_pairs': Room(('matching', 'pairs'), frozenset({'cv2', 'numba', 'numpy'})),
+    'parameters': Room(('matching', 'pairs', 'saved_pairs/format_versions')),
+    'flat': Room(('flat', 'matching', 'pairs', 'parameters', 'views/pictures')),
+    'replay': Room(('bags', 'flat', 'matching', 'pairs', 'parameters', 'saved_pairs', 'views'),
+                   libraries_inside_functions=INSIDE_FUNCTIONS),
+    'synthetic': Room(('pairs', 'parameters')),
+    'benchmarks': Room(('evaluation', 'matching', 'pairs', 'synthetic'),
+                       libraries_inside_functions=frozenset({'matplotlib', 'skimage'})),
+    'commands': Room(('bags', 'benchmarks', 'evaluation', 'flat', 'matching', 'pairs',
+                      'parameters', 'replay', 'saved_pairs', 'synthetic', 'views'),
+                     libraries_inside_functions=INSIDE_FUNCTIONS),
+    'node': Room(('flat', 'matching', 'pairs', 'parameters', 'saved_pairs'),
+                 frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
+    'synthetic/fake_rig': Room(('bags', 'commands', 'node/log_folder', 'pairs', 'synthetic'),
+                               frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
+    'demo': Room(('commands', 'evaluation', 'node', 'pairs', 'parameters', 'synthetic', 'views'),
+                 frozenset({'cv2', 'numpy', 'tqdm'}), INSIDE_FUNCTIONS, ros=True),
+    'benchmarks/live': Room(('benchmarks', 'commands', 'demo', 'evaluation', 'node', 'pairs'),
+                            frozenset({'cv2', 'numpy', 'tqdm'}), ros=True),
+}
+
+
+def name_of_room(path):
+    """Return the name of the room that a file of the package belongs to, as in ROOMS."""
+    place = PurePosixPath(path).with_suffix('').relative_to(PACKAGE).as_posix()
+    within = [room for room in ROOMS if place == room or place.startswith(f'{room}/')]
+    if place.startswith('benchmarks/live'):
+        return 'benchmarks/live'
+    return max(within, key=len) if within else 'flat'
+
+
+def is_ros_file(place):
+    """Tell whether a place in the package, with slashes, belongs to the ROS files."""
+    return any(f'{place}/'.startswith(f'{file}/') for file in ROS_FILES)
+
+
+def imports_of(path, tree):
+    """Return (line, full name, is it inside a function) for each import, relative ones too."""
+    package = PurePosixPath(path).parent.parts
+    found = []
+
+    def visit(node, inside):
+        inside = inside or isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
+        if isinstance(node, ast.Import):
+            found.extend((node.lineno, alias.name, inside) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package[:len(package) - node.level + 1] if node.level else ()
+            start = '.'.join((*above, *filter(None, [node.module])))
+            found.extend((node.lineno, f'{start}.{alias.name}', inside) for alias in node.names)
+        elif isinstance(node, ast.Call):
+            called = getattr(node.func, 'attr', getattr(node.func, 'id', ''))
+            if called in ('import_module', '__import__') and node.args:
+                named = getattr(node.args[0], 'value', None)
+                found.append((node.lineno, str(named or 'a computed name'), inside))
+        for child in ast.iter_child_nodes(node):
+            visit(child, inside)
+
+    visit(tree, False)
+    return found
+
+
+def why_refused(room_name, name, inside):
+    """Return what is wrong with importing a name in a room, or None."""
+    room = ROOMS[room_name]
+    top, *below = name.split('.')
+    if top == PACKAGE:
+        place = '/'.join(below)
+        flat = len(below) < 2 or (ROOT / PACKAGE / f'{below[0]}.py').exists()
+        allowed = (room_name, *room.project)
+        if place not in ('', '__version__') and not (flat and 'flat' in allowed) and not any(
+                f'{place}/'.startswith(f'{other}/') for other in allowed):
+            return f'imports {name}: outside its room'
+        if not room.ros and is_ros_file(place):
+            return f'imports {name}: a ROS file'
+        return None
+    if top in sys.stdlib_module_names or top in room.libraries:
+        return None
+    if top in room.libraries_inside_functions:
+        return None if inside else f'imports {name}: only inside a function'
+    if ROS_MODULE.match(top):
+        return None if room.ros else f'imports {name}: ROS outside the ROS files'
+    return f'imports {name}: not a library of this room'
+
+
+def breaches(path, source):
+    """Return every rule that one source file breaks, as sentences with path and line."""
+    found = []
+    lines = source.splitlines()
+    start = 1 if source.startswith('#!') else 0
+    if tuple(lines[start:start + 2]) != SPDX_LINES:
+        found.append(f'{path}:1: does not start with the two SPDX lines')
+    if PurePosixPath(path).parts[0] != PACKAGE:
+        return found
+    words = {word for part in PurePosixPath(path).with_suffix('').parts
+             for word in part.split('_')}
+    found.extend(f'{path}:1: {word!r} says nothing about what a module is for'
+                 for word in sorted(words & NAMES_THAT_SAY_NOTHING))
+    if len(lines) > LONGEST_MODULE:
+        found.append(f'{path}:{LONGEST_MODULE}: has {len(lines)} lines, '
+                     f'{LONGEST_MODULE} are allowed')
+    room = name_of_room(path)
+    for line, name, inside in imports_of(path, ast.parse(source)):
+        reason = why_refused(room, name, inside)
+        if reason:
+            found.append(f'{path}:{line}: {reason}')
+    return found
+
+
+def source_files():
+    """Return the project's Python files, without what make and colcon write beside them."""
+    made = {'build', 'dist', 'install', 'log'}
+    folders = [folder for folder in ROOT.iterdir()
+               if folder.is_dir() and folder.name not in made and folder.name[0] != '.']
+    files = [*ROOT.glob('*.py'), *(file for folder in folders for file in folder.rglob('*.py'))]
+    return sorted(file.relative_to(ROOT).as_posix() for file in files)
+
+
+@pytest.mark.parametrize('path', source_files())
+def test_a_source_file_keeps_the_rules(path):
+    assert breaches(path, (ROOT / path).read_text(encoding='utf-8')) == []
+
+
+def test_the_rules_are_read_over_the_whole_package():
+    assert f'{PACKAGE}/__init__.py' in source_files()
+    assert f'{PACKAGE}/matching/__init__.py' in source_files()
+    assert 'setup.py' in source_files()
+
+
+def made_source(*body):
+    return '\n'.join((*SPDX_LINES, *body, ''))
+
+
+def inside_a_function(line):
+    return f'def function():\n    {line}'
+
+
+IN_MATCHING = f'{PACKAGE}/matching/operators.py'
+IN_KERNELS = f'{PACKAGE}/matching/kernels/scanlines/sweep.py'
+IN_SIMD = f'{PACKAGE}/matching/kernels/simd.py'
+IN_PAIRS = f'{PACKAGE}/pairs/messages.py'
+IN_BAGS = f'{PACKAGE}/bags/reading.py'
+IN_EVALUATION = f'{PACKAGE}/evaluation/baselines.py'
+IN_BENCHMARKS = f'{PACKAGE}/benchmarks/speed.py'
+IN_REPLAY = f'{PACKAGE}/replay/source.py'
+IN_COMMANDS = f'{PACKAGE}/commands/replay.py'
+IN_FLAT = f'{PACKAGE}/pair_matcher.py'
+IN_NODE = f'{PACKAGE}/node/disparity_node.py'
+
+
+@pytest.mark.parametrize(('path', 'line'), [
+    (IN_MATCHING, 'import numpy as np'),
+    (IN_MATCHING, 'from dataclasses import dataclass'),
+    (IN_MATCHING, 'import cv2'),
+    (IN_MATCHING, f'from {PACKAGE}.matching.config import MatcherConfig'),
+    (IN_MATCHING, 'from .config import MatcherConfig'),
+    (IN_KERNELS, 'from numba import njit'),
+    (IN_KERNELS, 'from ... import config'),
+    (IN_SIMD, 'from llvmlite import ir'),
+    (IN_PAIRS, f'from {PACKAGE}.pairs import stereo_pair'),
+    (IN_BAGS, f'from {PACKAGE}.pairs import stereo_pair'),
+    (IN_BAGS, inside_a_function('from rosbags.highlevel import AnyReader')),
+    (IN_EVALUATION, f'from {PACKAGE}.evaluation.scores import score'),
+    (IN_EVALUATION, f'from {PACKAGE}.pairs.image_files import read_pair'),
+    (IN_EVALUATION, inside_a_function('from tqdm import tqdm')),
+    (IN_BENCHMARKS, f'from {PACKAGE}.evaluation.baselines import dense'),
+    (IN_BENCHMARKS, f'from {PACKAGE}.matching import StereoMatcher'),
+    (IN_BENCHMARKS, inside_a_function('from skimage.data import stereo_motorcycle')),
+    (IN_REPLAY, f'from {PACKAGE}.bags.reading import read_bag'),
+    (IN_REPLAY, f'from {PACKAGE} import pair_matcher'),
+    (IN_COMMANDS, f'from {PACKAGE}.replay.loop import replay'),
+    (IN_COMMANDS, inside_a_function('from matplotlib.figure import Figure')),
+    (IN_FLAT, f'from {PACKAGE}.pairs.stereo_pair import StereoPair'),
+    (IN_FLAT, f'from {PACKAGE} import matching, memory'),
+    (IN_NODE, 'import rclpy'),
+    (IN_NODE, 'from stereo_msgs.msg import DisparityImage'),
+    (f'{PACKAGE}/node/inputs.py', 'from rclpy.qos import QoSProfile'),
+    (IN_NODE, f'from {PACKAGE}.node.parameters import RosParameters'),
+    (IN_NODE, 'import yaml'),
+    ('launch/disparity.launch.py', 'from launch_ros.actions import Node'),
+    ('test/test_node.py', 'import rclpy'),
+])
+def test_an_import_of_its_own_room_is_accepted(path, line):
+    assert breaches(path, made_source(line)) == []
+
+
+@pytest.mark.parametrize(('path', 'line', 'reason'), [
+    (IN_MATCHING, f'from {PACKAGE}.pairs import stereo_pair', 'outside its room'),
+    (IN_MATCHING, f'import {PACKAGE}.pairs.messages', 'outside its room'),
+    (IN_MATCHING, 'from ..pairs import stereo_pair', 'outside its room'),
+    (IN_MATCHING, 'from .. import memory', 'outside its room'),
+    (IN_KERNELS, 'from ....pairs.messages import image', 'outside its room'),
+    (IN_MATCHING, f'from {PACKAGE}.matching_of_others import a', 'outside its room'),
+    (IN_MATCHING, inside_a_function(f'import {PACKAGE}.node.worker'), 'outside its room'),
+    (IN_MATCHING, 'import rclpy', 'ROS outside the ROS files'),
+    (IN_MATCHING, 'import scipy', 'not a library of this room'),
+    (IN_KERNELS, 'from llvmlite import ir', 'not a library of this room'),
+    (IN_PAIRS, f'from {PACKAGE}.matching import Match', 'outside its room'),
+    (IN_PAIRS, f'from {PACKAGE}.bags.reading import read_bag', 'outside its room'),
+    (IN_PAIRS, 'import numba', 'not a library of this room'),
+    (IN_PAIRS, 'from sensor_msgs.msg import Image', 'ROS outside the ROS files'),
+    (IN_BAGS, 'from rosbags.highlevel import AnyReader', 'only inside a function'),
+    (IN_BAGS, 'if True:\n    import rosbags', 'only inside a function'),
+    (IN_BAGS, 'class Bag:\n    import rosbags', 'only inside a function'),
+    (IN_EVALUATION, f'from {PACKAGE}.benchmarks.datasets import Scene', 'outside its room'),
+    (IN_EVALUATION, f'from {PACKAGE}.commands import command_line', 'outside its room'),
+    (IN_EVALUATION, 'import rclpy', 'ROS outside the ROS files'),
+    (IN_EVALUATION, 'import tqdm', 'only inside a function'),
+    (IN_BENCHMARKS, f'from {PACKAGE}.commands import command_line', 'outside its room'),
+    (IN_BENCHMARKS, 'import rclpy', 'ROS outside the ROS files'),
+    (IN_BENCHMARKS, 'import skimage', 'only inside a function'),
+    (IN_REPLAY, f'from {PACKAGE}.commands import parts', 'outside its room'),
+    (IN_REPLAY, f'from {PACKAGE}.node.worker import Worker', 'outside its room'),
+    (IN_COMMANDS, f'from {PACKAGE}.synthetic.fake_rig import main', 'a ROS file'),
+    (IN_COMMANDS, f'from {PACKAGE}.benchmarks import live_benchmark', 'a ROS file'),
+    (IN_COMMANDS, 'import matplotlib', 'only inside a function'),
+    (IN_FLAT, 'import rclpy', 'ROS outside the ROS files'),
+    (IN_FLAT, inside_a_function('import rclpy'), 'ROS outside the ROS files'),
+    (IN_FLAT, 'from rcl_interfaces.msg import Parameter', 'ROS outside the ROS files'),
+    (IN_FLAT, 'from launch import LaunchDescription', 'ROS outside the ROS files'),
+    (IN_FLAT, "import importlib\nimportlib.import_module('rclpy')", 'ROS outside the ROS files'),
+    (IN_FLAT, "__import__('rclpy')", 'ROS outside the ROS files'),
+    (IN_FLAT, f'from {PACKAGE}.node.disparity_node import main', 'outside its room'),
+    (IN_FLAT, 'import torch', 'not a library of this room'),
+    (IN_FLAT, 'import yaml', 'not a library of this room'),
+    (IN_NODE, 'import torch', 'not a library of this room'),
+    (f'{PACKAGE}/pairs/disparity_node.py', 'import rclpy', 'ROS outside the ROS files'),
+    (f'{PACKAGE}/more/disparity_node.py', 'import rclpy', 'ROS outside the ROS files'),
+])
+def test_an_import_from_another_room_is_refused(path, line, reason):
+    (breach,) = breaches(path, made_source(line))
+    assert breach.endswith(reason)
+
+
+@pytest.mark.parametrize('name', [
+    'utils.py', 'image_helpers.py', 'pairs/common.py', 'base/parts.py', 'manager.py'])
+def test_a_module_name_that_says_nothing_is_refused(name):
+    (breach,) = breaches(f'{PACKAGE}/{name}', made_source())
+    assert 'says nothing' in breach
+
+
+def test_a_module_may_have_400_lines_and_no_more():
+    longest = made_source(*['value = 1'] * 398)
+    assert breaches(IN_FLAT, longest) == []
+    (breach,) = breaches(IN_FLAT, longest + 'value = 1\n')
+    assert 'has 401 lines' in breach
+
+
+@pytest.mark.parametrize('source', [
+    '', 'import os\n', SPDX_LINES[0] + '\n', '\n' + made_source(),
+    '\n'.join(reversed(SPDX_LINES))])
+def test_a_file_without_the_spdx_lines_at_its_start_is_refused(source):
+    for path in (IN_FLAT, 'test/unit/node/test_worker.py', 'setup.py'):
+        (breach,) = breaches(path, source)
+        assert 'SPDX' in breach
+
+
+def test_the_spdx_lines_may_follow_a_shebang():
+    assert breaches('launch/start.py', '#!/usr/bin/env python3\n' + made_source()) == []

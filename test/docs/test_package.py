@@ -1,0 +1,208 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The installed package: said once, complete, and where pip and ROS look for it."""
+import ast
+from importlib import metadata
+import os
+from pathlib import Path
+import re
+import shutil
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import fuzzy_stereo_ros
+from packaging.requirements import Requirement
+import pytest
+from repository import ROOT
+
+PACKAGE = 'fuzzy_stereo_ros'
+MANIFEST = ElementTree.parse(ROOT / 'package.xml').getroot()
+SEMANTIC = re.compile(r'(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)')
+COMMANDS = {'disparity_node', 'fake_rig', 'fuzzy-stereo'}
+# Extras of setup.py that rosdep does not know; what needs them says so.
+OPTIONAL = {'dask', 'distributed', 'rerun', 'rosbags'}
+ROSDEP_KEYS = {'cv2': 'python3-opencv', 'llvmlite': 'python3-numba',
+               'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba',
+               'numpy': 'python3-numpy', 'skimage': 'python3-skimage', 'tqdm': 'python3-tqdm',
+               'yaml': 'python3-yaml'}
+
+
+def installed_prefix():
+    prefixes = [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
+    marker = f'share/ament_index/resource_index/packages/{PACKAGE}'
+    found = [Path(prefix) for prefix in prefixes if prefix and (Path(prefix) / marker).is_file()]
+    assert found, f'no {marker} under {prefixes}'
+    return found[0]
+
+
+def imported_libraries():
+    """Return the top-level names that the package and its launch files import from elsewhere."""
+    names = set()
+    for file in [*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py')]:
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+            if isinstance(node, ast.Import):
+                names.update(alias.name.split('.')[0] for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names.add(node.module.split('.')[0])
+    return names - set(sys.stdlib_module_names) - {PACKAGE}
+
+
+def pinned():
+    lines = [line for file in sorted((ROOT / 'requirements').glob('*.txt'))
+             for line in file.read_text(encoding='utf-8').splitlines()]
+    return [line for line in lines if line and not line.startswith('#')]
+
+
+def test_the_manifest_is_format_3_and_built_by_ament_python():
+    assert MANIFEST.tag == 'package'
+    assert MANIFEST.get('format') == '3'
+    assert MANIFEST.findtext('name') == PACKAGE
+    assert SEMANTIC.fullmatch(MANIFEST.findtext('version'))
+    assert MANIFEST.find('maintainer').text == 'fuzzy_stereo_ros developers'
+    assert '@' in MANIFEST.find('maintainer').get('email')
+    assert MANIFEST.findtext('export/build_type') == 'ament_python'
+
+
+def test_the_manifest_names_a_dependency_once():
+    names = [child.text for child in MANIFEST if child.tag in ('depend', 'exec_depend')]
+    assert len(names) == len(set(names))
+
+
+def test_the_manifest_depends_on_everything_that_is_imported():
+    declared = {child.text for child in MANIFEST if child.tag in ('depend', 'exec_depend')}
+    needed = {ROSDEP_KEYS.get(name, name) for name in imported_libraries() - OPTIONAL}
+    assert needed - declared == set()
+
+
+def test_the_metadata_is_what_the_manifest_says():
+    installed = metadata.metadata(PACKAGE)
+    assert installed['Version'] == MANIFEST.findtext('version')
+    assert installed['Summary'] == MANIFEST.findtext('description')
+    assert installed['License'] == MANIFEST.findtext('license')
+    assert installed['Maintainer'] == MANIFEST.find('maintainer').text
+    assert fuzzy_stereo_ros.__version__ == MANIFEST.findtext('version')
+
+
+def test_the_version_is_declared_in_the_manifest_alone():
+    version = MANIFEST.findtext('version')
+    for name in ('setup.py', 'setup.cfg', 'pyproject.toml', f'{PACKAGE}/__init__.py'):
+        assert version not in (ROOT / name).read_text(encoding='utf-8')
+
+
+def titles_of(changelog):
+    """Return the titles of the versions in a changelog, newest first, checked to be whole."""
+    titles = re.findall(r'^(.+)\n(-+)$', changelog, flags=re.MULTILINE)
+    assert all(len(title) == len(line) for title, line in titles)
+    return [title for title, _ in titles]
+
+
+def versions_of(titles):
+    """Return versions as tuples of numbers: of a release `X.Y.Z (date)`, or of what comes."""
+    found = []
+    coming = r'Forthcoming \(' + SEMANTIC.pattern + r'\)'
+    released = SEMANTIC.pattern + r' \(\d{4}-\d{2}-\d{2}\)'
+    for place, title in enumerate(titles):
+        match = re.fullmatch(released, title) or (not place and re.fullmatch(coming, title))
+        assert match, f'{title} is neither X.Y.Z (YYYY-MM-DD) nor, at the top, Forthcoming (X.Y.Z)'
+        found.append(tuple(map(int, match.groups())))
+    return found
+
+
+def test_the_changelog_begins_with_this_version_and_goes_back_by_semantic_versions():
+    versions = versions_of(titles_of((ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')))
+    assert versions[0] == tuple(map(int, MANIFEST.findtext('version').split('.')))
+    assert versions == sorted(versions, reverse=True)
+    assert len(versions) == len(set(versions))
+
+
+@pytest.mark.parametrize('title', ['0.1', 'Forthcoming', '1.02.0 (2026-01-01)', '1.0.0',
+                                   'Forthcoming 1.0.0', '1.0.0-beta (2026-01-01)'])
+def test_a_title_that_is_no_version_is_found_out(title):
+    with pytest.raises(AssertionError, match='is neither'):
+        versions_of([title])
+
+
+def test_an_unknown_name_in_the_package_is_an_attribute_error():
+    with pytest.raises(AttributeError, match='no_such_name'):
+        fuzzy_stereo_ros.no_such_name()
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    code = f'import sys, {PACKAGE}; print(*sys.modules)'
+    printed = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
+                             check=True)
+    assert {'cv2', 'numba', 'numpy', 'rclpy'} & set(printed.stdout.split()) == set()
+
+
+def test_the_commands_are_the_documented_ones():
+    scripts = metadata.distribution(PACKAGE).entry_points.select(group='console_scripts')
+    assert {script.name for script in scripts} == COMMANDS
+
+
+@pytest.mark.parametrize('name', sorted(COMMANDS))
+def test_a_command_leads_to_a_function_that_exists(name):
+    if name != 'fuzzy-stereo':
+        pytest.importorskip('rclpy', reason='the node needs ROS 2')
+    (script,) = metadata.distribution(PACKAGE).entry_points.select(name=name)
+    assert callable(script.load())
+
+
+@pytest.mark.parametrize('name', sorted(COMMANDS))
+def test_a_command_is_installed_in_bin(name):
+    assert os.access(installed_prefix() / 'bin' / name, os.X_OK)
+
+
+@pytest.mark.parametrize('name', ['disparity_node', 'fake_rig'])
+def test_ros_finds_the_executable(name):
+    assert os.access(installed_prefix() / 'lib' / PACKAGE / name, os.X_OK)
+
+
+@pytest.mark.parametrize('folder', ['config', 'launch'])
+def test_ros_finds_the_files_of_a_folder_as_they_are_here(folder):
+    share = installed_prefix() / 'share' / PACKAGE / folder
+    here = [file for file in (ROOT / folder).iterdir() if file.is_file()]
+    assert here
+    for file in here:
+        assert (share / file.name).read_bytes() == file.read_bytes(), 'stale: install it again'
+
+
+def test_ros_finds_the_manifest():
+    installed = installed_prefix() / 'share' / PACKAGE / 'package.xml'
+    assert installed.read_bytes() == (ROOT / 'package.xml').read_bytes()
+
+
+@pytest.mark.parametrize('name', ['disparity_node', 'fake_rig'])
+def test_a_launcher_becomes_the_command_in_bin_so_that_signals_reach_it(name, tmp_path):
+    launcher = tmp_path / 'a prefix' / 'lib' / PACKAGE / name
+    command = tmp_path / 'a prefix' / 'bin' / name
+    launcher.parent.mkdir(parents=True)
+    command.parent.mkdir()
+    shutil.copy(ROOT / 'resource' / name, launcher)
+    command.write_text('#!/bin/sh\necho $$\nprintf "%s\\n" "$@"\nexit 3\n', encoding='utf-8')
+    command.chmod(0o755)
+    process = subprocess.Popen([launcher, '--ros-args', 'two words'], cwd='/', text=True,
+                               stdout=subprocess.PIPE)
+    printed, _ = process.communicate()
+    assert printed.splitlines() == [str(process.pid), '--ros-args', 'two words']
+    assert process.returncode == 3
+
+
+def test_the_licence_is_the_full_apache_licence():
+    text = (ROOT / MANIFEST.find('license').get('file')).read_text(encoding='utf-8')
+    assert MANIFEST.findtext('license') == 'Apache-2.0'
+    assert 'Apache License\n                           Version 2.0, January 2004' in text
+    assert 'END OF TERMS AND CONDITIONS' in text
+
+
+def test_every_requirement_is_pinned_and_none_names_where_it_comes_from():
+    assert pinned()
+    for line in pinned():
+        assert re.fullmatch(r'[\w.-]+==[\w.]+', line), line
+
+
+def test_what_the_package_requires_is_pinned_within_its_range():
+    versions = dict(line.lower().split('==') for line in pinned())
+    for line in metadata.requires(PACKAGE):
+        requirement = Requirement(line)
+        assert requirement.specifier.contains(versions[requirement.name.lower()]), line

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Every command of the pages is executed by a test, long ones in a short form."""
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+from fuzzy_stereo_ros.commands import command_line
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.node.watchdog import FAST_DDS_VARIABLES
+from fuzzy_stereo_ros.pairs.camera_files import (
+    centred_calibration, rectified_cameras, write_camera)
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from pages import commands, in_code_style, pages_with_commands, ROOT, text_of
+import pytest
+from saved_scene import running
+
+# Where commands are run in a short form, by what they begin with.
+SHORT_FORMS = {
+    'make demo': 'test_demo.py::'
+                 'test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture',
+    'make benchmark': 'test_benchmarks.py::'
+                      'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
+    'make soak': 'test_soak.py::test_in_a_short_soak_every_promise_is_kept',
+    'fuzzy-stereo benchmark': 'test_benchmarks.py::'
+                              'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
+    'colcon': 'test_colcon.py::test_colcon_builds_the_package_and_runs_its_tests',
+    'ros2 launch': 'test_page_ros_commands.py::test_a_launch_command_starts_the_node',
+    'ros2': 'test_page_ros_commands.py::test_a_ros_command_does_what_it_says_with_the_real_node',
+    'export': 'test_page_commands.py::test_a_variable_that_is_set_has_an_effect',
+}
+# What no test can run, by what it begins with, and why.
+NOT_RUN = {
+    'make test': 'it runs this test',
+    'make docs': 'installs Sphinx; test_docs.py is its short form',
+    'rosdep': 'installs packages of the system',
+    'pip-audit': 'asks a service on the internet',
+    'sudo sysctl': 'changes the machine',
+}
+ALL = [(page, words) for page in pages_with_commands() for words in commands(page)]
+PACKAGE = 'fuzzy_stereo_ros'
+
+
+def shown(one):
+    """Return a page or the words of a command as a test's name shows it."""
+    return one if isinstance(one, str) else ' '.join(one)[:60]
+
+
+def told(table, words):
+    """Return what a table says of a command, by the longest beginning that fits, or None."""
+    line = ' '.join(words)
+    fitting = [start for start in table if f'{line} '.startswith(f'{start} ')]
+    return table[max(fitting, key=len)] if fitting else None
+
+
+def exists(test):
+    """Return whether a test, file::name, is one."""
+    file, name = test.split('::')
+    return any(f'def {name}(' in path.read_text(encoding='utf-8')
+               for path in (ROOT / 'test').rglob(file))
+
+
+def run_by(page, words):
+    """Return file::name of the test that runs a command, or why none does; None: nothing said."""
+    if told(NOT_RUN, words) or told(SHORT_FORMS, words):
+        return told(NOT_RUN, words) or told(SHORT_FORMS, words)
+    if words[0] == 'fuzzy-stereo':
+        if page == 'README.md':
+            return f'test_readme.py::test_every_{words[1]}_example_works_as_it_is_written'
+        return 'test_page_commands.py::test_the_commands_of_a_page_work_in_their_order'
+    return None
+
+
+@pytest.mark.parametrize('page, words', ALL, ids=shown)
+def test_a_command_is_run_by_a_test_or_it_is_said_why_not(page, words):
+    test = run_by(page, words)
+    assert test is not None, f'{page} has a command that no test runs: {shlex.join(words)}'
+    assert '::' not in test or exists(test), f'{page}: there is no {test}'
+
+
+def test_what_is_said_of_commands_is_said_of_some():
+    for table in (SHORT_FORMS, NOT_RUN):
+        for start in table:
+            assert any(f"{' '.join(words)} ".startswith(f'{start} ') for _, words in ALL), start
+
+
+def test_a_command_that_nothing_is_said_of_is_found_out():
+    assert run_by('README.md', ['apt', 'install', 'fuzzy']) is None
+    assert not exists(run_by('README.md', ['fuzzy-stereo', 'levitate']))
+
+
+def fill(folder):
+    """Put what the pages' commands read into a folder."""
+    made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
+    pair = made_pair(48, 100, 64)
+    write_image(folder / 'left.png', pair.left)
+    write_image(folder / 'right.png', pair.right)
+    write_saved_pair(folder / 'report', running()[2])
+    pairs = made_bags.scene(2, columns=100)
+    made_bags.write_bag(folder / 'recorded', pairs=pairs)
+    made_bags.write_bag(folder / 'images_only', pairs=pairs, infos=False)
+    calibration = centred_calibration(63.0, 0.12, 0.0, 48, 100)
+    for side, camera in rectified_cameras(calibration, 48, 100).items():
+        write_camera(folder / f'{side}.yaml', camera, side)
+
+
+@pytest.mark.parametrize('page', [page for page in pages_with_commands()
+                                  if page != 'README.md' and commands(page, 'fuzzy-stereo')])
+def test_the_commands_of_a_page_work_in_their_order(page, tmp_path, monkeypatch):
+    fill(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    for words in commands(page, 'fuzzy-stereo'):
+        assert main(words[1:]) == 0, words
+        for option, name in zip(words, words[1:]):
+            assert option not in ('--output', '--picture') or Path(name).exists()
+
+
+def test_the_commands_inside_sentences_are_commands():
+    for page in pages_with_commands():
+        for words in map(str.split, in_code_style(page)):
+            if words[:1] == ['fuzzy-stereo'] and len(words) > 1:
+                assert words[1] in command_line.commands(), f'{page}: {words}'
+            elif words[:2] == ['python', '-m']:
+                assert find_spec(words[2]), f'{page}: {words}'
+            elif words[:1] == ['make'] and len(words) == 2:
+                assert re.search(f'^{words[1]}:', text_of('Makefile'), re.MULTILINE), page
+
+
+@pytest.mark.skipif(shutil.which('make') is None, reason='there is no make')
+@pytest.mark.parametrize('page, words', [one for one in ALL if one[1][0] == 'make'],
+                         ids=shown)
+def test_make_would_run_a_module_of_the_package_or_a_tool_with_these_arguments(page, words):
+    clean = {name: value for name, value in os.environ.items()
+             if not name.startswith(('MAKE', 'MFLAGS'))}
+    recipe = subprocess.run(['make', '--dry-run', *words[1:]], cwd=ROOT, env=clean, text=True,
+                            capture_output=True, check=True).stdout
+    lines = [shlex.split(line) for line in recipe.replace('\\\n', ' ').splitlines()]
+    last = [line for line in lines if '-m' in line][-1]
+    module = last[last.index('-m') + 1]
+    assert find_spec(module) or module in text_of('requirements/docs.txt').lower(), module
+    for setting in words[2:]:
+        assert setting.partition('=')[2] in shlex.join(last)
+
+
+def run_code(code, variables):
+    """Run Python with variables of the environment in a process and return what it prints."""
+    return subprocess.run([sys.executable, '-c', code], cwd=ROOT, check=True, text=True,
+                          env={**os.environ, **variables}, capture_output=True).stdout
+
+
+@pytest.mark.parametrize('words', [words for _, words in ALL if words[0] == 'export'],
+                         ids=lambda words: words[1].partition('=')[0])
+def test_a_variable_that_is_set_has_an_effect(words, tmp_path):
+    name, _, value = ' '.join(words[1:]).partition('=')
+    if name in FAST_DDS_VARIABLES:
+        start, _, file = value.partition(')')
+        assert start == f'$(ros2 pkg prefix --share {PACKAGE}'
+        assert (ROOT / file.lstrip('/')).is_file()
+        return
+    if name == 'NUMBA_CACHE_DIR':
+        run_code(f'from {PACKAGE}.matching.kernels.genetic.random_numbers import mixed\n'
+                 'import numpy as np\nmixed(np.uint64(1), np.uint64(2))', {name: str(tmp_path)})
+        assert [*tmp_path.rglob('*.nbi')]
+        return
+    assert name == 'OPENCV_IO_MAX_IMAGE_PIXELS'
+    code = ('import cv2, numpy as np, types\n'
+            f'from {PACKAGE}.pairs.messages import read_image\n'
+            'data = cv2.imencode(".png", np.zeros((100, 101), np.uint8))[1].tobytes()\n'
+            'try:\n    print(read_image(types.SimpleNamespace(format="png", data=data)).shape)\n'
+            'except ValueError as error:\n    print(error)')
+    assert '(100, 101)' in run_code(code, {name: value})
+    assert 'hold no image' in run_code(code, {name: '10000'})
+
+
+def test_the_python_of_the_readme_matches():
+    pair = made_pair(48, 100, 64)
+    found = re.findall('```python\n(.*?)```', text_of('README.md'), re.DOTALL)
+    (example,) = (block for block in found if block.startswith('from fuzzy_stereo_ros'))
+    names = {'left': pair.left, 'right': pair.right}
+    exec(compile(example, 'README.md', 'exec'), names)
+    assert names['match'].disparity.shape == pair.truth.shape

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What no code of the package does, read from the source: SECURITY.md promises it."""
+import ast
+import re
+
+from packaging.requirements import Requirement
+from pages import text_of
+import pytest
+from repository import ROOT
+
+FILES = sorted(file.relative_to(ROOT).as_posix() for file in [
+    ROOT / 'setup.py', *(ROOT / 'fuzzy_stereo_ros').rglob('*.py'), *(ROOT / 'launch').glob('*')]
+    if file.suffix == '.py')
+# They turn bytes into code, or speak with the network.
+MODULES = {'asyncio', 'cloudpickle', 'code', 'dill', 'ftplib', 'http', 'imp', 'joblib', 'marshal',
+           'pickle', 'pickletools', 'requests', 'runpy', 'shelve', 'smtplib', 'socket',
+           'socketserver', 'ssl', 'telnetlib', 'urllib', 'xmlrpc'}
+CALLS = {'eval', 'exec', 'compile', '__import__', 'os.system', 'os.popen', 'os.startfile',
+         'tempfile.mktemp', 'subprocess.getoutput', 'subprocess.getstatusoutput',
+         'yaml.load', 'yaml.load_all', 'yaml.unsafe_load', 'yaml.full_load', 'yaml.Loader',
+         'yaml.UnsafeLoader', 'np.fromfile', 'np.memmap', 'cv2.FileStorage'}
+BEGINNINGS = ('os.exec', 'os.spawn', 'os.posix_spawn', 'np.lib.')
+# These start processes: the demo, its cameras, and a benchmark of compiling.
+STARTING = {'fuzzy_stereo_ros/benchmarks/compiling.py', 'fuzzy_stereo_ros/demo/stage.py'}
+
+
+def called(node):
+    """Return the dotted name of what is called, as far as it is one."""
+    parts = []
+    node = node.func
+    while isinstance(node, ast.Attribute):
+        parts.append(node.attr)
+        node = node.value
+    return '.'.join(reversed([*parts, getattr(node, 'id', '')]))
+
+
+def keyword(node, name):
+    return next((word.value for word in node.keywords if word.arg == name), None)
+
+
+def why_refused(path, node):
+    """Return what is wrong with a call, or None."""
+    name = called(node)
+    if name in CALLS or name.startswith(BEGINNINGS):
+        return name
+    pickles = keyword(node, 'allow_pickle')
+    if (name in ('np.load', 'np.save') or pickles is not None) and not (
+            isinstance(pickles, ast.Constant) and pickles.value is False):
+        return f'{name} without allow_pickle=False'
+    if name.startswith('subprocess.'):
+        first = node.args[0] if node.args else None
+        if path not in STARTING:
+            return f'{name} in a module that starts no processes'
+        if keyword(node, 'shell') is not None or isinstance(first, (ast.Constant, ast.JoinedStr)):
+            return f'{name} through a shell, or not of a list'
+    if name.endswith(('.execute', '.executescript')) and not isinstance(
+            node.args[0], ast.Constant):
+        return f'{name} of a text that is put together'
+    return None
+
+
+def breaches(path, source):
+    """Return what a source file does that SECURITY.md says it does not."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [node.module or '']
+        found += [f'imports {name}' for name in names if name.split('.')[0] in MODULES]
+        if isinstance(node, ast.Call):
+            found += filter(None, [why_refused(path, node)])
+    return found
+
+
+@pytest.mark.parametrize('path', FILES)
+def test_a_source_file_makes_no_code_of_data_and_uses_no_shell_and_no_network(path):
+    assert breaches(path, (ROOT / path).read_text(encoding='utf-8')) == []
+
+
+def test_the_whole_package_is_read():
+    assert {'setup.py', 'launch/rigs.launch.py', *STARTING} <= set(FILES)
+
+
+@pytest.mark.parametrize('line', [
+    'import pickle', 'from marshal import loads', 'import urllib.request', 'import socket',
+    'eval("1")', 'exec(text)', 'os.system("ls")', 'yaml.load(text)',
+    'yaml.load(text, Loader=yaml.SafeLoader)', 'np.load(file)', 'np.load(file, allow_pickle=True)',
+    'np.load(file, allow_pickle=flag)', 'np.save(file, array)', 'numpy.load(f, allow_pickle=1)',
+    'subprocess.run(["ls"], shell=True)', 'subprocess.run("ls")', 'subprocess.run(f"ls {name}")',
+    'os.execv(name, words)', 'tempfile.mktemp()', 'connection.execute(f"DROP {name}")'])
+def test_what_is_promised_not_to_be_done_is_found_out(line):
+    path = 'fuzzy_stereo_ros/demo/stage.py'
+    assert len(breaches(path, line)) == 1
+
+
+def test_processes_are_started_only_where_it_is_known():
+    assert breaches('fuzzy_stereo_ros/node/worker.py', 'subprocess.run(["ls"])')
+    assert breaches('fuzzy_stereo_ros/demo/stage.py', 'subprocess.run([name, "-m"])') == []
+
+
+def test_every_promise_names_tests_that_are_there():
+    rows = text_of('SECURITY.md').split('## What is not')[0].split('|---|---|\n')[1].strip()
+    for row in rows.splitlines():
+        named = re.findall(r'`(test/[\w./]+)`', row)
+        assert named, row
+        for name in named:
+            assert (ROOT / name).is_file(), name
+
+
+def requirements():
+    """Return each Requirement of setup.py, extras too, as it stands there."""
+    found = {}
+    for node in ast.walk(ast.parse(text_of('setup.py'))):
+        if isinstance(node, ast.keyword) and node.arg in ('install_requires', 'extras_require'):
+            listed = ast.literal_eval(node.value)
+            groups = listed.values() if isinstance(listed, dict) else [listed]
+            for line in (line for group in groups for line in group):
+                found.setdefault(Requirement(line).name, set()).add(line)
+    return found
+
+
+def test_every_dependency_has_bounds_and_a_reason():
+    rows = [[cell.strip() for cell in line.strip('|').split('|')]
+            for line in text_of('SECURITY.md').split('## Dependencies')[1].splitlines()
+            if line.startswith('|')][2:]
+    table = {name: (versions, why) for name, versions, why in rows}
+    assert table.keys() == requirements().keys()
+    for name, lines in requirements().items():
+        assert lines == {f'{name}{table[name][0]}'}
+        assert re.fullmatch(r'>=[\d.]+,<[\d.]+', table[name][0])
+        assert table[name][1]

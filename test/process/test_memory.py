@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Freed memory goes back to the system, and changes of parameters do not pile it up."""
+import ctypes
+from queue import SimpleQueue
+import subprocess
+import sys
+
+from fuzzy_stereo_ros import memory, pair_matcher as rig
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
+from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
+from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
+from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from node_process import ROOT, shifted_pair, START
+from numba._dispatcher import compute_fingerprint
+from numba.core.dispatcher import Dispatcher
+import pytest
+
+# Blocks too small to be mapped one by one; the last one keeps those below from being let go.
+SCATTERED = """
+import os, sys, threading
+from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
+from fuzzy_stereo_ros.memory import give_back_memory
+
+kept = []
+
+def scatter():
+    blocks = [bytearray(b'x' * 100_000) for _ in range(500)]
+    kept.append(blocks.pop())
+
+thread = threading.Thread(target=scatter)
+thread.start()
+thread.join()
+before = MeasuredProcess(os.getpid()).own_megabytes()
+give_back_memory()
+print(before - MeasuredProcess(os.getpid()).own_megabytes())
+"""
+# What is free at the end of an arena; the first lines are those with which the node begins.
+AT_THE_END = """
+import os, sys
+from fuzzy_stereo_ros import memory
+if sys.argv[1] == 'shared':
+    import fuzzy_stereo_ros.node
+import threading
+from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
+
+def fill():
+    blocks = [bytearray(b'x' * 100_000) for _ in range(300)]
+    filled.set()
+    free.wait()
+    del blocks
+    freed.set()
+    end.wait()
+
+before = MeasuredProcess(os.getpid()).own_megabytes()
+events = filled, free, freed, end = [threading.Event() for _ in range(4)]
+large = bytearray(b'x' * 30_000_000)    # once mapped and freed, glibc lets go of less from then on
+del large
+thread = threading.Thread(target=fill)
+thread.start()
+filled.wait()
+free.set()
+freed.wait()
+memory.give_back_memory()
+print(MeasuredProcess(os.getpid()).own_megabytes() - before)
+end.set()
+thread.join()
+"""
+# What is in use once all is compiled and Python's own lists of free objects are full, and later.
+MATCHES = 500
+MATCHING = f"""
+import sys
+sys.path.insert(0, 'test/support')
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from node_process import shifted_pair
+from soaked_node import held
+
+matcher = StereoMatcher(MatcherConfig(disparities=24, threads=1))
+for _ in range(2):
+    for _ in range({MATCHES}):
+        matcher.match(*shifted_pair(3, 96, 192))
+    print(held()['megabytes'])
+"""
+HAS_TRIM = hasattr(ctypes.CDLL(None), 'malloc_trim')
+
+
+@pytest.mark.skipif(not HAS_TRIM, reason='the C library has no malloc_trim')
+def test_what_another_thread_has_freed_goes_back_to_the_system():
+    done = subprocess.run([sys.executable, '-c', SCATTERED], cwd=ROOT, text=True,
+                          capture_output=True, check=True)
+    assert float(done.stdout) > 30
+
+
+@pytest.mark.skipif(not HAS_TRIM, reason='the C library has no malloc_trim')
+@pytest.mark.parametrize('how, kept', [('shared', range(-10, 10)), ('apart', range(20, 60))])
+def test_what_a_thread_of_the_node_has_freed_goes_back_though_it_is_the_last(how, kept):
+    done = subprocess.run([sys.executable, '-c', AT_THE_END, how], cwd=ROOT, text=True,
+                          capture_output=True, check=True)
+    assert int(float(done.stdout)) in kept
+
+
+def test_without_such_a_call_nothing_happens(monkeypatch):
+    monkeypatch.setattr(memory.ctypes, 'CDLL', lambda name: object())
+    assert give_back_memory() is None
+    assert share_free_memory() is None
+
+
+def test_every_matcher_that_is_prepared_gives_back_what_was_freed(monkeypatch):
+    called = []
+    monkeypatch.setattr(rig, 'give_back_memory', lambda: called.append(True))
+    made = rig.Rig(MatcherConfig(disparities=8), PairReader(), lambda config, error: None)
+    made.warm_up()
+    assert called == [True]
+    assert made.close()
+
+
+def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(monkeypatch):
+    called = []
+    told = SimpleQueue()
+    made = rig.Rig(MatcherConfig(disparities=8), PairReader(), lambda *news: told.put(news))
+    made.warm_up()
+    monkeypatch.setattr(rig, 'give_back_memory', lambda: called.append(True))
+
+    def match(rows):
+        left, right = shifted_pair(3, rows)
+        made.match_pair(StereoPair(left, right, calibration=None, stamp=None, frame_id=''))
+        return len(called)
+
+    assert [match(rows) for rows in (40, 40, 60, 60)] == [1, 1, 2, 2]
+    made.use(MatcherConfig(disparities=16))
+    assert told.get(timeout=START)[1] is None
+    assert [match(60), match(60)] == [4, 4]     # prepared, and taken
+    assert made.close()
+
+
+def test_of_two_image_sizes_a_matcher_holds_one_at_a_time(monkeypatch):
+    held = []
+
+    class Noting(RealtimeMatcher):
+        def __init__(self, *given):
+            held.append(matcher.algorithm)
+            super().__init__(*given)
+
+    monkeypatch.setitem(ALGORITHMS, 'realtime', Noting)
+    matcher = StereoMatcher(MatcherConfig(disparities=8))
+    for rows in (40, 60):
+        matcher.match(*shifted_pair(3, rows))
+    assert held == [None, None]
+    assert isinstance(matcher.algorithm, Noting)
+
+
+CONFIGS = [MatcherConfig(disparities=16),
+           MatcherConfig.from_profile('quality', disparities=16),
+           MatcherConfig.from_profile('paper', disparities=16, population=4, generations=2)]
+AT_ONCE = 40        # bytes of an argument's fingerprint that numba before 0.60 remembers
+
+
+class Watched:
+    """A kernel, or a module of them, that notes the fingerprints of tuples it is called with."""
+
+    def __init__(self, wrapped, found):
+        self._wrapped, self._found = wrapped, found
+
+    def __getattr__(self, name):
+        inner = getattr(self._wrapped, name)
+        return Watched(inner, self._found) if isinstance(inner, Dispatcher) else inner
+
+    def __call__(self, *arguments):
+        self._found |= {(self._wrapped.__name__, compute_fingerprint(one))
+                        for one in arguments if isinstance(one, tuple)}
+        return self._wrapped(*arguments)
+
+
+@pytest.mark.parametrize('config', CONFIGS)
+def test_kernels_are_called_with_no_tuple_that_older_numba_would_keep_for_ever(
+        config, monkeypatch):
+    found = set()
+    for name, module in [*sys.modules.items()]:
+        if name.startswith('fuzzy_stereo_ros.matching.') and '.kernels' not in name:
+            for place, one in vars(module).items():
+                if isinstance(one, Dispatcher) or (
+                        '.matching.kernels.' in getattr(one, '__name__', '')):
+                    monkeypatch.setattr(module, place, Watched(one, found))
+    matcher = StereoMatcher(config)
+    for _ in range(2):
+        matcher.match(*shifted_pair(3, 48, 64))
+    assert found or config.algorithm == 'paper'
+    assert [one for one in found if len(one[1]) > AT_ONCE] == []
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), 'mallinfo2'),
+                    reason='the C library does not tell what is in use')
+def test_a_match_leaves_nothing_behind():
+    done = subprocess.run([sys.executable, '-c', MATCHING], cwd=ROOT, text=True,
+                          capture_output=True, check=True)
+    before, after = map(float, done.stdout.split())
+    assert (after - before) * 1e6 < 100 * MATCHES

@@ -1,0 +1,425 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever ends a replay, what was matched is a bag, it says up to where, and can go on."""
+import errno
+import json
+import os
+import signal
+
+from fuzzy_stereo_ros.bags.writing import UNFINISHED
+from fuzzy_stereo_ros.pair_matcher import Rig
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.replay import sinks as replay_sinks
+from fuzzy_stereo_ros.replay.interruption import Interruption
+from fuzzy_stereo_ros.replay.report import Shown
+from fuzzy_stereo_ros.replay.request import WARM_PAIRS
+from fuzzy_stereo_ros.replay.sinks import BagSink
+from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
+import numpy as np
+import pytest
+from replayed import figures, INTERRUPTED, matches, refusal, replay, RESTRICTED, run, TERMINATED
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def interrupt(monkeypatch):
+    """Return a function: the next replay gets SIGINT after so many pairs."""
+    def after(pairs, number=signal.SIGINT):
+        steps = []
+
+        def step(shown):
+            steps.append(None)
+            if len(steps) == pairs:
+                os.kill(os.getpid(), number)
+
+        monkeypatch.setattr(Shown, 'step', step)
+
+    return after
+
+
+def chatter(bag, number, logged):
+    """Write what may be copied: two messages before each pair."""
+    for part in range(2):
+        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part), logged)
+
+
+def equal(one, other):
+    """Return whether two {stamp: disparities} are the same bit for bit, in the same order."""
+    return list(one) == list(other) and all(
+        np.array_equal(one[stamp], other[stamp]) for stamp in one)
+
+
+def chain(pairs, first):
+    """Return what the matcher finds from a pair on, as the DisparityImages have it."""
+    return [np.where(np.isnan(match.disparity), -1, np.maximum(match.disparity, 0))
+            for match in matches(pairs[first:], stamps(len(pairs))[first:])]
+
+
+@pytest.mark.parametrize(('storage', 'number', 'code'), [
+    ('mcap', signal.SIGINT, INTERRUPTED), ('sqlite3', signal.SIGTERM, TERMINATED)])
+def test_an_interrupted_replay_is_a_bag_and_goes_on_to_the_same_bits(
+        folder, capsys, interrupt, storage, number, code):
+    write_bag(folder / 'bag', pairs=scene(8), more=chatter)
+    options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence']
+    assert replay('bag', output='whole', options=options) == 0
+    interrupt(5, number)
+    assert replay('bag', options=options) == code
+    assert 'interrupted: out holds 5 pairs, up to 0.140 s into the bag; --resume goes on' in \
+        capsys.readouterr().err
+    whole = disparities(folder / 'whole')
+    assert equal(disparities(folder / 'out'), {stamp: whole[stamp] for stamp in stamps(5)})
+    interrupt(None)
+    found = figures(capsys, 'bag', options=[*options, '--resume'])
+    assert (found['pairs']['matched'], found['pairs']['matched_again']) == (3, 5)
+    assert equal(disparities(folder / 'out'), whole)
+    written, expected = (
+        [(topic, logged) for topic, logged, _ in content(folder / name)]
+        for name in ('out', 'whole'))
+    assert written == expected
+
+
+def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interrupt):
+    pairs = scene(WARM_PAIRS + 8)
+    write_bag(folder / 'bag', pairs=pairs)
+    interrupt(WARM_PAIRS + 4)
+    assert replay('bag') == INTERRUPTED
+    interrupt(None)
+    assert replay('bag', options=['--resume']) == 0
+    assert f'4 pairs matched, after {WARM_PAIRS} that were matched again' in \
+        capsys.readouterr().out
+    found = disparities(folder / 'out')
+    assert list(found) == stamps(len(pairs))
+    for values, expected in zip(list(found.values())[-4:], chain(pairs, 4)[-4:], strict=True):
+        np.testing.assert_array_equal(values, expected)
+
+
+def test_every_third_pair_stays_every_third_when_it_goes_on(folder, capsys, interrupt):
+    write_bag(folder / 'bag', pairs=scene(14))
+    options = ['--every', 3, '--start', STEP / 1e9]
+    assert replay('bag', output='whole', options=options) == 0
+    interrupt(2)
+    assert replay('bag', options=options) == INTERRUPTED
+    interrupt(None)
+    assert replay('bag', options=[*options, '--resume']) == 0
+    assert equal(disparities(folder / 'out'), disparities(folder / 'whole'))
+    assert list(disparities(folder / 'out')) == stamps(14)[1::3]
+
+
+def test_files_go_on_too(folder, capsys, interrupt):
+    write_bag(folder / 'bag', pairs=scene(8))
+    options = ['--files', 'npy', '--format', 'none']
+    assert replay('bag', output='whole', options=options) == 0
+    interrupt(5)
+    assert replay('bag', options=options) == INTERRUPTED
+    assert len(list((folder / 'out' / 'disparity').iterdir())) == 5
+    (folder / 'out' / 'disparity' / 'mine.npy').write_text("not a replay's")
+    interrupt(None)
+    assert figures(capsys, 'bag', options=[*options, '--resume'])['pairs']['matched'] == 3
+    for path in (folder / 'whole' / 'disparity').iterdir():
+        assert (folder / 'out' / 'disparity' / path.name).read_bytes() == path.read_bytes()
+
+
+def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag') == 0
+    before = [(path.name, path.stat().st_mtime_ns) for path in (folder / 'out').glob('*.mcap')]
+    assert figures(capsys, 'bag', options=['--resume'])['pairs']['matched'] == 0
+    assert [(path.name, path.stat().st_mtime_ns)
+            for path in (folder / 'out').glob('*.mcap')] == before
+
+
+def test_an_interruption_before_the_first_pair_leaves_nothing(folder, capsys, monkeypatch):
+    write_bag(folder / 'bag')
+    enter = Interruption.__enter__
+
+    def interrupted(self):
+        enter(self)
+        os.kill(os.getpid(), signal.SIGINT)
+        return self
+
+    monkeypatch.setattr(Interruption, '__enter__', interrupted)
+    assert replay('bag') == INTERRUPTED
+    assert 'interrupted before the first pair' in capsys.readouterr().err
+    assert {path.name for path in folder.iterdir()} == {'bag'}
+
+
+def test_an_interruption_while_kernels_are_compiled_ends_at_once(folder, monkeypatch):
+    write_bag(folder / 'bag')
+    monkeypatch.setattr(Rig, 'warm_up', lambda rig: os.kill(os.getpid(), signal.SIGINT))
+    assert replay('bag') == INTERRUPTED
+    assert {path.name for path in folder.iterdir()} == {'bag'}
+
+
+def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, capsys, monkeypatch):
+    write_bag(folder / 'bag')
+
+    def step(shown):
+        for _ in range(2):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Shown, 'step', step)
+    assert replay('bag') == INTERRUPTED
+    assert list(disparities(folder / 'out')) == stamps(1)
+
+
+def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkeypatch):
+    write_bag(folder / 'bag')
+    take, taken = BagSink.take, []
+
+    def interrupting(sink, matched):
+        taken.append(None)
+        if len(taken) >= 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        take(sink, matched)
+
+    monkeypatch.setattr(BagSink, 'take', interrupting)
+    assert replay('bag') == INTERRUPTED
+    assert not (folder / 'out' / UNFINISHED).exists()
+    assert list(disparities(folder / 'out')) == stamps(len(taken))
+
+
+def test_a_termination_where_ctrl_c_is_ignored_ends_the_replay_at_once(folder):
+    write_bag(folder / 'bag')
+    ended = run(IGNORING, int(signal.SIGTERM), 'bag')
+    assert (ended.returncode, ended.stderr) == (-signal.SIGTERM, '')
+
+
+def test_an_interruption_while_the_command_is_loaded_is_no_traceback(folder):
+    ended = run(LOADING, 'fuzzy_stereo_ros.commands.replay', 'bag')
+    assert (ended.returncode, ended.stderr) == (INTERRUPTED, '')
+
+
+@pytest.mark.parametrize(('form', 'name', 'length'), [
+    ('ros1', 'bag.bag', 60_000), ('mcap', 'bag.mcap', 60_000), ('sqlite3', 'bag.db3', 9000)])
+def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form, name, length):
+    pairs = scene(60, rows=120, columns=240)
+    path = write_bag(folder / ('bag.bag' if form == 'ros1' else 'bag'), form, pairs)
+    file = path if path.is_file() else path / name
+    whole = bytearray(file.read_bytes())
+    place = whole.index(pairs[30].left.tobytes()[:64]) + 9000
+    whole[place:place + length] = b'\xff' * length
+    file.write_bytes(whole)
+    sentence = refusal(capsys, path.name)
+    found = disparities(folder / 'out')
+    assert 10 < len(found) <= 30
+    assert list(found) == stamps(len(found))
+    assert sentence.startswith(f'{path.name} is damaged: ')
+    seconds = (STEP * (len(found) - 1) + 3) / 1e9
+    assert sentence.endswith(f'; out holds {len(found)} pairs, up to {seconds:.3f} s into the bag')
+
+
+LOADING = """\
+import os, signal, sys
+class Finder:
+    def find_spec(name, path, target=None):
+        if name == sys.argv[1]:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder)
+from fuzzy_stereo_ros.commands.command_line import main
+sys.exit(main(sys.argv[2:]))
+"""
+IGNORING = """\
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.replay.report import Shown
+Shown.step = lambda shown: os.kill(os.getpid(), int(sys.argv[1]))
+main(sys.argv[2:])
+"""
+KILLED = """\
+import os, signal, sys
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.replay.report import Shown
+steps = []
+def step(shown):
+    steps.append(None)
+    if len(steps) == int(sys.argv[1]):
+        os.kill(os.getpid(), signal.SIGKILL)
+Shown.step = step
+main(sys.argv[2:])
+"""
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(folder, capsys, storage):
+    pairs = scene(30, rows=120, columns=240)
+    write_bag(folder / 'bag', pairs=pairs)
+    options = ['--format', storage]
+    ended = run(RESTRICTED, 3 * 2**20, 'bag', *options)
+    assert ended.returncode == 2
+    left = len(disparities(folder / 'out'))
+    assert 5 < left < 20
+    assert 'fuzzy-stereo: out cannot be written any further: ' in ended.stderr
+    assert f'; out holds {left} pairs, up to ' in ended.stderr
+    assert replay('bag', options=[*options, '--resume']) == 0
+    assert list(disparities(folder / 'out')) == stamps(30)
+    assert len(content(folder / 'out', '/preview')) == 30
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_replay_that_was_killed_soon_goes_on_too(folder, storage):
+    write_bag(folder / 'bag')
+    options = ['--format', storage]
+    assert run(KILLED, 3, 'bag', *options).returncode == -signal.SIGKILL
+    assert (folder / 'out' / UNFINISHED).exists()
+    assert replay('bag', options=[*options, '--resume']) == 0
+    assert list(disparities(folder / 'out')) == stamps(6)
+
+
+def test_a_killed_replay_goes_on_after_what_was_whole(folder, capsys):
+    pairs = scene(30, rows=120, columns=240)
+    write_bag(folder / 'bag', pairs=pairs, more=chatter)
+    assert run(KILLED, 20, 'bag', '--keep', '/chatter').returncode == -signal.SIGKILL
+    assert (folder / 'out' / UNFINISHED).exists()
+    found = figures(capsys, 'bag', options=['--resume', '--keep', '/chatter'])
+    assert found['pairs']['matched_again'] == WARM_PAIRS
+    written = content(folder / 'out')
+    assert list(disparities(folder / 'out')) == stamps(30)
+    for topic, number in (('/disparity', 30), ('/preview', 30), ('/chatter', 60)):
+        times = [logged for name, logged, _ in written if name == topic]
+        assert len(times) == number, topic
+        assert times == sorted(times)
+    assert [message.data for name, _, message in written if name == '/chatter'] == list(range(60))
+
+
+def test_a_disk_that_is_full_for_files_ends_it_with_a_sentence(folder, capsys):
+    write_bag(folder / 'bag')
+    ended = run(RESTRICTED, 10_000, 'bag', '--files', 'npy', '--format', 'none')
+    assert ended.returncode == 2
+    *before, last = ended.stderr.splitlines()
+    assert [line for line in before if 'compiled kernels' not in line] == []
+    assert last == 'fuzzy-stereo: File too large; 0 pairs were written to out'
+    assert list((folder / 'out').glob('disparity/*')) == []
+
+
+@pytest.mark.parametrize(('options', 'suffix'), [
+    (['npy'], 'npy'), (['npy', 'pfm', '--format', 'none'], 'pfm')])
+def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, options, suffix):
+    def without_room(path, disparity):
+        if path.suffix == f'.{suffix}' and path.stem == f'{stamps()[3]:019d}':
+            raise OSError(errno.ENOSPC, 'No space left on device')
+        write_disparity(path, disparity)
+
+    write_bag(folder / 'bag')
+    monkeypatch.setattr(replay_sinks, 'write_disparity', without_room)
+    assert 'No space left on device' in refusal(capsys, 'bag', options=['--files', *options])
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert replay('bag', options=['--files', *options, '--resume']) == 0
+    assert sorted(path.stem for path in (folder / 'out').glob(f'disparity/*.{suffix}')) == [
+        f'{stamp:019d}' for stamp in stamps()]
+
+
+def test_a_folder_that_cannot_be_made_is_told_as_that(folder, capsys):
+    write_bag(folder / 'bag')
+    assert refusal(capsys, 'bag', output='/proc/out') == (
+        '/proc/out cannot be made: No such file or directory')
+
+
+def test_options_that_differ_from_those_of_before_are_refused(folder, capsys, interrupt):
+    write_bag(folder / 'bag')
+    interrupt(3)
+    assert replay('bag') == INTERRUPTED
+    interrupt(None)
+    sentence = refusal(capsys, 'bag', disparities=20, options=['--resume', '--every', 2])
+    assert sentence == ('--resume goes on with the options of before; different are every (1, '
+                        'now 2), disparities (16, now 20)')
+    assert figures(capsys, 'bag', options=['--resume', '--threads', 1])['pairs']['matched'] == 3
+
+
+def test_a_bag_in_which_the_last_pairs_are_missing_is_refused(folder, capsys, interrupt):
+    write_bag(folder / 'bag')
+    interrupt(3)
+    assert replay('bag') == INTERRUPTED
+    interrupt(None)
+    (folder / 'other').mkdir()
+    write_bag(folder / 'other' / 'bag', first=20)
+    assert refusal(capsys, 'other/bag', options=['--resume']) == (
+        '--resume: the last pairs in out are not in other/bag')
+    assert list(disparities(folder / 'out')) == stamps(3)
+
+
+def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder, capsys):
+    write_bag(folder / 'bag')
+    write_bag(folder / 'short', pairs=scene(2))
+    assert replay('bag') == 0
+    assert refusal(capsys, 'short') == (
+        'out is there already; give another folder, --overwrite or --resume')
+    assert len(disparities(folder / 'out')) == 6
+    assert replay('short', options=['--overwrite']) == 0
+    assert len(disparities(folder / 'out')) == 2
+    (folder / 'mine').mkdir()
+    (folder / 'mine' / 'letter.txt').write_text('dear')
+    for options in ([], ['--overwrite'], ['--resume']):
+        assert 'mine is there' in refusal(capsys, 'bag', output='mine', options=options)
+    assert (folder / 'mine' / 'letter.txt').read_text() == 'dear'
+    (folder / 'mine' / 'letter.txt').unlink()
+    assert replay('bag', output='mine') == 0
+    assert 'there is nothing to continue in new' in refusal(
+        capsys, 'bag', output='new', options=['--resume'])
+    assert 'give one of them' in refusal(capsys, 'bag', options=['--resume', '--overwrite'])
+    assert 'there is no folder missing' in refusal(capsys, 'bag', output='missing/out')
+
+
+def test_replacing_an_output_leaves_alone_what_others_put_beside_it(folder):
+    write_bag(folder / 'bag')
+    write_bag(folder / 'short', pairs=scene(2))
+    options = ['--files', 'npy', '--overwrite']
+    assert replay('bag', options=[*options, '--format', 'sqlite3']) == 0
+    (folder / 'out' / 'notes').mkdir()
+    (folder / 'out' / 'notes' / 'letter.txt').write_text('dear')
+    assert replay('short', options=options) == 0
+    assert (folder / 'out' / 'notes' / 'letter.txt').read_text() == 'dear'
+    assert {path.name for path in (folder / 'out').iterdir()} == {
+        'calibration.json', 'disparity', 'metadata.yaml', 'notes', 'out_0.mcap', 'replay.json'}
+    assert len(list((folder / 'out' / 'disparity').iterdir())) == 2
+
+
+@pytest.mark.parametrize('output', ['.', '../link'])
+def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, capsys, monkeypatch, output):
+    write_bag(folder / 'bag')
+    write_bag(folder / 'bad', change=lambda number, messages: setattr(
+        messages[TOPICS[0]], 'encoding', 'nonsense'))
+    (folder / 'place').mkdir()
+    (folder / 'link').symlink_to('place')
+    monkeypatch.chdir(folder / 'place')
+    refusal(capsys, '../bad', output=output)
+    assert list((folder / 'place').iterdir()) == []
+    for options in ([], ['--overwrite'], ['--resume']):
+        assert replay('../bag', output=output, options=options) == 0
+        assert {path.name for path in (folder / 'place').iterdir()} == {
+            'metadata.yaml', 'place_0.mcap', 'replay.json'}
+        assert list(disparities(folder / 'place')) == stamps()
+
+
+def test_an_output_never_replaces_what_is_read(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag', options=['--keep']) == 0
+    assert refusal(capsys, 'out', options=['--overwrite']) == (
+        '--output is out, which holds the input out')
+    assert refusal(capsys, 'out/out_0.mcap', options=['--overwrite']) == (
+        '--output is out, which holds the input out/out_0.mcap')
+
+
+@pytest.mark.parametrize('content', ['{', '[1]', '[' * 100_000])
+def test_a_damaged_record_is_refused(folder, capsys, content):
+    write_bag(folder / 'bag')
+    assert replay('bag') == 0
+    (folder / 'out' / 'replay.json').write_text(content)
+    assert 'replay.json is damaged; begin anew with --overwrite' in refusal(
+        capsys, 'bag', options=['--resume'])
+
+
+def test_the_record_says_what_the_output_was_made_of(folder, capsys):
+    write_bag(folder / 'bag')
+    assert replay('bag', options=['--queue-size', 9]) == 0
+    record = json.loads((folder / 'out' / 'replay.json').read_text())
+    assert record['bags'] == ['bag']
+    assert record['topics']['left'] == TOPICS[0]
+    assert (record['settings']['queue_size'], record['matcher']['disparities']) == (9, 16)

@@ -1,0 +1,218 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo replay` on workers: always the same segments, whoever matches them and dies."""
+from concurrent.futures import ThreadPoolExecutor
+import os
+import signal
+import subprocess
+import sys
+
+from dask_processes import dask_processes
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.replay.request import WARM_PAIRS
+from fuzzy_stereo_ros.replay.segments import SEGMENT_PAIRS
+from made_bags import (
+    BEGIN, content, DISPARITIES, disparities, pixels_of, scene, stamps, STEP, TOPICS, write_bag,
+    write_torn_bag)
+import numpy as np
+import pytest
+from replayed import figures, refusal, replay
+from repository import ROOT
+
+PAIRS = 2 * SEGMENT_PAIRS + 20
+INTERRUPTED = 130
+INTERRUPTED_AT = """\
+import os, signal, sys
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.replay.report import Shown
+steps = []
+def step(shown):
+    steps.append(None)
+    if len(steps) == int(sys.argv[1]):
+        os.killpg(0, signal.SIGINT)
+if __name__ == '__main__':
+    Shown.step = step
+    sys.exit(main(sys.argv[2:]))
+"""
+HALTING = """\
+import threading
+from fuzzy_stereo_ros.pair_matcher import Rig
+match_pair, pairs = Rig.match_pair, []
+def halting(rig, pair):
+    pairs.append(None)
+    if len(pairs) == 30:
+        print('in the middle', flush=True)
+        threading.Event().wait()
+    return match_pair(rig, pair)
+Rig.match_pair = halting
+"""
+
+
+@pytest.fixture(scope='module')
+def cluster(tmp_path_factory):
+    """Give a scheduler with two workers."""
+    with dask_processes(tmp_path_factory.mktemp('dask')) as processes:
+        for _ in range(2):
+            processes.worker()
+        yield processes
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def in_segments(pairs, times=None, refused=(), length=SEGMENT_PAIRS):
+    """Return the float32 (R, C) of each DisparityImage, as a matcher finds them by itself."""
+    times, found = times or stamps(len(pairs)), []
+    for begin in range(0, len(pairs), length):
+        matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES))
+        for number in range(max(begin - WARM_PAIRS, 0), min(begin + length, len(pairs))):
+            if number and times[number] < times[number - 1]:
+                matcher.reset()
+            if number in refused:
+                continue
+            match = matcher.match(pairs[number].left, pairs[number].right, times[number])
+            if number >= begin:
+                found.append(np.where(np.isnan(match.disparity), -1,
+                                      np.maximum(match.disparity, 0)))
+    return found
+
+
+def written(path):
+    """Return the float32 (R, C) of each DisparityImage of a bag."""
+    return [pixels_of(message.image) for _, _, message in content(path, '/disparity')]
+
+
+def assert_same(found, expected):
+    """Compare two lists of arrays bit for bit."""
+    for one, other in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_cluster_finds_what_a_matcher_finds_in_segments(
+        folder, capsys, cluster):
+    pairs = scene(PAIRS)
+    write_bag(folder / 'bag', pairs=pairs)
+    expected = in_segments(pairs)
+    assert not np.array_equal(expected[SEGMENT_PAIRS],
+                              in_segments(pairs, length=PAIRS)[SEGMENT_PAIRS])
+    found = figures(capsys, 'bag', options=['--scheduler', cluster.address])
+    assert_same(written(folder / 'out'), expected)
+    assert list(disparities(folder / 'out')) == stamps(PAIRS)
+    assert found['segments'] == {'matched': 3, 'pairs': SEGMENT_PAIRS, 'workers': 2}
+    assert (found['pairs']['matched'], found['pairs']['matched_again']) == (PAIRS, 2 * WARM_PAIRS)
+    assert found['pairs']['warm'] == PAIRS + 2 * WARM_PAIRS - 3
+    assert 0 < found['share_not_matching'] < 1
+    assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
+    assert f'{PAIRS} pairs matched, in 3 segments on 2 workers, {2 * WARM_PAIRS} were matched ' \
+        'again to warm up' in capsys.readouterr().out
+
+
+def test_what_a_worker_does_without_is_told_by_the_replay(folder, capsys):
+    write_bag(folder / 'bag', pairs=scene(3))
+    with dask_processes(folder, NUMBA_CACHE_DIR='/dev/null') as processes:
+        processes.worker()
+        assert replay('bag', options=['--scheduler', processes.address]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith('fuzzy-stereo: compiled kernels cannot be kept in NUMBA_CACHE_DIR (')
+
+
+def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys, cluster):
+    narrow, nonsense, back = SEGMENT_PAIRS - 4, SEGMENT_PAIRS - 2, SEGMENT_PAIRS + 10
+    pairs = scene(SEGMENT_PAIRS + 20)
+    times = [BEGIN + (number - back * (number >= back)) * STEP for number in range(len(pairs))]
+
+    def spoil(number, messages):
+        for topic, message in messages.items():
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(times[number], 10**9)
+            if number == narrow and topic in TOPICS[::2]:
+                message.width = DISPARITIES - 4
+        if number == nonsense:
+            messages[TOPICS[0]].encoding = 'nonsense'
+
+    write_bag(folder / 'bag', pairs=pairs, change=spoil)
+    plain = figures(capsys, 'bag', output='plain')
+    found = figures(capsys, 'bag', options=['--scheduler', cluster.address])
+    assert found['pairs']['refused'] == plain['pairs']['refused'] == {'encoding': 1, 'match': 1}
+    assert found['remarks'] == plain['remarks']
+    assert found['pairs']['matched'] == len(pairs) - 2
+    assert found['pairs']['matched_again'] == WARM_PAIRS - 2
+    assert_same(written(folder / 'out'), in_segments(pairs, times, (narrow, nonsense)))
+    assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
+    told = capsys.readouterr().err
+    assert 'the stamps went back: starting anew' in told
+    assert f'pair {times[narrow] / 1e9:.3f} refused: ' in told
+    assert f'pair {times[nonsense] / 1e9:.3f} refused: left image: encoding is' in told
+
+
+def test_what_is_chosen_and_copied_is_where_it_is_without_workers(folder, cluster):
+    def more(bag, number, logged):
+        for part in range(2):
+            bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
+                      logged + part)
+
+    write_bag(folder / 'bag', pairs=scene(PAIRS), more=more)
+    options = ['--every', 2, '--start', 2 * STEP / 1e9, '--keep', '/chatter', TOPICS[0],
+               '--with', 'points2', 'confidence', 'depth']
+    assert replay('bag', output='plain', options=options) == 0
+    assert replay('bag', options=[*options, '--scheduler', cluster.address]) == 0
+    found, plain = (content(folder / name) for name in ('out', 'plain'))
+    assert [one[:2] for one in found] == [one[:2] for one in plain]
+    assert_same(written(folder / 'out'), in_segments(
+        scene(PAIRS)[2::2], stamps(PAIRS)[2::2]))
+
+
+def test_a_worker_that_is_killed_loses_nothing(folder, capfd, cluster):
+    pairs = scene(5 * SEGMENT_PAIRS)
+    write_bag(folder / 'bag', pairs=pairs)
+    process, address = cluster.worker(HALTING)
+    with ThreadPoolExecutor(1) as killing:
+        killed = killing.submit(lambda: (process.stdout.readline(), process.kill()))
+        found = figures(capfd, 'bag', options=['--scheduler', cluster.address])
+        assert killed.result()[0] == b'in the middle\n'
+    assert process.wait() == -signal.SIGKILL
+    assert found['pairs']['matched'] == len(pairs)
+    assert found['segments'] == {'matched': 5, 'pairs': SEGMENT_PAIRS, 'workers': 3}
+    assert_same(written(folder / 'out'), in_segments(pairs))
+
+
+def run(*arguments):
+    """Run `fuzzy-stereo replay` in a process and a group of processes of its own."""
+    return subprocess.run(
+        [sys.executable, '-c', INTERRUPTED_AT, *map(str, arguments), '--output', 'out',
+         '--disparities', str(DISPARITIES)], capture_output=True, text=True,
+        start_new_session=True, env={**os.environ, 'PYTHONPATH': str(ROOT)})
+
+
+def test_two_workers_that_are_interrupted_and_one_that_goes_on_find_the_same(folder, capsys):
+    pairs, later = scene(PAIRS), 12
+    write_bag(folder / 'bag', pairs=pairs)
+    ended = run(SEGMENT_PAIRS + later, 'replay', 'bag', '--workers', 2)
+    assert ended.returncode == INTERRUPTED
+    assert ended.stderr.splitlines() == [
+        f'interrupted: out holds {SEGMENT_PAIRS + later} pairs, up to '
+        f'{((SEGMENT_PAIRS + later - 1) * STEP + 3) / 1e9:.3f} s into the bag; --resume goes on']
+    expected = in_segments(pairs)
+    assert_same(written(folder / 'out'), expected[:SEGMENT_PAIRS + later])
+    assert refusal(capsys, 'bag', options=['--resume']) == (
+        '--resume goes on with the options of before; different are segments '
+        f'({SEGMENT_PAIRS}, now None)')
+    found = figures(capsys, 'bag', options=['--workers', 1, '--resume'])
+    assert found['segments'] == {'matched': 2, 'pairs': SEGMENT_PAIRS, 'workers': 1}
+    assert found['pairs']['matched'] == PAIRS - SEGMENT_PAIRS - later
+    assert found['pairs']['matched_again'] == WARM_PAIRS + later + WARM_PAIRS
+    assert_same(written(folder / 'out'), expected)
+
+
+def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, cluster):
+    pairs = scene(60, rows=120, columns=240)
+    write_torn_bag(folder / 'bag', pairs, 30)
+    sentences = [refusal(capsys, 'bag', output=output, options=['--keep', TOPICS[0], *options])
+                 for output, options in (('plain', []), ('out', ['--scheduler', cluster.address]))]
+    assert sentences[0] == sentences[1].replace('out holds', 'plain holds')
+    found, plain = (content(folder / name) for name in ('out', 'plain'))
+    assert [one[:2] for one in found] == [one[:2] for one in plain]
+    assert 10 < len(written(folder / 'out')) <= 30

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Workers that are not there or cannot match end `fuzzy-stereo replay` with one sentence."""
+import os
+import signal
+import sys
+
+from dask_processes import dask_processes
+from fuzzy_stereo_ros import __version__
+from fuzzy_stereo_ros.replay import cluster as replay_cluster, cluster_options
+from made_bags import disparities, write_bag
+import pytest
+from replayed import refusal, replay, run
+
+OTHER_VERSION = "import fuzzy_stereo_ros; fuzzy_stereo_ros.__version__ = '0.0.7'"
+WITHOUT_PACKAGE = "import sys; sys.modules['fuzzy_stereo_ros'] = None"
+OTHER_OPENCV = "import cv2; cv2.__version__ = '4.0'"
+INTERRUPTED = 130
+PLAIN = """\
+import sys
+from fuzzy_stereo_ros.commands.command_line import main
+sys.exit(main(sys.argv[2:]))
+"""
+DEADLY = """\
+import os
+from fuzzy_stereo_ros.pair_matcher import Rig
+Rig.match_pair = lambda rig, pair: os._exit(1)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in a folder with a bag, where schedulers answer soon or not at all."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cluster_options, 'ANSWER_SECONDS', 1)
+    write_bag(tmp_path / 'bag')
+    return tmp_path
+
+
+@pytest.fixture
+def refused(folder, capfd):
+    """Return a function that gives all that a replay in vain says, after which nothing is left."""
+    def sentence(*options):
+        text = refusal(capfd, 'bag', options=options)
+        assert sorted(path.name for path in folder.iterdir()) == ['bag']
+        return text
+
+    return sentence
+
+
+def test_options_that_ask_for_no_workers_are_refused(refused):
+    assert refused('--workers', 0) == '--workers is 0; allowed are whole numbers from 1'
+    assert refused('--workers', 2, '--scheduler', 'tcp://127.0.0.1:1') == (
+        '--workers starts workers and --scheduler takes others: give one of them')
+
+
+def test_without_dask_it_says_what_to_install(refused, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    assert refused('--workers', 2) == (
+        'there is no distributed, which shares work among processes: '
+        "pip install 'fuzzy_stereo_ros[cluster]'")
+
+
+@pytest.mark.parametrize('address', ['tcp://127.0.0.1:1', 'nothing', 'foo://bar:1'])
+def test_an_address_without_scheduler_is_refused(refused, address):
+    assert refused('--scheduler', address).startswith(
+        f'--scheduler is {address}, where no scheduler of Dask answers: ')
+
+
+def test_an_address_that_is_none_leaves_nothing_that_ends_at_length(folder):
+    ended = run(PLAIN, 0, 'bag', '--scheduler', 'nothing')
+    sentence, = (line for line in ended.stderr.splitlines() if 'compiled kernels' not in line)
+    assert sentence.endswith("answers: missing port number in address 'nothing'")
+
+
+def test_workers_that_cannot_match_are_refused(folder, refused, tmp_path_factory, capfd):
+    with dask_processes(tmp_path_factory.mktemp('dask')) as processes:
+        name = processes.address
+        options = '--scheduler', name
+        assert refused(*options) == (
+            f'{name} has no workers: start some with `dask worker {name}`, where '
+            'fuzzy_stereo_ros is installed')
+        for before, fault in (
+                (OTHER_VERSION, f'has fuzzy_stereo_ros 0.0.7, this is {__version__}: install '
+                                'the same everywhere'),
+                (WITHOUT_PACKAGE, 'cannot use fuzzy_stereo_ros (ModuleNotFoundError(')):
+            _, address = processes.worker(before)
+            assert refused(*options).startswith(f'the worker {address} {fault}')
+            processes.client.retire_workers([address])
+        processes.worker(OTHER_OPENCV)
+        assert replay('bag', options=options) == 0
+        assert 'has opencv 4.0 (here ' in capfd.readouterr().err
+        assert len(disparities(folder / 'out')) == 6
+
+
+def test_a_scheduler_without_the_package_is_refused(refused, tmp_path_factory):
+    with dask_processes(tmp_path_factory.mktemp('dask'), WITHOUT_PACKAGE) as processes:
+        processes.worker()
+        sentence = refused('--scheduler', processes.address)
+        assert sentence.startswith(
+            f'the scheduler {processes.address} cannot use fuzzy_stereo_ros (')
+        assert sentence.endswith(f'): install fuzzy_stereo_ros {__version__} there')
+
+
+def test_pairs_that_kill_worker_after_worker_end_it(refused, tmp_path_factory):
+    with dask_processes(tmp_path_factory.mktemp('dask'),
+                        DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES='0') as processes:
+        processes.worker(DEADLY)
+        assert refused('--scheduler', processes.address) == (
+            f'worker after worker of {processes.address} ended over the same pairs, 1 in all: '
+            'see what they wrote last, and whether they have enough memory; no pair could be '
+            'matched before that')
+
+
+def test_where_no_worker_is_left_it_does_not_wait_for_ever(
+        refused, tmp_path_factory, monkeypatch):
+    for name in ('COUNT_SECONDS', 'LOST_SECONDS'):
+        monkeypatch.setattr(replay_cluster, name, 1)
+    with dask_processes(tmp_path_factory.mktemp('dask')) as processes:
+        processes.worker(DEADLY)
+        assert refused('--scheduler', processes.address) == (
+            f'{processes.address} has had no worker for 1 s; no pair could be matched before '
+            'that')
+
+
+def test_an_interruption_while_workers_start_ends_when_they_are_there(
+        folder, capfd, monkeypatch):
+    events = []
+
+    def cluster(arguments, config, told, opened):
+        opened.callback(closed)
+        os.kill(os.getpid(), signal.SIGINT)
+        events.append('started')
+
+    def closed():
+        os.kill(os.getpid(), signal.SIGINT)
+        events.append('closed')
+
+    monkeypatch.setattr(cluster_options, '_cluster', cluster)
+    handler = signal.getsignal(signal.SIGINT)
+    assert replay('bag', options=['--workers', 1]) == INTERRUPTED
+    assert events == ['started', 'closed']
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert capfd.readouterr().err == ''
+    assert [path.name for path in folder.iterdir()] == ['bag']

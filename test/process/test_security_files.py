@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where commands and the node write, and that they open no sockets: SECURITY.md promises it."""
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import fuzzy_stereo_ros
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from node_process import ROOT
+import pytest
+from saved_scene import running
+
+CODE = Path(fuzzy_stereo_ros.__file__).parent
+ASKING = 'subprocess.Popen', 'lscpu'    # by numpy.testing of NumPy 1, which numba imports
+
+
+def environment(folder, module):
+    """Return the environment of an audited module whose home is in a folder."""
+    return {**os.environ, 'AUDITED_MODULE': module, 'AUDITED_NOTES': str(folder / 'notes'),
+            'PYTHONPATH': os.pathsep.join([str(ROOT), str(ROOT / 'test' / 'support')]),
+            'HOME': str(folder / 'home')}
+
+
+def is_cache(path):
+    """Return whether a path is of the cache of kernels, or of Python's own beside the code."""
+    return FOLDER.parent in (path, *path.parents) or (
+        CODE in path.parents and '__pycache__' in path.parts)
+
+
+def noted(folder, allowed):
+    """Return what was noted but for writing below allowed folders and to caches of code."""
+    lines = (folder / 'notes').read_text().splitlines()
+    notes = [json.loads(line) for line in lines]
+    assert notes, 'nothing was noted'
+    return [(event, where) for event, where in notes if event.startswith('socket') or not any(
+        one in (Path(where), *Path(where).parents) for one in (*allowed, Path(os.devnull)))
+        and not is_cache(Path(where)) and (event, Path(where).name) != ASKING]
+
+
+def audited(folder, *words):
+    """Run `fuzzy-stereo` with words in a folder's `work` and return what it did elsewhere."""
+    subprocess.run([sys.executable, '-m', 'audited', *words], cwd=folder / 'work', check=True,
+                   capture_output=True, env=environment(
+                       folder, f'{fuzzy_stereo_ros.__name__}.command_line'))
+    return noted(folder, [folder / 'work' / 'out'])
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with a home, and a place to work with images, a saved pair and `out`."""
+    for name in ('home', 'work', 'work/out'):
+        (tmp_path / name).mkdir()
+    pair = made_pair(40, 100, 32)
+    write_image(tmp_path / 'work' / 'left.png', pair.left)
+    write_image(tmp_path / 'work' / 'right.png', pair.right)
+    write_saved_pair(tmp_path / 'work' / 'report', running()[2])
+    return tmp_path
+
+
+COMMANDS = {
+    'match': 'match left.png right.png --disparities 32 --output out/disparity.pfm --picture '
+             'out/disparity.png',
+    'saved': 'match --saved report --output out/again.npy',
+    'synthesise': 'synthesise --output out/scene --frames 1 --columns 70 --rows 20',
+    'synthesise a bag': 'synthesise --output out/bag --format bag --frames 2 --columns 70 '
+                        '--rows 20',
+    'replay a bag': 'replay recorded --output out/matched --disparities 16 --files npy --keep',
+}
+
+
+@pytest.mark.parametrize('name', COMMANDS)
+def test_a_command_writes_only_where_it_is_told_and_opens_no_socket(name, folder):
+    if 'bag' in name:
+        made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
+        made_bags.write_bag(folder / 'work' / 'recorded', pairs=made_bags.scene(2))
+    assert audited(folder, *COMMANDS[name].split()) == []
+    assert [*(folder / 'work' / 'out').iterdir()]
+    assert [*(folder / 'home').iterdir()] == []
+
+
+def test_what_is_written_elsewhere_and_sockets_are_found_out(tmp_path):
+    (tmp_path / 'breaking.py').write_text(
+        'import pathlib, socket, subprocess\n'
+        "pathlib.Path('allowed').mkdir()\n"
+        "pathlib.Path('allowed/file').write_text('')\n"
+        "pathlib.Path('forbidden').write_text('')\n"
+        'socket.socket().close()\n'
+        "subprocess.run(['true'])\n")
+    variables = environment(tmp_path, 'breaking')
+    variables['PYTHONPATH'] += f'{os.pathsep}{tmp_path}'
+    subprocess.run([sys.executable, '-m', 'audited'], cwd=tmp_path, check=True, env=variables)
+    events = [event for event, _ in noted(tmp_path, [tmp_path / 'allowed'])]
+    assert [event for event in events if event != 'os.mkdir'][:2] == ['open', 'socket.__new__']
+    assert 'subprocess.Popen' in events
+
+
+HOSTILE = ('/../../../evil/left/image_rect', '/../../../evil/left/camera_info',
+           '/../../../evil/right/image_rect', '/../../../evil/right/camera_info')
+
+
+def all_files(folder):
+    return {path for path in folder.rglob('*') if path.is_file()}
+
+
+def test_names_of_topics_in_a_bag_are_no_paths(tmp_path):
+    made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
+    inner = tmp_path / 'one' / 'two' / 'three'
+    inner.mkdir(parents=True)
+    made_bags.write_bag(inner / 'recorded', pairs=made_bags.scene(2), topics=HOSTILE)
+    before = all_files(tmp_path)
+    assert main(['replay', str(inner / 'recorded'), '--output', str(inner / 'matched'),
+                 '--disparities', '16', '--files', 'npy', '--keep']) == 0
+    new = all_files(tmp_path) - before
+    assert new and all(inner / 'matched' in path.parents for path in new)
+
+
+def test_a_bag_leads_to_no_file_outside_its_folder(tmp_path, capsys):
+    made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
+    made_bags.write_bag(tmp_path / 'secret', pairs=made_bags.scene(2))
+    made_bags.write_bag(tmp_path / 'recorded', pairs=made_bags.scene(2))
+    (stored,) = (tmp_path / 'recorded').glob('*.mcap')
+    stored.unlink()
+    metadata = tmp_path / 'recorded' / 'metadata.yaml'
+    metadata.write_text(metadata.read_text().replace(stored.name, '../secret/secret.mcap'))
+    assert main(['replay', str(tmp_path / 'recorded'), '--output', str(tmp_path / 'matched'),
+                 '--disparities', '16']) == 2
+    assert 'cannot be read as a bag' in capsys.readouterr().err
+    assert not (tmp_path / 'matched').exists()
+
+
+def test_a_bag_whose_description_asks_for_objects_makes_none(tmp_path, capsys):
+    made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
+    made_bags.write_bag(tmp_path / 'recorded', pairs=made_bags.scene(1))
+    (tmp_path / 'recorded' / 'metadata.yaml').write_text(
+        f'!!python/object/apply:os.mkdir ["{tmp_path / "evil"}"]\n')
+    assert main(['replay', str(tmp_path / 'recorded'), '--output', str(tmp_path / 'matched'),
+                 '--disparities', '16']) == 2
+    assert not (tmp_path / 'evil').exists()

@@ -1,0 +1,215 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the real node: one declaration, files that load, changes whole or not at all."""
+
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.parameters.table import (
+    IGNORED_PARAMETERS, matcher_parameters, nearest, NODE_PARAMETERS, parameter_file,
+    profile_config)
+from fuzzy_stereo_ros.saved_pairs.versions import package_version
+from migration_page import block
+from node_process import shifted_pair, values_of
+import numpy as np
+import pytest
+from repository import ROOT
+
+PAIR = shifted_pair(7)
+ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+
+
+@pytest.fixture(scope='module')
+def bench(make_bench):
+    """Return a node with the package's own file of parameters."""
+    file = ROOT / 'config' / 'fuzzy_stereo.yaml'
+    with make_bench('--ros-args', '--params-file', str(file), '-p', 'disparity_range:=16') as it:
+        it.listen()
+        it.connect()
+        it.first_match(*PAIR)
+        yield it
+
+
+def test_the_file_of_parameters_is_the_declaration():
+    assert (ROOT / 'config' / 'fuzzy_stereo.yaml').read_text() == parameter_file(), (
+        'write what parameter_table.parameter_file() returns into the file')
+
+
+def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):
+    names = [row.name for row in ROWS]
+    values = dict(zip(names, bench.parameters(*names)))
+    assert values == {**{row.name: row.default for row in ROWS}, 'disparity_range': 16,
+                      'input_qos': 'reliable'}
+    assert bench.parameters(*IGNORED_PARAMETERS) == [None] * len(IGNORED_PARAMETERS)
+
+
+def test_a_descriptor_has_the_sentence_the_range_and_whether_it_is_fixed(bench):
+    number = bench.descriptor('disparity_range')
+    assert number.description == (
+        'number of disparities searched, from min_disparity upwards [1 to 4096 px]')
+    assert (number.integer_range[0].from_value, number.integer_range[0].to_value) == (1, 4096)
+    assert not number.read_only
+    real = bench.descriptor('confidence_threshold').floating_point_range[0]
+    assert (real.from_value, real.to_value) == (0.0, 1.0)
+    assert bench.descriptor('queue_size').read_only
+    assert 'ignored' in bench.descriptor('P1').description
+
+
+def test_a_change_is_in_force_once_it_is_prepared(bench):
+    assert bench.match(*PAIR).max_disparity == 15.0
+    assert bench.change(disparity_range=24, min_disparity=-4) == (True, '')
+    message = bench.match(*PAIR)
+    assert (message.min_disparity, message.max_disparity) == (-4.0, 19.0)
+    near = np.abs(values_of(message.image)[:, 19:] - 7) < 0.5
+    assert near.mean() > 0.95
+    assert bench.change(disparity_range=16, min_disparity=0) == (True, '')
+
+
+def test_while_a_change_is_prepared_pairs_are_matched_with_the_old_value_and_none_is_lost(bench):
+    assert bench.match(*PAIR).max_disparity == 15.0
+    before, mark = bench.counts(), bench.node.mark()
+    assert before['disparity_range in use'] == '16'
+    assert before['change of parameters'] == 'none'
+    assert bench.set_parameters(disparity_range=32) == (True, '')
+    assert bench.parameters('disparity_range') == [32]
+    found = []
+    while not found or found[-1] == 15.0:
+        prepared = 'prepared, from the next pair on' in bench.node.log(mark)
+        found.append(bench.match(*PAIR).max_disparity)
+        assert found[-1] == 31.0 or not prepared
+    found += [bench.match(*PAIR).max_disparity for _ in range(3)]
+    assert found == sorted(found)
+    assert set(found) <= {15.0, 31.0}
+    after = bench.counts()
+    assert after['disparity_range in use'] == '32'
+    assert after['change of parameters'] == 'none'
+    assert int(after['pairs matched']) - int(before['pairs matched']) == len(found)
+    for lost in ('pairs dropped', 'pairs refused', 'pairs waiting'):
+        assert after[lost] == before[lost]
+    assert bench.change(disparity_range=16) == (True, '')
+
+
+def test_a_change_that_is_not_allowed_changes_nothing(bench):
+    done, reason = bench.set_parameters(disparity_range=20, neighbourhood=4)
+    assert not done
+    assert reason == 'neighbourhood is 4; allowed are odd numbers from 1 to 31'
+    assert bench.parameters('disparity_range', 'neighbourhood') == [16, 25]
+    assert bench.match(*PAIR).max_disparity == 15.0
+
+
+@pytest.mark.parametrize('change, reason', [
+    ({'disparity_range': 0}, 'disparity_range out of range'),
+    ({'profile': 'fast'}, "profile is 'fast'; allowed are "),
+    ({'algorithm': 'luck'}, "algorithm is 'luck'; allowed are realtime, quality, paper"),
+    ({'queue_size': 3}, 'read-only parameter: queue_size'),
+    ({'confidence_threshold': 'high'}, 'Wrong parameter type'),
+])
+def test_a_refusal_says_why(bench, change, reason):
+    done, said = bench.set_parameters(**change)
+    assert not done
+    assert reason in said
+
+
+def test_a_profile_presets_what_is_not_set_along_with_it(bench):
+    names = ('population', 'generations', 'algorithm', 'disparity_range')
+    before = bench.parameters(*names)
+    assert bench.change(profile='paper', population=4, generations=1) == (True, '')
+    assert bench.parameters(*names) == [4, 1, 'paper', 16]
+    message = bench.match(*PAIR)
+    assert message.delta_d == 1.0
+    assert message.max_disparity == 15.0
+    assert bench.change(profile='realtime') == (True, '')
+    assert bench.parameters(*names) == before
+    assert bench.match(*PAIR).delta_d == 1 / 16
+
+
+def test_a_file_written_for_the_peer_loads_and_what_is_ignored_is_said_once(make_bench, tmp_path):
+    file = tmp_path / 'peer.yaml'
+    file.write_text(block('yaml'))
+    with make_bench('--ros-args', '--params-file', str(file), best_effort=True,
+                    reliable=True) as bench:
+        bench.listen()
+        bench.connect()
+        message = bench.first_match(*PAIR)
+        assert (message.min_disparity, message.max_disparity) == (2.0, 33.0)
+        assert bench.parameters('speckle_size', 'queue_size', 'P1', 'confidence_threshold') == [
+            50, 7, 200.0, 0.0]
+        assert bench.parameters('qos_overrides./left/image_rect.subscription.reliability') == [
+            'reliable']
+        qos, = bench.listener.get_subscriptions_info_by_topic('/left/image_rect')
+        assert qos.qos_profile.reliability.name == 'RELIABLE'
+        warnings = [line for line in bench.node.log().splitlines() if 'WARN' in line]
+        assert len(warnings) == 1
+        assert warnings[0].endswith(
+            'are ignored: P1, P2, correlation_window_size, disp12_max_diff, prefilter_cap, '
+            'prefilter_size, sgbm_mode, stereo_algorithm, texture_threshold, uniqueness_ratio')
+
+
+def test_a_parameter_of_the_peer_s_that_is_set_later_is_said_to_be_ignored(bench):
+    mark = bench.node.mark()
+    assert bench.set_parameters(uniqueness_ratio=5.0, P1=300.0) == (True, '')
+    bench.node.logged('mean nothing here are ignored: P1, uniqueness_ratio', after=mark)
+
+
+def test_the_paper_s_profile_at_start_gives_left_referenced_disparities(make_bench):
+    arguments = ('profile:=paper', 'population:=8', 'generations:=2', 'disparity_range:=16')
+    with make_bench('--ros-args', *(word for one in arguments for word in ('-p', one))) as bench:
+        bench.listen()
+        bench.connect()
+        message = bench.first_match(*PAIR)
+        assert (message.max_disparity, message.delta_d) == (15.0, 1.0)
+        assert bench.parameters('algorithm', 'population') == ['paper', 8]
+
+
+@pytest.mark.parametrize('argument, sentence', [
+    ('disparity_range:=0', 'disparity_range is 0; allowed are whole numbers from 1 to 4096'),
+    ('disparity_range:=wide', "disparity_range is 'wide'; allowed are whole numbers from 1"),
+    ('profile:=fast', "profile is 'fast'; allowed are "),
+    ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),
+    ('parameters_version:=2', 'the file of parameters has version 2 of its format, '
+                              f'fuzzy_stereo_ros {package_version()} reads version 1; take a'),
+    ('queue_size:=0', 'queue_size is 0; allowed are numbers from 1 to'),
+    ('approximate_sync:=1', 'approximate_sync is 1; allowed are values like False'),
+    ('scale:=0.3', "scale is '0.3'; allowed are 1, 0.5, 0.25"),
+    ('input_qos:=best', "input_qos is 'best'; allowed are sensor_data, reliable, best_available"),
+    ('outputs:=disparity mesh',
+     "outputs is 'disparity mesh'; allowed are disparity, confidence, depth, points2, preview"),
+])
+def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(
+        start_node, argument, sentence):
+    node = start_node('--ros-args', '-p', argument)
+    assert node.finish(number=None) == 2
+    assert sentence in node.log()
+    assert 'Traceback' not in node.log()
+
+
+def test_a_newer_file_is_refused_for_its_version_whatever_else_is_new_in_it(start_node, tmp_path):
+    file = tmp_path / 'newer.yaml'
+    file.write_text('/**:\n  ros__parameters:\n    profile: turbo\n    parameters_version: 7\n')
+    node = start_node('--ros-args', '--params-file', str(file))
+    assert node.finish(number=None) == 2
+    assert 'the file of parameters has version 7 of its format' in node.log()
+
+
+def test_names_that_no_parameter_has_are_told_in_one_warning_with_what_may_be_meant(start_node):
+    names = ('disparity_rang', 'disparities', 'unheard', 'fill',
+             'qos_overrides./left/image_rect.subscription.depth')
+    node = start_node('--ros-args', *(
+        word for name in names for word in ('-p', f'{name}:={"true" if name == "fill" else 3}')))
+    node.logged('loading the kernels')
+    warning, = (line for line in node.log().splitlines() if 'WARN' in line)
+    assert warning.endswith(
+        'no parameters of this node are called so, and they change nothing: disparities (is '
+        'disparity_range meant?), disparity_rang (is disparity_range meant?), unheard')
+
+
+@pytest.mark.parametrize('name, meant', [
+    ('disparities', 'disparity_range'), ('aproximate_sync', 'approximate_sync'),
+    ('speckle_window_size', 'speckle_size'), ('zzz', None)])
+def test_the_nearest_name_is_suggested(name, meant):
+    assert nearest(name) == (f' (is {meant} meant?)' if meant else '')
+
+
+def test_every_parameter_of_the_matcher_but_the_reference_is_one_of_the_node():
+    names = {row.name for row in ROWS}
+    fields = set(MatcherConfig.__dataclass_fields__) - {'reference', 'disparities'}
+    assert fields | {'disparity_range'} <= names
+    assert 'reference' not in names

@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What tests with the real launch share; importing it skips where there is no launch."""
+import atexit
+from contextlib import contextmanager, ExitStack
+from functools import partial
+import os
+from pathlib import Path
+import shutil
+import tempfile
+import time
+import unittest
+
+from node_process import own_domain, ros_environment, shifted_pair, START, values_of
+import numpy as np
+import pytest
+from repository import ROOT
+
+WHY = 'launch, launch_ros and launch_testing are not importable: they come with ROS 2, not PyPI'
+launch = pytest.importorskip('launch', reason=WHY)
+launch_ros = pytest.importorskip('launch_ros.actions', reason=WHY)
+launch_testing = pytest.importorskip('launch_testing', reason=WHY)
+actions = pytest.importorskip('launch.actions', reason=WHY)
+asserts = pytest.importorskip('launch_testing.asserts', reason=WHY)
+
+FOLDER = ROOT / 'launch'
+PROFILES_FILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+SHIFT = 7
+PAIR = shifted_pair(SHIFT)
+MILLISECOND = 1_000_000
+SECOND = 1000 * MILLISECOND
+held = ExitStack()      # what a launch test holds on to from its start to its end
+# Launch opens its own log before a test can say where.
+launch.logging.launch_config.log_dir = tempfile.mkdtemp()
+atexit.register(shutil.rmtree, launch.logging.launch_config.log_dir)
+
+
+def hold_surroundings():
+    """Enter a domain of its own, with the variables of tests, until `Ended` is through."""
+    patch = held.enter_context(pytest.MonkeyPatch.context())
+    for name, value in ros_environment(
+            held.enter_context(tempfile.TemporaryDirectory())).items():
+        patch.setenv(name, value)
+    patch.setenv('ROS_DOMAIN_ID', str(held.enter_context(own_domain())))
+    patch.delenv(PROFILES_FILE)     # the launch files set it
+
+
+def included(file, **arguments):
+    """Return the action that includes one of our launch files, or any by its path."""
+    return actions.IncludeLaunchDescription(
+        str(FOLDER / file), launch_arguments=arguments.items())
+
+
+def written(name, text):
+    """Return the path of a file with this text, which is there until `Ended` is through."""
+    path = Path(held.enter_context(tempfile.TemporaryDirectory())) / name
+    path.write_text(text, encoding='utf-8')
+    return str(path)
+
+
+def description(*entities):
+    """Return the LaunchDescription of a launch test in surroundings of its own."""
+    hold_surroundings()
+    return launch.LaunchDescription([*entities, launch_testing.actions.ReadyToTest()])
+
+
+def small(**arguments):
+    """
+    Return the action that launches the node for the small pair, with further arguments.
+
+    Its QoS is reliable: a single pair that the busy machine loses would end a test.
+    """
+    return included('fuzzy_stereo.launch.py', disparity_range='16', confidence_threshold='0',
+                    input_qos='reliable', **arguments)
+
+
+@contextmanager
+def surroundings(**rig):
+    """Give a `ros_bench.Surroundings` in the domain of the launch; rig: options of the FakeRig."""
+    from ros_bench import Surroundings
+    around = Surroundings(int(os.environ['ROS_DOMAIN_ID']), reliable=True, **rig)
+    try:
+        yield around
+    finally:
+        around.close()
+
+
+def check_disparity(message, shift=SHIFT, disparities=16):
+    """See that a DisparityImage is that of a shifted pair, within half a pixel."""
+    assert message.max_disparity - message.min_disparity == disparities - 1
+    values = values_of(message.image)[:, disparities - 1:]
+    assert np.mean(np.abs(values - shift) < 0.5) > 0.95
+
+
+class Launched(unittest.TestCase):
+    """Tests of a launched node; self.around is a `Surroundings` with the options in `rig`."""
+
+    rig = {}
+    wanted = ''     # namespace of the outputs, with a / at its end
+
+    def setUp(self, proc_output, proc_info):
+        """Wait for the node, then connect the cameras that are not there."""
+        self.output, self.processes = proc_output, proc_info
+        self.logged('ready: the kernels are warm')
+        stack = ExitStack()
+        self.addCleanup(stack.close)
+        self.around = stack.enter_context(surroundings(**self.rig))
+        self.around.check = self.check
+
+    def check(self):
+        """See that every process lives."""
+        for process in self.processes:
+            assert not hasattr(process, 'returncode'), f'{process.process_name} has ended'
+
+    def connect(self):
+        """Subscribe to the outputs and wait until the node has subscribed to the rig."""
+        self.around.listen(namespace=self.wanted)
+        self.around.until(self.around.rig.subscribed, 'the node subscribes to the rig')
+
+    def logged(self, text):
+        """Wait for a text in what the processes print."""
+        deadline = time.monotonic() + START
+        with self.output.io_event:
+            while text not in b''.join(event.text for event in self.output).decode():
+                assert time.monotonic() < deadline, f'never logged: {text}'
+                self.check()
+                self.output.io_event.wait(1)
+
+    def parameters(self, node, *names):
+        """Return the values of parameters of a node, None for those that are not set."""
+        from rcl_interfaces.srv import GetParameters
+        from rclpy.parameter import parameter_value_to_python
+        client = self.around.listener.create_client(GetParameters, f'{node}/get_parameters')
+        self.around.until(client.service_is_ready, f'parameters of {node}')
+        future = client.call_async(GetParameters.Request(names=names))
+        self.around.until(future.done, f'parameters of {node}')
+        return [parameter_value_to_python(value) for value in future.result().values]
+
+    def answer(self, stamp):
+        """Return the DisparityImage with a stamp once it comes."""
+        answered = partial(self.around.disparities.pop, stamp, None)
+        return self.around.until(answered, f'disparity of {stamp}')
+
+
+class IncludedAndPlain(Launched):
+    """Tests of a launch file in another language: our file included, and our executable."""
+
+    def test_both_nodes_match_with_what_they_were_given(self):
+        """See the disparities and the name of each."""
+        for namespace, name in (('included', 'stereo'), ('plain', 'disparity_node')):
+            self.around.listen(namespace=f'/{namespace}/')
+            check_disparity(self.around.first_match(*PAIR))
+            self.around.leave()
+            assert self.parameters(f'/{namespace}/{name}', 'disparity_range', 'fill') == [16, True]
+
+
+class Ended(unittest.TestCase):
+    """What holds after each launch; make it a post_shutdown_test."""
+
+    def test_every_process_ended_with_code_0(self, proc_info):
+        """See the exit codes."""
+        asserts.assertExitCodes(proc_info, [0])
+
+    @classmethod
+    def tearDownClass(cls):
+        """Leave the surroundings."""
+        held.close()
+
+
+def visited(file, **arguments):
+    """
+    Return (context, actions) of a launch file: what it comes to, with nothing started.
+
+    Raises what a wrong argument raises.
+    """
+    context = launch.LaunchContext()
+    context.launch_configurations.update(arguments)
+
+    def visit(entity):
+        yield entity
+        if not isinstance(entity, launch_ros.Node):
+            for below in entity.visit(context) or []:
+                yield from visit(below)
+
+    return context, list(visit(included(file)))

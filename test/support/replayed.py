@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The command `replay` run on small bags, here or in a process, and what it should find."""
+import io
+import json
+import os
+import subprocess
+import sys
+
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from made_bags import DISPARITIES
+from repository import ROOT
+
+INTERRUPTED, TERMINATED = 130, 143
+RESTRICTED = """\
+import resource, sys
+from fuzzy_stereo_ros.commands.command_line import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+def replay(*bags, output='out', disparities=DISPARITIES, options=()):
+    """Run `fuzzy-stereo replay` and return its exit code."""
+    return main(['replay', *map(str, bags), '--output', str(output), '--disparities',
+                 str(disparities), *map(str, options)])
+
+
+def figures(capsys, *bags, code=0, **options):
+    """Run it with --json and return what it printed."""
+    options['options'] = (*options.get('options', ()), '--json')
+    capsys.readouterr()
+    assert replay(*bags, **options) == code, capsys.readouterr().err
+    return json.loads(capsys.readouterr().out)
+
+
+def refusal(capsys, *bags, **options):
+    """Run it in vain and return the one sentence it ends with."""
+    capsys.readouterr()
+    assert replay(*bags, **options) == 2
+    printed = capsys.readouterr()
+    assert 'Traceback' not in printed.err
+    return printed.err.splitlines()[-1].removeprefix('fuzzy-stereo: ')
+
+
+def run(code, number, *arguments):
+    """Run `fuzzy-stereo replay` in a process of its own, restricted by a number."""
+    return subprocess.run(
+        [sys.executable, '-c', code, str(number), 'replay', *map(str, arguments), '--output',
+         'out', '--disparities', '16'], capture_output=True, text=True,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+
+
+def matches(pairs, stamps, disparities=DISPARITIES, **changes):
+    """Return the Match of each pair: matched one after the other, without replay."""
+    matcher = StereoMatcher(MatcherConfig(disparities=disparities, **changes))
+    return [matcher.match(pair.left, pair.right, stamp=stamp)
+            for pair, stamp in zip(pairs, stamps)]
+
+
+class Terminal(io.StringIO):
+    """Standard error as if it were a terminal."""
+
+    def isatty(self):
+        """Return that it is one."""
+        return True
+
+
+def on_a_terminal(monkeypatch):
+    """Let standard error be a terminal, and return it."""
+    monkeypatch.setattr(sys, 'stderr', Terminal())
+    return sys.stderr

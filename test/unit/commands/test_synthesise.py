@@ -1,0 +1,220 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What `fuzzy-stereo synthesise` writes is the made scene and its cameras, as a whole or not."""
+import inspect
+import json
+import os
+from pathlib import Path
+import shlex
+import subprocess
+import sys
+from unittest import mock
+
+from fuzzy_stereo_ros.commands import synthesise
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.pairs.calibration import read_calibration
+from fuzzy_stereo_ros.pairs.camera_files import read_calibration_files
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
+from fuzzy_stereo_ros.synthetic.scene_options import BASELINE, CAMERA, FOCAL, SCENE_PARAMETERS
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+import numpy as np
+import pytest
+from repository import ROOT
+
+SMALL = ['--columns', '70', '--rows', '40', '--disparities', '16']
+SEQUENCE = [*SMALL, '--frames', '3', '--seed', '4', '--poles', '2', '--fence', '5', '--pan', '3',
+            '--motion', '2', '--noise', '1', '--exposure', '0.9', '--flicker', '0.1',
+            '--min-disparity', '2', '--offset', '-5']
+MADE = {'rows': 40, 'columns': 70, 'disparities': 16, 'frames': 3, 'seed': 4, 'poles': 2,
+        'fence': 5, 'pan': 3.0, 'motion': 2.0, 'noise': 1.0, 'exposure': 0.9, 'flicker': 0.1,
+        'min_disparity': 2}
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def synthesised(*words):
+    return main(['synthesise', '--output', 'scene', *words])
+
+
+def files():
+    return sorted(str(path) for path in Path().rglob('*') if path.is_file())
+
+
+def assert_calibrated(calibration):
+    assert calibration.focal == pytest.approx(FOCAL * 70)
+    assert calibration.baseline == pytest.approx(BASELINE)
+    assert calibration.offset == pytest.approx(-5)
+    assert calibration.left == pytest.approx((FOCAL * 70, FOCAL * 70, 34.5, 19.5))
+
+
+def test_the_files_hold_the_scene_that_the_options_make():
+    assert synthesised(*SEQUENCE) == 0
+    assert files() == sorted([
+        *(f'scene/{name}/{number:04}.{suffix}' for number in range(3)
+          for name, suffix in (('left', 'png'), ('right', 'png'), ('visible', 'png'),
+                               ('truth', 'pfm'))),
+        'scene/calib.txt', 'scene/left.yaml', 'scene/right.yaml'])
+    for number, pair in enumerate(made_sequence(**MADE)):
+        assert np.array_equal(read_image(f'scene/left/{number:04}.png'), pair.left)
+        assert np.array_equal(read_image(f'scene/right/{number:04}.png'), pair.right)
+        assert np.array_equal(read_disparity(f'scene/truth/{number:04}.pfm'), pair.truth)
+        assert np.array_equal(read_image(f'scene/visible/{number:04}.png'),
+                              np.where(pair.visible, 255, 0))
+
+
+def test_calib_txt_and_both_yaml_files_are_of_the_cameras_of_the_scene():
+    assert synthesised(*SEQUENCE) == 0
+    for names in (['calib.txt'], ['left.yaml', 'right.yaml']):
+        calibration, size = read_calibration_files([Path('scene', name) for name in names])
+        assert_calibrated(calibration)
+        assert size == (40, 70)
+
+
+@pytest.mark.parametrize('words, options', [
+    ([], {}), (['--colour'], {'colour': True}), (['--bits', '12'], {'bits': 12}),
+    (['--bits', '12', '--colour'], {'bits': 12, 'colour': True})])
+def test_a_bag_holds_the_same_scene_with_equal_stamps_at_the_rate(words, options):
+    highlevel = pytest.importorskip('rosbags.highlevel')
+    typesys = pytest.importorskip('rosbags.typesys')
+    assert synthesised(*SEQUENCE, *words, '--format', 'bag', '--rate', '8') == 0
+    heard = {}
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    with highlevel.AnyReader([Path('scene')], default_typestore=store) as reader:
+        for connection, stamp, content in reader.messages():
+            message = reader.deserialize(content, connection.msgtype)
+            assert stamp_of(message.header) == stamp
+            heard.setdefault(connection.topic, {})[stamp] = message
+    assert sorted(heard) == ['/left/camera_info', '/left/image_rect', '/right/camera_info',
+                             '/right/image_rect']
+    stamps = sorted(heard['/left/image_rect'])
+    assert all(sorted(messages) == stamps for messages in heard.values())
+    assert np.diff(stamps).tolist() == [125_000_000] * 2
+    for stamp, pair in zip(stamps, made_sequence(**MADE, **options)):
+        for side, image in (('left', pair.left), ('right', pair.right)):
+            read = read_message(heard[f'/{side}/image_rect'][stamp])
+            assert read.dtype == image.dtype and np.array_equal(read, image)
+        assert_calibrated(read_calibration(heard['/left/camera_info'][stamp],
+                                           heard['/right/camera_info'][stamp]))
+
+
+def test_every_option_of_a_made_sequence_is_one_of_the_command():
+    assert set(SCENE_PARAMETERS) - set(CAMERA) == set(inspect.signature(made_sequence).parameters)
+
+
+def test_what_to_do_next_works_as_it_is_printed(capsys):
+    assert synthesised(*SEQUENCE) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0] == 'scene: 3 pairs of 70x40 pixels, 16 disparities from 2 px'
+    words = shlex.split(printed[1].removeprefix('match the first: fuzzy-stereo '))
+    assert main([*words, '--json']) == 0
+    truth = json.loads(capsys.readouterr().out)['ground_truth']
+    assert truth['pixels'] == np.count_nonzero(next(made_sequence(**MADE)).visible)
+
+
+def test_json_tells_what_was_made(capsys):
+    assert synthesised(*SEQUENCE, '--json') == 0
+    told = json.loads(capsys.readouterr().out)
+    assert MADE.items() <= told.items()
+    assert (told['output'], told['format'], told['offset']) == ('scene', 'images', -5)
+
+
+def test_nothing_is_overwritten_unless_it_is_asked_for_and_then_nothing_old_stays(capsys):
+    pytest.importorskip('rosbags')
+    assert synthesised(*SEQUENCE) == 0
+    before = Path('scene/left/0000.png').read_bytes()
+    assert synthesised(*SMALL, '--frames', '1') == 2
+    assert '--output is scene, which exists; give --overwrite' in capsys.readouterr().err
+    assert Path('scene/left/0000.png').read_bytes() == before
+    assert synthesised(*SMALL, '--frames', '1', '--overwrite') == 0
+    assert os.listdir('scene/left') == ['0000.png']
+    assert Path('scene/left/0000.png').read_bytes() != before
+    assert synthesised(*SMALL, '--frames', '1', '--overwrite', '--format', 'bag') == 0
+    assert files() == ['scene/metadata.yaml', 'scene/scene_0.mcap']
+    assert synthesised(*SMALL, '--frames', '1', '--overwrite') == 0
+    assert 'scene/metadata.yaml' not in files()
+
+
+def test_a_folder_of_something_else_is_never_replaced(capsys):
+    os.makedirs('scene/left')
+    Path('scene/left/mine.png').touch()
+    assert synthesised(*SMALL, '--overwrite') == 2
+    assert 'which holds what is no made sequence' in capsys.readouterr().err
+    assert files() == ['scene/left/mine.png']
+
+
+def test_a_recording_is_never_replaced(capsys):
+    pytest.importorskip('rosbags')
+    from made_bags import write_bag
+
+    recorded = write_bag(Path('scene'))
+    before = files()
+    assert synthesised(*SMALL, '--overwrite', '--format', 'bag') == 2
+    assert 'which holds what is no made sequence' in capsys.readouterr().err
+    assert files() == before and recorded.is_dir()
+
+
+def test_an_empty_folder_is_taken():
+    os.mkdir('scene')
+    assert synthesised(*SMALL, '--frames', '1') == 0
+    assert len(os.listdir('scene')) == 7
+
+
+@pytest.mark.parametrize('error, code, words', [
+    (OSError(28, 'No space left on device'), 2, 'scene cannot be written: No space left on dev'),
+    (KeyboardInterrupt(), 130, '')])
+def test_what_ends_half_way_leaves_nothing_behind(error, code, words, capsys):
+    with mock.patch.object(synthesise, 'write_disparity', side_effect=error):
+        assert synthesised(*SMALL) == code
+    assert words in capsys.readouterr().err
+    assert os.listdir() == []
+
+
+RESTRICTED = """
+import resource, sys
+from fuzzy_stereo_ros.commands.command_line import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, resource.RLIM_INFINITY))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_bag_for_which_the_disk_has_no_room_leaves_nothing_behind():
+    pytest.importorskip('rosbags')
+    ended = subprocess.run(
+        [sys.executable, '-c', RESTRICTED, 'synthesise', '--output', 'scene', '--format', 'bag'],
+        capture_output=True, text=True,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert (ended.returncode, ended.stderr) == (2, (
+        'fuzzy-stereo: scene cannot be written: File too large; give a folder in one that is '
+        'there, has room, and may be written to\n'))
+    assert os.listdir() == []
+
+
+@pytest.mark.parametrize('words, sentence', [
+    (['--columns', '0'], 'columns is 0; allowed are numbers from 1 to 4096'),
+    (['--columns', '20'], 'disparities is 64; allowed are 1 to the 20 columns'),
+    (['--frames', '0'], 'frames is 0'),
+    (['--noise', '-1'], 'noise is -1.0; allowed are numbers from 0 to 255'),
+    (['--exposure', 'nan'], 'exposure is nan'),
+    (['--bits', '17'], 'bits is 17; allowed are numbers from 8 to 16'),
+    (['--output', 'no/scene'], 'but there is no folder'),
+    (['--output', 'file'], 'which is a file; name a folder')])
+def test_what_cannot_be_made_is_one_sentence_and_code_2(words, sentence, capsys):
+    Path('file').touch()
+    assert synthesised(*words) == 2
+    printed = capsys.readouterr()
+    assert sentence in printed.err
+    assert printed.err.count('\n') == 1 and printed.out == ''
+    assert os.listdir() == ['file']
+
+
+def test_a_bag_without_rosbags_is_refused_with_what_to_install(monkeypatch, capsys):
+    for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert synthesised(*SMALL, '--format', 'bag') == 2
+    assert "pip install 'fuzzy_stereo_ros[bags]'" in capsys.readouterr().err
+    assert os.listdir() == []

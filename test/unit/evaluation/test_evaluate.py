@@ -1,0 +1,561 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`evaluate` prints the figures that scoring by hand gives, for every kind of contestant."""
+import csv
+import io
+import json
+from pathlib import Path
+
+import cv2
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation import matchers as contestants_module
+from fuzzy_stereo_ros.evaluation.baselines import default_rivals, dense, tuned_rivals
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.layouts import search
+from fuzzy_stereo_ros.evaluation.matchers import (
+    ALLOWED, contestant_of, in_eight_bits_alike, Task, USUAL)
+from fuzzy_stereo_ros.evaluation.measuring import mean_score, searched, TRUTHS_LARGEST
+from fuzzy_stereo_ros.evaluation.records import COLUMNS
+from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+import numpy as np
+import pytest
+from written_scenes import (
+    COLUMNS as WIDTH, DISPARITIES, frames, in_kitti_steps, pair, ROWS, write_2014, write_frames,
+    write_images, write_kitti, write_masks, write_named, write_v2)
+
+AS_IT_COMES, FILLED = 'as it comes', 'filled'
+KITTI_2015 = ('image_2', 'image_3'), ('disp_occ_0', 'disp_noc_0')
+
+
+def evaluated(capsys, *words):
+    """Return what `evaluate ... --json` prints."""
+    assert main(['evaluate', *map(str, words), '--json']) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def the_record(records, **wanted):
+    (record,) = [record for record in records
+                 if all(record[name] == value for name, value in wanted.items())]
+    return record
+
+
+def assert_is_score(record, wanted):
+    """Check a record against a `Score`, figure by figure."""
+    def figure(value):
+        return None if np.isnan(value) else value
+
+    assert record['pixels'] == wanted.pixels
+    for name in ('density', 'd1_sparse', 'd1_dense', 'average_error', 'rms_error'):
+        assert record[name] == figure(getattr(wanted, name)), name
+    for limit in THRESHOLDS:
+        assert record[f'bad_sparse_{limit:g}'] == figure(wanted.bad_sparse[limit])
+        assert record[f'bad_dense_{limit:g}'] == figure(wanted.bad_dense[limit])
+
+
+def ours(made, profile='realtime', **changes):
+    """Return our map as it comes, and filled."""
+    return tuple(StereoMatcher(MatcherConfig.from_profile(
+        profile, disparities=DISPARITIES, reference='left', threads=1, fill=fill, **changes)
+    ).match(made.left, made.right).disparity for fill in (False, True))
+
+
+def of_opencv(made, name, family=MIDDLEBURY):
+    """Return a rival's map as it comes, and filled."""
+    rivals = {rival.name: rival for rival in (*default_rivals(), *tuned_rivals(family))}
+    found = rivals[name].match(made.left, made.right, DISPARITIES)
+    return found, dense(found)
+
+
+# Figures.
+
+def test_the_figures_are_those_of_scoring_each_map_in_each_mask(tmp_path, capsys):
+    made = pair()
+    truth = write_v2(tmp_path / 'venus', made, 8)
+    masks = write_masks(tmp_path / 'venus', made)
+    told = evaluated(capsys, tmp_path, '--disparities', DISPARITIES, '--matcher', 'ours',
+                     'opencv:sgbm', 'opencv:bm:tuned', 'ours:quality', '--seed', '5')
+    maps = {'ours': ours(made, seed=5), 'ours:quality': ours(made, 'quality', seed=5),
+            'opencv:sgbm': of_opencv(made, 'SGBM default'),
+            'opencv:bm:tuned': of_opencv(made, 'BM tuned')}
+    scenes = [record for record in told['records'] if record['kind'] == 'scene']
+    assert len(scenes) == len(maps) * len(masks) * 2
+    for name, both in maps.items():
+        assert np.isnan(both[0]).any() and not np.isnan(both[1]).any()
+        for mask, where in masks.items():
+            for way, disparity in zip((AS_IT_COMES, FILLED), both):
+                record = the_record(scenes, matcher=name, mask=mask, map=way)
+                assert_is_score(record, score(disparity, truth, where))
+                assert (record['name'], record['layout']) == ('venus', 'Middlebury v2')
+                assert (record['rows'], record['columns']) == (ROWS, WIDTH)
+    assert 'seed = 5' in told['settings']['ours']
+
+
+def test_how_many_disparities_are_searched_is_told_by_the_first_who_knows(tmp_path):
+    write_2014(tmp_path, pair(), ndisp=29)
+    (scene,) = search([tmp_path]).scenes
+    truth = scene.files.read().truth
+    assert searched(scene, [truth], 40) == (40, '--disparities')
+    assert searched(scene, [truth], None) == (29, 'calib.txt')
+    (tmp_path / 'calib.txt').unlink()
+    (scene,) = search([tmp_path]).scenes
+    largest = np.nanmax(truth)
+    number, told_by = searched(scene, [truth], None)
+    assert told_by == TRUTHS_LARGEST
+    assert number - 2 < largest <= number - 1 <= DISPARITIES - 1
+    assert searched(scene, [np.full_like(truth, np.nan)], None) == (64, 'the default')
+    assert searched(scene, [np.full_like(truth, 7)], None)[0] == 8
+
+
+def test_a_time_is_the_fastest_and_the_speed_follows_from_it(tmp_path, capsys, monkeypatch):
+    write_2014(tmp_path, pair(), ndisp=DISPARITIES)
+    turns = iter([0, 9_000_000, 0, 4_000_000, 0, 6_000_000])
+    monkeypatch.setattr(contestants_module.time, 'perf_counter_ns', lambda: next(turns))
+    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm', '--repeats', '3')
+    for record in told['records']:
+        assert record['milliseconds'] == 4.0
+        assert record['mde_per_second'] == pytest.approx(
+            ROWS * WIDTH * DISPARITIES / 0.004 / 1e6)
+    assert 'the fastest of 3' in told['settings']['time']
+
+
+def test_the_paper_is_matched_from_the_left_as_truths_are(tmp_path, capsys):
+    made = pair()
+    write_2014(tmp_path, made, ndisp=DISPARITIES)
+    few = ['--population', '4', '--generations', '2']
+    told = evaluated(capsys, tmp_path, '--matcher', 'ours:paper', *few)
+    found, _ = ours(made, 'paper', population=4, generations=2)
+    assert_is_score(the_record(told['records'], kind='scene', mask='all', map=AS_IT_COMES),
+                    score(found, made.truth))
+
+
+def test_ours_takes_the_profile_that_is_named_and_the_others_their_own():
+    changes = {'population': 7}
+    named = {word: contestant_of(word, 'paper', changes).config(16)
+             for word in ('ours', 'ours:realtime', 'ours:quality')}
+    assert named['ours'].algorithm == 'paper'
+    assert named['ours:realtime'].algorithm == 'realtime'
+    assert named['ours:quality'].algorithm == 'quality'
+    assert {config.population for config in named.values()} == {7}
+    assert {config.reference for config in named.values()} == {'left'}
+
+
+@pytest.mark.parametrize('word', [word for word in ALLOWED if word.startswith('opencv')])
+@pytest.mark.parametrize('family', [MIDDLEBURY, KITTI])
+def test_a_word_of_opencv_names_a_matcher_at_its_defaults_or_tuned_for_the_family(word, family):
+    _, algorithm, *tuned = word.split(':')
+    rivals = tuned_rivals(family) if tuned else default_rivals()
+    wanted = {rival.algorithm.lower(): rival for rival in rivals}.get(algorithm)
+    assert contestant_of(word, 'realtime', {}).rival(family) == wanted
+
+
+def test_the_usual_contestants_are_ours_and_the_four_tuned_ones(tmp_path, capsys):
+    write_2014(tmp_path, pair(), ndisp=DISPARITIES)
+    told = evaluated(capsys, tmp_path)
+    names = list(dict.fromkeys(record['matcher'] for record in told['records']))
+    assert names == list(USUAL) == ['ours', 'opencv:bm:tuned', 'opencv:sgbm:tuned',
+                                    'opencv:3way:tuned', 'opencv:hh4:tuned']
+
+
+def test_images_of_16_bits_become_8_by_one_factor_for_both():
+    left, right = np.uint16([[0, 2000, 4000]]), np.uint16([[1000, 500, 0]])
+    found = in_eight_bits_alike(left, right)
+    np.testing.assert_array_equal(found[0], [[0, 128, 255]])
+    np.testing.assert_array_equal(found[1], [[64, 32, 0]])
+    assert in_eight_bits_alike(found[0], found[1])[0] is found[0]
+
+
+def test_pairs_of_12_bits_are_matched_by_all(tmp_path, capsys):
+    made = pair(bits=12)
+    write_2014(tmp_path, made, ndisp=DISPARITIES)
+    told = evaluated(capsys, tmp_path, '--matcher', 'ours', 'opencv:sgbm:tuned')
+    for name in ('ours', 'opencv:sgbm:tuned'):
+        assert the_record(told['records'], kind='scene', matcher=name, mask='nonocc',
+                          map=AS_IT_COMES)['bad_sparse_2'] < 20
+
+
+def test_all_run_on_the_threads_that_are_asked_for(tmp_path, capsys, monkeypatch):
+    write_2014(tmp_path, pair(), ndisp=DISPARITIES)
+    seen = []
+
+    class Watched(StereoMatcher):
+        def match(self, *images):
+            seen.append((self.config.threads, cv2.getNumThreads()))
+            return super().match(*images)
+
+    monkeypatch.setattr(contestants_module, 'StereoMatcher', Watched)
+    before = cv2.getNumThreads()
+    told = evaluated(capsys, tmp_path, '--matcher', 'ours', '--threads', '2')
+    assert set(seen) == {(2, 2)}
+    assert cv2.getNumThreads() == before
+    assert told['settings']['threads'] == '2 each'
+
+
+def test_means_are_over_the_scenes_of_a_family_that_have_the_mask(tmp_path, capsys):
+    pairs = {'a': pair(1), 'b': pair(2), 'c': pair(3)}
+    for name, made in pairs.items():
+        write_named(tmp_path / name, made)
+    write_masks(tmp_path / 'b', pairs['b'], ['disc'])
+    write_kitti(tmp_path, pairs['a'], '000000_10.png', *KITTI_2015)
+    told = evaluated(capsys, tmp_path / 'a', tmp_path / 'b', tmp_path / 'c', tmp_path,
+                     '--matcher', 'opencv:bm', '--disparities', DISPARITIES)
+    found = {name: of_opencv(made, 'BM default')[0] for name, made in pairs.items()}
+    means = [record for record in told['records'] if record['kind'] == 'mean']
+    wanted = [score(found[name], made.truth) for name, made in pairs.items()]
+    every = the_record(means, family=MIDDLEBURY, mask='all', map=AS_IT_COMES)
+    assert every['bad_sparse_1'] == pytest.approx(np.mean([one.bad_sparse[1] for one in wanted]))
+    assert every['rms_error'] == pytest.approx(np.mean([one.rms_error for one in wanted]))
+    assert (every['frames'], every['pixels']) == (3, sum(one.pixels for one in wanted))
+    one = the_record(means, family=MIDDLEBURY, mask='disc', map=AS_IT_COMES)
+    scene = the_record(told['records'], kind='scene', mask='disc', map=AS_IT_COMES)
+    assert (one['frames'], one['bad_sparse_1']) == (1, scene['bad_sparse_1'])
+    kitti = the_record(means, family=KITTI, mask='all', map=AS_IT_COMES)
+    assert_is_score(kitti, score(found['a'], in_kitti_steps(pairs['a'].truth)))
+
+
+def test_a_mean_over_nothing_is_nothing():
+    nothing = score(np.full((2, 2), np.nan), np.ones((2, 2)))
+    something = score(np.ones((2, 2)), np.ones((2, 2)))
+    assert np.isnan(mean_score([nothing, something]).bad_sparse[1])
+    assert mean_score([nothing, something]).bad_dense[1] == 50
+
+
+def test_who_has_no_settings_for_a_family_takes_no_part_and_it_is_said(tmp_path, capsys):
+    write_kitti(tmp_path, pair(), '000000_10.png', *KITTI_2015)
+    told = evaluated(capsys, tmp_path)
+    assert {record['matcher'] for record in told['records']} == {
+        'ours', 'opencv:3way:tuned', 'opencv:hh4:tuned'}
+    assert told['left_out'] == [
+        f'opencv:{name}:tuned has no settings for KITTI: it takes no part there'
+        for name in ('bm', 'sgbm')]
+
+
+def test_the_settings_say_what_the_figures_depend_on(tmp_path, capsys):
+    write_v2(tmp_path / 'tsukuba', pair(), 16)
+    write_2014(tmp_path / 'mine', pair(), ndisp=DISPARITIES)
+    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')['settings']
+    assert told['disparities'] == (
+        'searched from 0; how many is told by calib.txt (mine: 16); the name of the scene '
+        '(tsukuba: 16)')
+    assert told['nonocc'].startswith('found from the truth where no mask comes with it (mine, tsu')
+    assert told['rounded'] == 'tsukuba: the truth has whole pixels'
+    assert told['scenes'] == '2 Middlebury'
+    assert 'ours' not in told
+
+
+def test_a_truth_of_whole_pixels_has_the_maps_rounded(tmp_path, capsys):
+    made = pair()
+    truth = write_v2(tmp_path / 'tsukuba', made, 16)
+    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')
+    found = np.rint(of_opencv(made, 'BM default')[0])
+    assert_is_score(the_record(told['records'], kind='scene', mask='all', map=AS_IT_COMES),
+                    score(found, truth))
+
+
+# Sequences.
+
+@pytest.mark.parametrize('in_folders', [False, True])
+def test_a_sequence_is_matched_warm_and_cold_with_its_flicker(tmp_path, capsys, in_folders):
+    several = frames(4)
+    write_frames(tmp_path / 'drive', several, known=[8, 10], in_folders=in_folders)
+    told = evaluated(capsys, tmp_path, '--matcher', 'ours', '--disparities', DISPARITIES,
+                     '--repeats', '2')
+    records = [record for record in told['records'] if record['kind'] == 'sequence']
+    maps = {}
+    for start in ('cold', 'warm'):
+        for way, fill in ((AS_IT_COMES, False), (FILLED, True)):
+            matcher = StereoMatcher(MatcherConfig(
+                disparities=DISPARITIES, threads=1, fill=fill, warm_start=start == 'warm'))
+            maps[start, way] = [matcher.match(made.left, made.right).disparity
+                                for made in several]
+    for (start, way), found in maps.items():
+        record = the_record(records, start=start, map=way, mask='all')
+        scores = [score(found[number], several[number].truth) for number in (1, 3)]
+        assert record['bad_dense_1'] == np.mean([one.bad_dense[1] for one in scores])
+        assert record['average_error'] == np.mean([one.average_error for one in scores])
+        assert record['flicker'] == pytest.approx(np.mean(
+            [flicker(before, after) for before, after in zip(found, found[1:])]))
+        assert record['frames'] == 4
+        assert record['covered'] == pytest.approx(100 * np.isfinite(maps[
+            start, AS_IT_COMES]).mean())
+    cold, warm = (the_record(records, start=start, map=FILLED, mask='all')
+                  for start in ('cold', 'warm'))
+    assert warm['flicker'] < cold['flicker']
+
+
+def test_a_sequence_without_a_truth_has_flicker_and_time_alone(tmp_path, capsys):
+    write_frames(tmp_path, frames(3))
+    told = evaluated(capsys, tmp_path, '--matcher', 'ours:quality', 'opencv:3way:tuned')
+    assert [(record['matcher'], record['start'], record['map']) for record in told['records']] == [
+        ('ours:quality', 'cold', AS_IT_COMES), ('ours:quality', 'cold', FILLED),
+        ('opencv:3way:tuned', '', AS_IT_COMES), ('opencv:3way:tuned', '', FILLED)]
+    for record in told['records']:
+        assert record['flicker'] >= 0 and record['milliseconds'] > 0
+        assert 'bad_dense_1' not in record
+    assert 'the default' in told['settings']['disparities']
+
+
+def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(tmp_path, capsys):
+    several = frames(2)
+    write_frames(tmp_path, several)
+    for side in ('left', 'right'):
+        write_image(tmp_path / f'{side}_08.png', getattr(several[1], side)[:, 1:])
+    sentence = (f'the frames of {tmp_path.name} are no sequence: 08 is {WIDTH - 1}x{ROWS}, the '
+                f'first {WIDTH}x{ROWS}')
+    assert main(['evaluate', str(tmp_path), '--matcher', 'opencv:bm']) == 2
+    assert capsys.readouterr().err.splitlines()[-1] == f'fuzzy-stereo: {sentence}'
+    write_disparity(tmp_path / 'groundtruth_07.npy', several[0].truth)
+    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')
+    assert told['left_out'] == [sentence]
+    assert {(record['kind'], record['name']) for record in told['records']} == {
+        ('scene', f'{tmp_path.name}/07'), ('mean', MIDDLEBURY)}
+
+
+def test_repeating_a_frame_changes_no_map_of_a_warm_player():
+    several = frames(4)
+    contestant = contestant_of('ours', 'realtime', {'threads': 1})
+    drawn = []
+    for repeats in (1, 3):
+        play = contestant.player(Task(MIDDLEBURY, DISPARITIES, (ROWS, WIDTH), repeats), 'warm')
+        drawn.append([play('', KnownPair(made.left, made.right, made.truth))
+                      for made in several])
+    for once, thrice in zip(*drawn):
+        np.testing.assert_array_equal(once.found, thrice.found)
+        np.testing.assert_array_equal(once.filled, thrice.filled)
+
+
+def test_what_synthesise_makes_is_a_sequence_with_truth_masks_and_disparities(tmp_path, capsys):
+    assert main(['synthesise', '--output', str(tmp_path / 'made'), '--rows', '40', '--columns',
+                 '72', '--disparities', '16', '--frames', '2']) == 0
+    capsys.readouterr()
+    told = evaluated(capsys, tmp_path, '--matcher', 'ours')
+    assert {(record['kind'], record['name'], record['mask'], record['disparities'],
+             record['disparities_told_by']) for record in told['records']
+            if record['kind'] != 'mean'} == {
+        (kind, name, mask, 16, 'calib.txt') for kind, name in (
+            ('scene', 'made/0000'), ('scene', 'made/0001'), ('sequence', 'made'))
+        for mask in ('nonocc', 'all')}
+    assert 'nonocc' not in told['settings']
+
+
+# Results of other programs.
+
+@pytest.mark.parametrize('suffix', ['.pfm', '.npy', '.png'])
+@pytest.mark.parametrize('place', ['scenes/a', 'a', 'scenes/a/disp0other', 'a/whatever'])
+def test_results_of_another_program_are_found_by_the_name_of_the_scene(
+        tmp_path, capsys, suffix, place):
+    made = pair()
+    write_named(tmp_path / 'data' / 'scenes' / 'a', made)
+    write_named(tmp_path / 'data' / 'b', pair(2))
+    found = in_kitti_steps(np.where(made.visible, made.truth + 1.25, np.nan))
+    for name in (place, 'b'):
+        path = tmp_path / 'other' / (name + suffix)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_disparity(path, found)
+    told = evaluated(capsys, tmp_path / 'data', '--matcher', 'ours', '--results',
+                     tmp_path / 'other')
+    records = [record for record in told['records'] if record['name'].endswith('a')
+               and record['matcher'] == 'other' and record['mask'] == 'all']
+    assert_is_score(the_record(records, map=AS_IT_COMES), score(found, made.truth))
+    assert_is_score(the_record(records, map=FILLED), score(dense(found), made.truth))
+    assert all(record['milliseconds'] is None for record in records)
+
+
+def test_a_result_without_gaps_is_scored_as_it_is(tmp_path, capsys):
+    made = pair()
+    write_named(tmp_path / 'a', made)
+    noisy = made.truth.copy()
+    noisy[np.isnan(noisy)] = 3
+    noisy[::5, ::7] += 9
+    (tmp_path / 'results').mkdir()
+    write_disparity(tmp_path / 'results' / 'a.npy', noisy)
+    told = evaluated(capsys, tmp_path / 'a', '--matcher', '--results', tmp_path / 'results')
+    assert_is_score(the_record(told['records'], kind='scene', mask='all', map=FILLED),
+                    score(noisy, made.truth))
+
+
+@pytest.mark.parametrize('label', ['', 'mine='])
+def test_a_folder_of_results_may_have_an_equals_sign_in_its_path(
+        tmp_path, monkeypatch, capsys, label):
+    made = pair()
+    write_named(tmp_path / 'a', made)
+    monkeypatch.chdir(tmp_path)
+    folder = Path('penalty=3', 'left=right')
+    folder.mkdir(parents=True)
+    write_disparity(folder / 'a.npy', made.truth)
+    told = evaluated(capsys, tmp_path / 'a', '--matcher', '--results', f'{label}{folder}')
+    assert {row['matcher'] for row in told['records']} == {'mine' if label else 'left=right'}
+
+
+def test_a_scene_without_a_result_is_said_and_the_program_has_no_means(tmp_path, capsys):
+    for seed, name in enumerate('ab'):
+        write_named(tmp_path / 'data' / name, pair(seed))
+    (tmp_path / 'other').mkdir()
+    write_disparity(tmp_path / 'other' / 'a.pfm', pair(0).truth)
+    told = evaluated(capsys, tmp_path / 'data', '--matcher', 'opencv:bm', '--results',
+                     f'mine={tmp_path / "other"}')
+    assert told['left_out'] == [f'{tmp_path / "other"} has no result of b: no means of mine there']
+    assert {(record['kind'], record['matcher']) for record in told['records']} == {
+        ('scene', 'opencv:bm'), ('scene', 'mine'), ('mean', 'opencv:bm')}
+
+
+def test_a_result_is_not_taken_for_two_scenes_whose_names_end_alike(tmp_path, capsys):
+    for seed, name in enumerate(('half/a', 'third/a')):
+        write_named(tmp_path / 'data' / name, pair(seed))
+    (tmp_path / 'other' / 'third').mkdir(parents=True)
+    write_disparity(tmp_path / 'other' / 'third' / 'a.pfm', pair(1).truth)
+    write_disparity(tmp_path / 'other' / 'a.pfm', pair(0).truth + 5)
+    told = evaluated(capsys, tmp_path / 'data', '--matcher', '--results', tmp_path / 'other')
+    assert {(record['name'], record['average_error']) for record in told['records']
+            if record['map'] == AS_IT_COMES} == {('third/a', 0)}
+
+
+# What is written.
+
+@pytest.fixture
+def written(tmp_path, capsys):
+    """Evaluate two scenes and a sequence into every kind of file; return folder and output."""
+    write_named(tmp_path / 'data' / 'a', pair(1))
+    write_named(tmp_path / 'data' / 'b', pair(2))
+    write_frames(tmp_path / 'data' / 'drive', frames(2), known=[8])
+    files = {name: tmp_path / f'out.{end}' for name, end in (
+        ('markdown', 'md'), ('csv', 'csv'), ('json', 'json'), ('html', 'html'))}
+    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', 'ours', 'opencv:bm', *(
+        word for name, path in files.items() for word in (f'--{name}', str(path)))]) == 0
+    return files, capsys.readouterr()
+
+
+def test_the_tables_are_printed_and_written_alike(written):
+    files, printed = written
+    assert files['markdown'].read_text() == printed.out
+    for title in ('Middlebury, nonocc (pixels that both cameras see): mean of 3 scenes', 'Time',
+                  'Middlebury, scenes: bad-1, dense, percent', 'Sequences'):
+        assert f'### {title}\n' in printed.out
+    assert 'scenes: 2 of 3 b\n' in printed.err
+
+
+def test_the_tables_hold_the_figures_of_the_records(written):
+    files, printed = written
+    records = json.loads(files['json'].read_text())['records']
+    section = printed.out.split('mean of 3 scenes')[1].split('###')[0]
+    rows = [[cell.strip() for cell in line.strip('|').split('|')]
+            for line in section.splitlines() if line.startswith('|')]
+    for name, way, kind, start in (('ours', AS_IT_COMES, 'sparse', 'cold'),
+                                   ('opencv:bm', FILLED, 'dense', '')):
+        (row,) = [row for row in rows if row[:2] == [name, kind]]
+        record = the_record(records, kind='mean', matcher=name, mask='nonocc', map=way,
+                            start=start)
+        assert row[2:] == [f'{record[figure]:.2f}' for figure in (
+            'density', *(f'bad_{kind}_{limit:g}' for limit in THRESHOLDS), f'd1_{kind}',
+            'average_error', 'rms_error')]
+
+
+def test_csv_and_json_hold_the_same_records(written):
+    files, _ = written
+    records = json.loads(files['json'].read_text())['records']
+    rows = list(csv.DictReader(io.StringIO(files['csv'].read_text())))
+    assert tuple(rows[0]) == COLUMNS
+    assert len(rows) == len(records) > 20
+    for row, record in zip(rows, records):
+        assert set(record) <= set(COLUMNS)
+        assert row == {name: '' if record.get(name) is None else str(record[name])
+                       for name in COLUMNS}
+
+
+def test_json_may_be_printed_instead_of_the_tables(tmp_path, capsys):
+    write_named(tmp_path, pair())
+    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')
+    assert set(told) == {'settings', 'left_out', 'records'}
+
+
+def test_what_exists_is_replaced_only_when_asked(written, capsys):
+    files, _ = written
+    before = files['csv'].read_bytes()
+    words = ['evaluate', str(files['csv'].parent / 'data' / 'a'), '--matcher', 'opencv:bm',
+             '--csv', str(files['csv'])]
+    assert main(words) == 2
+    assert 'out.csv, which exists; give --overwrite to replace it' in capsys.readouterr().err
+    assert files['csv'].read_bytes() == before
+    assert main([*words, '--overwrite']) == 0
+    assert files['csv'].read_bytes() != before
+
+
+# Bad input.
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    """Work in a folder with a scene and results that are bad in one way each."""
+    monkeypatch.chdir(tmp_path)
+    made = pair()
+    write_named(tmp_path / 'scene', made)
+    for name in ('good', 'small', 'grey', 'many', 'empty', 'damaged', 'folder.csv'):
+        (tmp_path / name).mkdir()
+    write_disparity('good/scene.pfm', made.truth)
+    write_disparity('small/scene.pfm', made.truth[1:])
+    write_image('grey/scene.png', np.zeros((ROWS, WIDTH), np.uint8))
+    (tmp_path / 'many' / 'scene').mkdir()
+    for name in ('a', 'b'):
+        write_disparity(f'many/scene/{name}.npy', made.truth)
+    (tmp_path / 'damaged' / 'scene.pfm').write_text('nothing')
+    write_images(tmp_path / 'pictures', made, 'left.png', 'right.png')
+    return tmp_path
+
+
+@pytest.mark.parametrize(('words', 'reason'), [
+    (['nowhere'], 'there is no folder nowhere'),
+    (['empty'], 'nothing below empty is a scene; known are Middlebury v2'),
+    (['pictures'], 'pictures has images but no ground truth: there is no groundtruth.png'),
+    (['scene', '--only', 'teddy'], "no scene is called like 'teddy'; there are scene"),
+    (['scene', '--matcher', 'magic'], "matcher is 'magic'; allowed are ours, ours:realtime"),
+    (['scene', '--matcher', 'opencv:hh4:fast'], "matcher is 'opencv:hh4:fast'"),
+    (['scene', '--matcher'], 'no matcher is named'),
+    (['scene', '--population', '0'], 'population is 0'),
+    (['scene', '--repeats', '0'], '--repeats is 0; allowed are 1 and more'),
+    (['scene', '--threads', '0'], '--threads is 0; allowed are 1 and more'),
+    (['scene', '--disparities', '0'], '--disparities is 0'),
+    (['scene', '--pictures', '-1'], '--pictures is -1'),
+    (['scene', '--truth-scale', '-2'], '--truth-scale is -2.0; allowed are numbers above 0'),
+    (['scene', '--csv', 'out.txt'], "out.txt, which has the suffix '.txt'; it takes a file"),
+    (['scene', '--csv', 'folder.csv', '--overwrite'],
+     '--csv is folder.csv, which is a folder; name a file'),
+    (['scene', '--html', 'no/out.html'], '--html is no/out.html, but there is no folder no'),
+    (['scene', '--results', 'nothing'], '--results names nothing, but there is no such folder'),
+    (['scene', '--results', 'empty'], 'empty has no result of any scene; the one of scene would '
+                                      'be empty/scene.pfm, .npy or .png'),
+    (['scene', '--results', 'small'], 'small/scene.pfm is 72x39, the images of scene are 72x40'),
+    (['scene', '--results', 'grey'], 'grey/scene.png has 8 bits; results are'),
+    (['scene', '--results', 'many'], 'many/scene has 2 files that end with .npy'),
+    (['scene', '--results', 'damaged'], 'damaged/scene.pfm is not a PFM file'),
+    (['scene', '--results', 'ours=good'], "two matchers are called 'ours'"),
+    (['scene', '--results', 'good', '--results', 'good'], "two matchers are called 'good'"),
+])
+def test_what_cannot_be_evaluated_is_refused_in_one_sentence(scene, words, reason, capsys):
+    assert main(['evaluate', *words]) == 2
+    printed = capsys.readouterr()
+    assert reason in printed.err
+    assert printed.err.count('\n') == 1
+    assert not printed.out
+
+
+@pytest.mark.parametrize(('words', 'reason'), [
+    (['scene', '--disparities', '100'], 'scene, ours: 100 disparities are more than the 72 col'),
+    (['low', '--matcher', 'opencv:bm', '--disparities', '9'],
+     'low, opencv:bm: OpenCV cannot match 72x10 pixels with 9 disparities: '),
+])
+def test_a_scene_that_cannot_be_matched_is_named_with_its_matcher(scene, words, reason, capsys):
+    write_named(scene / 'low', made_pair(10, WIDTH, 9))
+    assert main(['evaluate', *words, '--csv', 'out.csv']) == 2
+    printed = capsys.readouterr()
+    assert reason in printed.err.splitlines()[-1]
+    assert not printed.out and not (scene / 'out.csv').exists()
+
+
+@pytest.mark.parametrize('option', ['--fill', '--reference', '--warm-start', '--min-disparity'])
+def test_what_the_evaluation_decides_is_no_option(scene, option, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(['evaluate', 'scene', option])
+    assert left.value.code == 2
+    assert 'unrecognized arguments' in capsys.readouterr().err
