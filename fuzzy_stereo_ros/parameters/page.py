@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The README's tables of parameters, made from the declaration.
+The tables of docs/parameters.md, made from the declaration.
 
-`python -m fuzzy_stereo_ros.parameters.page README.md` renews them between their two marks.
+`python -m fuzzy_stereo_ros.parameters.page docs/parameters.md` renews them between their marks.
 """
 from dataclasses import fields
 from pathlib import Path
@@ -66,5 +66,5 @@ def _markdown(lines):
 
 
 if __name__ == '__main__':
-    for readme in map(Path, sys.argv[1:]):
-        write_whole(readme, renewed(readme.read_text(encoding='utf-8')).encode())
+    for page in map(Path, sys.argv[1:]):
+        write_whole(page, renewed(page.read_text(encoding='utf-8')).encode())

@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.pairs.camera_files import (
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
-from pages import commands, in_code_style, pages_with_commands, ROOT, text_of
+from pages import commands, GUIDES, in_code_style, pages_with_commands, ROOT, text_of
 import pytest
 from saved_scene import running
 
@@ -72,7 +72,7 @@ def run_by(page, words):
     if told(NOT_RUN, words) or told(SHORT_FORMS, words):
         return told(NOT_RUN, words) or told(SHORT_FORMS, words)
     if words[0] == 'fuzzy-stereo':
-        if page == 'README.md':
+        if page in GUIDES:
             return f'test_readme.py::test_every_{words[1]}_example_works_as_it_is_written'
         return 'test_page_commands.py::test_the_commands_of_a_page_work_in_their_order'
     return None
@@ -112,7 +112,7 @@ def fill(folder):
 
 
 @pytest.mark.parametrize('page', [page for page in pages_with_commands()
-                                  if page != 'README.md' and commands(page, 'fuzzy-stereo')])
+                                  if page not in GUIDES and commands(page, 'fuzzy-stereo')])
 def test_the_commands_of_a_page_work_in_their_order(page, tmp_path, monkeypatch):
     fill(tmp_path)
     monkeypatch.chdir(tmp_path)

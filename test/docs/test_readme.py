@@ -25,13 +25,15 @@ from saved_scene import running
 import written_scenes
 
 README = text_of('README.md')
+PARAMETERS, BAGS, NODE = (text_of(f'docs/{name}.md') for name in ('parameters', 'bags', 'node'))
 ARCHITECTURE, ALGORITHM, FIGURES = (
     text_of(f'docs/{name}.md') for name in ('architecture', 'algorithm', 'benchmarks'))
 
 
 def commands(start):
-    """Return the README's commands that begin with a word."""
-    return pages.commands('README.md', start)
+    """Return the commands of the guides that begin with a word, each once."""
+    found = [words for page in pages.GUIDES for words in pages.commands(page, start)]
+    return [words for place, words in enumerate(found) if words not in found[:place]]
 
 
 def cells(line):
@@ -39,8 +41,8 @@ def cells(line):
 
 
 def test_the_parameter_tables_are_those_of_the_declaration():
-    assert renewed(README) == README, \
-        'renew them: python -m fuzzy_stereo_ros.parameters.page README.md'
+    assert renewed(PARAMETERS) == PARAMETERS, \
+        'renew them: python -m fuzzy_stereo_ros.parameters.page docs/parameters.md'
 
 
 def test_a_text_without_the_marks_cannot_be_renewed():
@@ -59,6 +61,10 @@ def test_the_demo_table_has_the_rows_and_columns_that_the_demo_prints():
 
 def test_the_picture_is_the_panel():
     assert read_image(ROOT / 'docs' / 'demo.png').shape[1] > 1000
+
+
+def test_the_readme_is_a_screen_to_running_and_then_links():
+    assert len(README.splitlines()) <= 120
 
 
 def test_make_has_every_target_that_is_named():
@@ -151,7 +157,7 @@ def test_every_replay_example_works_as_it_is_written(tmp_path, monkeypatch):
 
 def test_segments_are_as_long_as_the_page_says():
     assert (f'segments of {SEGMENT_PAIRS} pairs, each warmed over the {WARM_PAIRS} before it'
-            in ' '.join(README.split()))
+            in ' '.join(BAGS.split()))
 
 
 def test_the_benchmarks_that_are_named_exist_and_no_other_does():
@@ -188,14 +194,14 @@ def test_the_launch_example_names_a_launch_file_and_an_argument_of_it():
     assert words[2] == 'fuzzy_stereo_ros'
     assert (ROOT / 'launch' / words[3]).exists()
     for argument in words[4:]:
-        assert f"`{argument.split(':=')[0]}`" in README.split('## Parameters')[1]
+        assert f"`{argument.split(':=')[0]}`" in PARAMETERS
 
 
 def test_the_executable_and_the_dds_profile_that_are_named_exist():
     package, executable = re.search(r"package='(\w+)', executable='(\w+)'", README).groups()
     assert package == 'fuzzy_stereo_ros'
     assert f'{executable} = ' in (ROOT / 'setup.py').read_text(encoding='utf-8')
-    assert 'config/fastdds.xml' in README and (ROOT / 'config' / 'fastdds.xml').exists()
+    assert 'config/fastdds.xml' in NODE and (ROOT / 'config' / 'fastdds.xml').exists()
 
 
 def test_every_module_that_the_pages_name_exists():

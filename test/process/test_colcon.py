@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""In a workspace colcon builds the package and runs its tests, as the README says."""
+"""In a workspace colcon builds the package and runs its tests, as docs/develop.md says."""
 import os
 import shutil
 import subprocess
@@ -20,7 +20,7 @@ def test_colcon_builds_the_package_and_runs_its_tests(tmp_path):
     shutil.copytree(ROOT, tmp_path / 'src' / 'fuzzy_stereo_ros', ignore=NOT_COPIED)
     environment = {name: value for name, value in os.environ.items()
                    if name != 'PYTHONPATH' and not name.startswith('PYTEST')}
-    for words in commands('README.md', 'colcon'):
+    for words in commands('docs/develop.md', 'colcon'):
         done = subprocess.run(words, cwd=tmp_path, env=environment, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         assert done.returncode == 0, f"{' '.join(words)}:\n{done.stdout}"

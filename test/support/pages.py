@@ -6,6 +6,9 @@ import shlex
 
 from repository import ROOT
 
+# Pages with examples that are run one by one, not as a story from their beginning to their end.
+GUIDES = 'README.md', *(f'docs/{name}.md' for name in (
+    'bags', 'develop', 'evaluate', 'files', 'node'))
 FENCE = re.compile(r'^```(\w*)\n(.*?)^```$', re.DOTALL | re.MULTILINE)
 
 
