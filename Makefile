@@ -41,14 +41,16 @@ pyenv_pythons := $(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/*/bin)
 empty :=
 space := $(empty) $(empty)
 
-.PHONY: help demo test soak fuzz benchmark matrix docs lint clean
+.PHONY: help demo test test-all test-rest soak fuzz benchmark matrix docs lint clean
 
 help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
 	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
-	@echo 'make test   ruff, flake8, pep257, then pytest'
-	@echo "            make test PYTEST_ARGS='test/docs/test_package.py -x'"
-	@echo 'make fuzz   the fuzz tests of make test with a hundred times the examples, others each'
+	@echo 'make test   ruff, flake8, pep257, then the tests that take minutes in all'
+	@echo 'make test-all  every test, nodes, processes, builds, fuzz and soak in short among them'
+	@echo "            make test-all PYTEST_ARGS='test/ros/test_stereo_node.py -x'"
+	@echo 'make test-rest  what make test-all has and make test has not'
+	@echo 'make fuzz   the fuzz tests of make test-all with a hundred times the examples, others each'
 	@echo '            time, and with the bounds of every index checked: hours'
 	@echo "            make fuzz FUZZ_ARGS='test/fuzz/test_fuzz_messages.py -x'; in half an hour, with"
 	@echo '            twenty times the examples: make fuzz FUZZ_TIMES=20'
@@ -68,6 +70,12 @@ demo: $(package_installed)
 	$(python) -m fuzzy_stereo_ros.demo $(DEMO_ARGS)
 
 test: lint
+	$(python) -m pytest -m 'not slow' $(PYTEST_ARGS)
+
+test-rest: $(package_installed)
+	$(python) -m pytest -m slow $(PYTEST_ARGS)
+
+test-all: lint
 	$(python) -m pytest $(PYTEST_ARGS)
 
 fuzz: $(package_installed)

@@ -3,19 +3,30 @@
 """Fixtures for tests with real nodes; the others need none of them."""
 from contextlib import contextmanager, ExitStack
 import os
+from pathlib import Path
 
 from fuzzed import USUAL
 from hypothesis import settings
 from node_process import NodeProcess, own_domain, ros_environment
 import pytest
 
+HERE = Path(__file__).parent
+SLOW_FOLDERS = 'fuzz', 'process', 'ros', 'soak'
 # `make fuzz` takes it: so many times the examples of each fuzz test, and what takes minutes.
 settings.register_profile('fuzz', max_examples=USUAL * int(os.environ.get('FUZZ_TIMES', 100)),
                           print_blob=True)
-# `make test` draws the same examples each time: where it turns red, the change did it. The first
-# example of a kernel may compile it.
+# Without it the same examples are drawn each time: where it turns red, the change did it. The
+# first example of a kernel may compile it.
 settings.register_profile('same', derandomize=True, deadline=None)
 settings.load_profile('same')
+
+
+def pytest_collection_modifyitems(items):
+    """Mark the tests of slow folders as slow, but those that are marked as quick."""
+    for item in items:
+        folder = item.path.relative_to(HERE).parts[0]
+        if folder in SLOW_FOLDERS and not item.get_closest_marker('quick'):
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.hookimpl(wrapper=True)

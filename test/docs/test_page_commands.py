@@ -39,6 +39,7 @@ SHORT_FORMS = {
 # What no test can run, by what it begins with, and why.
 NOT_RUN = {
     'make test': 'it runs this test',
+    'make test-all': 'it runs this test',
     'make docs': 'installs Sphinx; test_docs.py is its short form',
     'rosdep': 'installs packages of the system',
     'pip-audit': 'asks a service on the internet',

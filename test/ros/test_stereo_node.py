@@ -56,6 +56,7 @@ def share_near(values, disparity):
     return np.mean(np.abs(values - disparity) < 0.5)
 
 
+@pytest.mark.quick
 def test_a_pair_gives_its_disparity_with_every_field_right(bench):
     message = bench.match(*PAIR, stamp=1234 * SECOND + 5)
     assert stamp_of(message.header) == stamp_of(message.image.header) == 1234 * SECOND + 5
