@@ -4,6 +4,7 @@
 from contextlib import contextmanager, ExitStack
 import os
 from pathlib import Path
+import signal
 
 from fuzzed import USUAL
 from hypothesis import settings
@@ -19,6 +20,10 @@ settings.register_profile('fuzz', max_examples=USUAL * int(os.environ.get('FUZZ_
 # first example of a kernel may compile it.
 settings.register_profile('same', derandomize=True, deadline=None)
 settings.load_profile('same')
+
+
+# A shell has SIGINT ignored in what it runs in the background, and Python inherits that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items):

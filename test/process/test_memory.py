@@ -72,7 +72,7 @@ thread.join()
 MATCHES = 500
 MATCHING = f"""
 import sys
-sys.path.insert(0, 'test/support')
+sys.path[:0] = 'test/support', 'test/soak'
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from node_process import shifted_pair
 from soaked_node import held
