@@ -109,14 +109,14 @@ def test_files_are_continued_in_the_order_of_their_numbers(tmp_path):
 
 KILLED = """\
 import os, signal, sys
-sys.path.insert(0, 'test/support')
+sys.path[:0] = 'test/support', 'test/unit/bags'
 from test_bag_writing import write
 write(sys.argv[1], range(int(sys.argv[3])), sys.argv[2], close=False)
 os.kill(os.getpid(), signal.SIGKILL)
 """
 FULL = """\
 import resource, sys
-sys.path.insert(0, 'test/support')
+sys.path[:0] = 'test/support', 'test/unit/bags'
 from test_bag_writing import write
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
 try:
