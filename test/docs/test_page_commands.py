@@ -47,6 +47,7 @@ NOT_RUN = {
 }
 ALL = [(page, words) for page in pages_with_commands() for words in commands(page)]
 PACKAGE = 'fuzzy_stereo_ros'
+PYTHON = re.compile('```python\n(.*?)```', re.DOTALL)
 
 
 def shown(one):
@@ -182,8 +183,15 @@ def test_a_variable_that_is_set_has_an_effect(words, tmp_path):
 
 def test_the_python_of_the_readme_matches():
     pair = made_pair(48, 100, 64)
-    found = re.findall('```python\n(.*?)```', text_of('README.md'), re.DOTALL)
+    found = PYTHON.findall(text_of('README.md'))
     (example,) = (block for block in found if block.startswith('from fuzzy_stereo_ros'))
     names = {'left': pair.left, 'right': pair.right}
     exec(compile(example, 'README.md', 'exec'), names)
     assert names['match'].disparity.shape == pair.truth.shape
+
+
+@pytest.mark.parametrize('number', range(len(PYTHON.findall(text_of('docs/extend.md')))))
+def test_an_example_of_extending_runs_as_it_stands(number, capsys):
+    example = PYTHON.findall(text_of('docs/extend.md'))[number]
+    exec(compile(example, 'docs/extend.md', 'exec'), {'__name__': 'example'})
+    assert capsys.readouterr().out
