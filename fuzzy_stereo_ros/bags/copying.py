@@ -12,7 +12,7 @@ class Copying(NamedTuple):
     """
     How the messages of a connection are copied.
 
-    kind, typestore, qualities: as of `BagFolder.write`. converted: from stored bytes to CDR.
+    kind, typestore, qualities: as of `BagWriter.write`. converted: from stored bytes to CDR.
     """
 
     kind: str
@@ -23,7 +23,7 @@ class Copying(NamedTuple):
 
 class Copies:
     """
-    What is copied out of bags.
+    Topics to be copied out of bags.
 
     topics: names, all of a bag of ROS 2.
     """

@@ -2,21 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags of ROS 1 and ROS 2 as one stream of messages, in the order in which they were logged."""
 from collections import deque
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 import heapq
 from pathlib import Path
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.bags.database_paths import DatabasePath
-from fuzzy_stereo_ros.bags.definitions import defined_as_in_ros
+from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
 SUFFIXES = '.bag', '.mcap', '.db3'
-NO_ROSBAGS = ('there is no rosbags, which reads and writes bags: '
+NO_ROSBAGS = ('rosbags, which reads and writes bags, is not installed: '
               "pip install 'fuzzy_stereo_ros[bags]'")
-CALLED = {int: 'a whole number', str: 'a text'}
-FIRST_LOOK = 1_000_000_000     # ns, and then longer ones: most topics have a message in it
-LATEST = 1 << 63        # ns; no storage takes what is later
+FIRST_LOOK = 1_000_000_000      # ns, and then longer ones: most topics have a message in it
+LATEST = 1 << 63                # ns; no storage takes what is later
 REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), '
           '`mcap recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or '
           '`rosbag reindex` (.bag)')
@@ -52,8 +50,8 @@ class BagReader:
     """
     Bags that are open; a context manager.
 
-    names: of the bags, for sentences. topics: {name: BagTopic} of those that have messages, but
-    for names that no ROS gives and a terminal would obey.
+    paths: of the bags; names: the same in a sentence. topics: {name: BagTopic} of those that have
+    messages, but for names with signs that a terminal obeys.
     begin, end: ns, when the first and the last message was recorded.
     While they are open rosbags keeps 150 bytes of each message of a .bag, whatever its topic,
     1.6 kB of each chunk of an .mcap (about 1 MiB), and nothing that grows of a .db3.
@@ -65,20 +63,22 @@ class BagReader:
 
         Raises ValueError with a sentence for what is missing, no bag, or damaged.
         """
-        self.names = ', '.join(str(path) for path in paths)
+        self.paths = tuple(map(Path, paths))
+        self.names = ', '.join(map(str, self.paths))
         self._readers, self.topics = {}, {}
         with ExitStack() as opening:
-            for path in map(Path, paths):
-                self._readers[path] = opened(path)
-                opening.callback(self._readers[path].close)
-            for topic, connection in self._connections():
-                before = self.topics.get(topic, BagTopic(connection.msgtype, 0))
-                if connection.msgcount and (topic + connection.msgtype).isprintable():
-                    self.topics[topic] = BagTopic(
-                        before.kind, before.messages + connection.msgcount)
+            for path in self.paths:
+                self._readers[path] = _opened(path)
+                opening.callback(_close, self._readers[path])
+            for reader in self._readers.values():
+                for connection in reader.connections:
+                    topic = slashed(connection.topic)
+                    kind, before = self.topics.get(topic, (connection.msgtype, 0))
+                    if connection.msgcount and (topic + kind).isprintable():
+                        self.topics[topic] = BagTopic(kind, before + connection.msgcount)
             filled = [reader for reader in self._readers.values() if reader.message_count]
             if not filled:
-                raise ValueError(f'{self.names}: there is no message in it')
+                raise ValueError(f'{self.names} has no messages')
             self.begin = min(reader.start_time for reader in filled)
             self.end = max(reader.end_time for reader in filled) - 1
             self._open = opening.pop_all()
@@ -87,10 +87,6 @@ class BagReader:
         return self
 
     def __exit__(self, *error):
-        self.close()
-
-    def close(self):
-        """Close the bags."""
         self._open.close()
 
     def connections(self, topic):
@@ -109,35 +105,30 @@ class BagReader:
             *(_messages(path, reader, topics, start, stop)
               for path, reader in self._readers.items()), key=lambda message: message.logged)
 
-    def newest(self, topic, stop):
+    def newest(self, topic, stop, count=1):
         """
-        Return the last BagMessage of a topic that was logged before stop, ns; None without one.
+        Return the last few BagMessages of a topic that were logged before stop, ns, in order.
 
-        Raises DamagedBag as `messages`.
+        count: how many, if there are so many. Raises DamagedBag as `messages`.
         """
         back = FIRST_LOOK
-        while stop > self.begin:
-            start = max(stop - back, self.begin)
-            found = deque(self.messages([topic], start, stop), 1)
-            if found:
-                return found[0]
-            stop, back = start, 4 * back
-        return None
-
-    def _connections(self):
-        for reader in self._readers.values():
-            for connection in reader.connections:
-                yield slashed(connection.topic), connection
+        while True:
+            found = deque(self.messages([topic], stop - back, stop), count)
+            if len(found) == count or stop - back <= self.begin:
+                return tuple(found)
+            back *= 4
 
 
-def decoded(message):
-    """Return the message that a BagMessage holds; BadPair where its bytes cannot be that."""
+def read_stamped(message):
+    """
+    Return the stamp, ns, and the message that a BagMessage with a header holds.
+
+    Raises BadPair where its bytes are no such message.
+    """
     kind = message.connection.msgtype
-    if not defined_as_in_ros(message.reader.typestore.fielddefs, kind):
-        raise BadPair('damaged message', f'a message of {message.topic} cannot be read: the bag '
-                      f'defines {kind} otherwise than ROS does')
     try:
-        return message.reader.deserialize(message.content, kind)
+        content = message.reader.deserialize(message.content, kind)
+        return stamp_of(content.header), content
     except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
         raise BadPair('damaged message', f'a message of {message.topic} cannot be read as '
                       f'{kind}: {text_of(error)}') from error
@@ -152,14 +143,14 @@ def text_of(error):
     """
     Return the first line of what an exception says, its type where it says nothing.
 
-    What a terminal would obey is escaped: some exceptions say what stands in a bag.
+    What a terminal would obey is escaped: some exceptions quote a bag.
     """
     said = getattr(error, 'strerror', None) or str(error).strip()
     first = said.splitlines()[0].rstrip('.') if said else type(error).__name__
     return first if first.isprintable() else ascii(first)
 
 
-def opened(path):
+def _opened(path):
     """Return an AnyReader that is open; ValueError with a sentence where it cannot be one."""
     try:
         from rosbags.highlevel import AnyReader
@@ -175,38 +166,35 @@ def opened(path):
     if path.is_file() and path.suffix not in SUFFIXES:
         raise ValueError(f"{path} has the suffix '{path.suffix}'; bags have "
                          f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
-    with ExitStack() as opening:
-        try:
-            reader = AnyReader([DatabasePath(path)],
-                               default_typestore=get_typestore(Stores.ROS2_JAZZY))
-            reader.open()
-            _let_close(reader)
-            opening.callback(reader.close)
-            _check_description(reader)
-        except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
-            raise ValueError(
-                f'{path} cannot be read as a bag: {text_of(error)}; {REPAIR}') from error
-        opening.pop_all()
+    reader = None
+    try:
+        reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+        reader.open()
+        _check_description(reader)
+    except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
+        _close(reader)
+        raise ValueError(f'{path} cannot be read as a bag: {text_of(error)}; {REPAIR}') from error
     return reader
 
 
-def _let_close(reader):
-    """Leave out a wrong list of files in metadata.yaml, which rosbags takes, and cannot close."""
-    for part in reader.readers:
-        storage = getattr(part, 'storage', None)        # of ROS 2
-        if not isinstance(getattr(storage, 'files', []), list):
-            storage.files = []
+def _close(reader):
+    """Close an AnyReader, as far as what stands in its bag lets it."""
+    with suppress(Exception):
+        for part in reader.readers:
+            if hasattr(part, 'storage'):    # of ROS 2
+                part.storage.files = []     # which it clears, a list or not
+        reader.close()
 
 
 def _check_description(reader):
-    """Raise TypeError where what rosbags takes over as it stands is of a wrong type."""
-    of_types = [(reader.message_count, int), (reader.start_time, int), (reader.end_time, int)]
-    for connection in reader.connections:
-        of_types += [(connection.topic, str), (connection.msgtype, str),
-                     (connection.msgcount, int)]
-    for value, kind in of_types:
-        if not isinstance(value, kind):
-            raise TypeError(f'{value!r} stands where {CALLED[kind]} belongs')
+    """Raise TypeError where rosbags takes over a value of a wrong type as it stands."""
+    values = [(int, reader.message_count, reader.start_time, reader.end_time)]
+    for one in reader.connections:
+        values += [(str, one.topic, one.msgtype), (int, one.msgcount)]
+    for kind, *found in values:
+        for value in found:
+            if not isinstance(value, kind):
+                raise TypeError(f'{value!r} is no {kind.__name__}')
 
 
 def _messages(path, reader, topics, start, stop):
@@ -215,15 +203,11 @@ def _messages(path, reader, topics, start, stop):
               if slashed(connection.topic) in topics]
     if not wanted:
         return
-    stored = reader.messages(wanted, start=start, stop=stop)
-    while True:
-        try:
-            connection, logged, content = next(stored)
-        except StopIteration:
-            return
-        except Exception as error:  # and of many kinds here too  # noqa: B902
-            raise DamagedBag(f'{path} is damaged: {text_of(error)}') from error
-        if not (isinstance(logged, int) and 0 <= logged < LATEST and isinstance(content, bytes)):
-            raise DamagedBag(f'{path} is damaged: a message has no content or was recorded at no '
-                             'time that can be')
-        yield BagMessage(slashed(connection.topic), logged, content, connection, reader)
+    try:
+        for connection, logged, content in reader.messages(wanted, start=start, stop=stop):
+            if not (isinstance(logged, int) and 0 <= logged < LATEST
+                    and isinstance(content, bytes)):
+                raise ValueError('a message has no content or no time')
+            yield BagMessage(slashed(connection.topic), logged, content, connection, reader)
+    except Exception as error:  # rosbags raises many kinds here too  # noqa: B902
+        raise DamagedBag(f'{path} is damaged: {text_of(error)}') from error

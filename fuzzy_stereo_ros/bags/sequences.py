@@ -3,10 +3,8 @@
 """A sequence of rectified pairs as a ROS 2 bag (mcap)."""
 from contextlib import closing
 
-from fuzzy_stereo_ros.bags.parts import METADATA
-from fuzzy_stereo_ros.bags.writing import BagFolder, Messages
+from fuzzy_stereo_ros.bags.writing import BagWriter, Messages, METADATA, read_description
 from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
-from fuzzy_stereo_ros.pairs.yaml_texts import read_yaml
 import numpy as np
 
 ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}
@@ -28,7 +26,7 @@ def write_sequence_bag(path, pairs, calibration, rate):
     Needs rosbags: ValueError without it. Raises OSError where it cannot be written.
     """
     messages = Messages()
-    with closing(BagFolder(path)) as bag:
+    with closing(BagWriter(path)) as bag:
         for number, images in enumerate(pairs):
             stamp = START + round(number * 1e9 / rate)
             cameras = rectified_cameras(calibration, *images[0].shape[:2])
@@ -46,12 +44,12 @@ def write_sequence_bag(path, pairs, calibration, rate):
 def is_sequence_bag(folder):
     """Return whether a folder (Path) holds a bag of `write_sequence_bag`, and nothing else."""
     try:
-        told = read_yaml((folder / METADATA).read_bytes())['rosbag2_bagfile_information']
-        first = told['starting_time']['nanoseconds_since_epoch']
-        names = {METADATA, *told['relative_file_paths']}
-    except (OSError, ValueError, KeyError, TypeError):
+        described = read_description(folder)
+        return (described['starting_time'] == {'nanoseconds_since_epoch': START}
+                and {entry.name for entry in folder.iterdir()}
+                == {METADATA, *described['relative_file_paths']})
+    except (OSError, ValueError, TypeError):
         return False
-    return first == START and {entry.name for entry in folder.iterdir()} == names
 
 
 def _image(image):

@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A bag of ROS 2 that is readable whatever ends its writing, and can be continued."""
+"""
+A bag of ROS 2 in parts that are closed whole.
+
+A part becomes a file of the bag, and is listed in metadata.yaml, once it is complete: whatever
+ends the writing, the folder holds a bag, and a part that was not closed is lost.
+"""
 from array import array
 from collections import Counter
 from contextlib import suppress
@@ -9,41 +14,40 @@ from pathlib import Path
 import shutil
 import sqlite3
 
-from fuzzy_stereo_ros.bags.database_paths import DatabasePath
-from fuzzy_stereo_ros.bags.parts import (
-    number_of, read_part, read_parts, rescue, SUFFIXES, write_metadata)
 from fuzzy_stereo_ros.bags.reading import NO_ROSBAGS, text_of
+from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
 
+SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 FORMATS = tuple(SUFFIXES)
-PART_BYTES = 2**30      # a file ends beyond; viewers read one without an index up to this size
-UNFINISHED = 'unfinished'       # folder in the bag's folder, where a file is while it is written
-ROOM = 'room'           # file in UNFINISHED that is given up on a full disk, so that a bag can end
-ROOM_BYTES = 2**16
-MOST_GIVEN_UP = 3       # chunks, where that is not enough
+METADATA = 'metadata.yaml'
+CONTENT = 'rosbag2_bagfile_information'     # the one entry of metadata.yaml
+UNFINISHED = 'unfinished'   # folder in the bag's folder, where a part is while it is written
+PART_BYTES = 2**28          # a part is closed beyond: the most that a killed process loses
 
 
-class BagFolder:
+class BagWriter:
     """
-    A folder with a bag in files of limited size, written by one thread.
+    Writes a bag into a folder, in one thread; a bag that is there is continued.
 
-    counts: Counter of messages by topic, of all files. last: ns, when the newest was logged, None
-    before the first.
+    counts: Counter of messages by topic. last: ns, when the newest was logged, None before the
+    first. Both are of all parts, and after a failure of those that are closed.
     """
 
     def __init__(self, folder, storage='mcap'):
         """
-        Continue the bag of a folder, or begin one; nothing is written yet.
+        Read what is in the bag already; nothing is written yet.
 
         storage: one of `FORMATS`.
-        Raises ValueError where the folder's files cannot be read, OSError where not written.
+        Raises ValueError where metadata.yaml is damaged, or SQLite cannot open such a folder.
         """
         self._folder, self._storage = Path(folder), storage
-        self._writer, self._connections, self._broken = None, {}, False
-        self._parts = read_parts(self._folder, storage)
-        for left in self._unfinished():
-            self._keep(left)
-        self._count_parts()
+        if storage == 'sqlite3' and set('#?%') & set(str(self._folder.absolute())):
+            raise ValueError(f'{folder} cannot hold a database, for SQLite takes #, ? and % in a '
+                             'path for signs of a URI: give another folder, or --format mcap')
+        self._writer, self._connections, self._size, self._failed = None, {}, 0, False
+        self._closed = read_description(self._folder)
+        self._count_closed()
 
     def write(self, topic, kind, typestore, content, logged, qualities=()):
         """
@@ -51,119 +55,123 @@ class BagFolder:
 
         kind, typestore: of rosbags, the type and where its definition is. content: bytes, CDR.
         logged: ns, never less than that of the message before. qualities: list of rosbags' Qos.
-        Raises OSError where it cannot be written; what was written so far is then a bag.
+        Raises OSError where it cannot be written; the parts closed before are then a bag.
         """
         self._guard(self._write, topic, kind, typestore, content, logged, qualities)
 
     def commit(self):
-        """
-        Have what was written survive the end of the process, but for the last chunk of an .mcap.
-
-        Raises OSError as `write` does.
-        """
-        self._guard(self._commit)
+        """Allow the part to end here, after messages that belong together; OSError as `write`."""
+        if self._size > PART_BYTES:
+            self.close()
 
     def close(self):
-        """Close the bag; OSError as of `write`."""
+        """Close the part that is being written, if any; OSError as `write`."""
         self._guard(self._close)
 
-    def _write(self, topic, kind, typestore, content, logged, qualities):
-        if self._writer is None:
-            self._writer = self._opened()
-        if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(
-                topic, kind, typestore=typestore, offered_qos_profiles=qualities)
-        self._writer.write(self._connections[topic], logged, content)
-        self.counts[topic] += 1
-        self.last = logged
-
-    def _opened(self):
-        from rosbags.rosbag2 import StoragePlugin, Writer
-
-        number = 1 + max((number_of(Path(part.name)) for part in self._parts), default=-1)
-        shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)    # without a message in it
-        name = f'{self._folder.resolve().name}_{number}'     # `.` has no name of its own
-        path = self._folder / UNFINISHED / name
-        writer = Writer(path, version=Writer.VERSION_LATEST,
-                        storage_plugin=StoragePlugin[self._storage.upper()])
-        writer.path = DatabasePath(path)    # it makes a plain one of what it is given
-        writer.open()
-        (self._folder / UNFINISHED / ROOM).write_bytes(bytes(ROOM_BYTES))
-        if self._storage == 'sqlite3':
-            # Survives the end of the process, if not that of the machine; waits for no disk.
-            writer.storage.conn.execute('PRAGMA synchronous = OFF')
-        return writer
-
-    def _commit(self):
-        if self._writer is None:
-            return
-        if self._storage == 'sqlite3':
-            self._writer.storage.conn.commit()
-        if sum(path.stat().st_size for path in self._unfinished()) > PART_BYTES:
-            self._close()
-
-    def _close(self):
-        if self._writer is None:
-            return
-        self._writer.close()
-        self._writer, self._connections = None, {}
-        for left in self._unfinished():
-            self._keep(left)
-
     def _guard(self, action, *arguments):
-        """Call what writes; where that fails, make what was written a bag, once."""
-        if self._broken:
+        """Call what writes; where it fails, give up the open part and write nothing more."""
+        if self._failed:
             return
         try:
             action(*arguments)
         except (OSError, sqlite3.Error) as error:
-            self._broken = True
-            self._rescue()
-            self._count_parts()
+            self._failed = True
+            with suppress(OSError, sqlite3.Error):
+                self._writer.abort()
+            shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)
+            self._count_closed()
             raise OSError(f'{self._folder} cannot be written any further: {text_of(error)}') \
                 from error
 
-    def _rescue(self):
-        if self._writer is not None:
-            with suppress(OSError, sqlite3.Error):  # its buffer has no room on the disk either
-                self._writer.abort()
-        with suppress(OSError):
-            (self._folder / UNFINISHED / ROOM).unlink(missing_ok=True)
-        for given_up in range(MOST_GIVEN_UP + 1):
-            with suppress(OSError):
-                for left in self._unfinished():
-                    self._keep(left, given_up)
-                return
+    def _write(self, topic, kind, typestore, content, logged, qualities):
+        if self._writer is None:
+            self._open()
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                topic, kind, typestore=typestore, offered_qos_profiles=qualities)
+        self._writer.write(self._connections[topic], logged, content)
+        self._size += len(content)
+        self.counts[topic] += 1
+        self.last = logged
 
-    def _keep(self, left, given_up=0):
-        """Make the unfinished file a part of the bag."""
-        part = read_part(left) if rescue(left, given_up) else None
-        if part is not None:
-            self._parts.append(part)
-        try:
-            write_metadata(self._folder, self._storage, self._parts)
-        except OSError:
-            if part is not None:
-                self._parts.pop()       # another attempt gives up more of it
-            raise
-        if part is not None:
-            left.rename(self._folder / left.name)
+    def _open(self):
+        from rosbags.rosbag2 import StoragePlugin, Writer
+
+        shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)    # of a killed process
+        number = len(self._closed['files']) if self._closed else 0
+        name = f'{self._folder.resolve().name}_{number}'    # `.` has no name of its own
+        self._writer = Writer(self._folder / UNFINISHED / name, version=Writer.VERSION_LATEST,
+                              storage_plugin=StoragePlugin[self._storage.upper()])
+        self._writer.open()
+
+    def _close(self):
+        import yaml     # only for those who write bags
+
+        if self._writer is None:
+            return
+        self._writer.close()
+        part = self._writer.path
+        description = _joined(self._closed, read_description(part))
+        file = f'{part.name}{SUFFIXES[self._storage]}'
+        (part / file).replace(self._folder / file)
+        write_whole(self._folder / METADATA, yaml.safe_dump(
+            {CONTENT: description}, sort_keys=False).encode())
         shutil.rmtree(self._folder / UNFINISHED)
+        self._writer, self._connections, self._size = None, {}, 0
+        self._closed = description
 
-    def _count_parts(self):
-        self.counts = sum((part.counts for part in self._parts), Counter())
-        self.last = max((part.last for part in self._parts), default=None)
+    def _count_closed(self):
+        self.counts, self.last = Counter(), None
+        if self._closed is not None:
+            self.counts.update({topic['topic_metadata']['name']: topic['message_count']
+                                for topic in self._closed['topics_with_message_count']})
+            self.last = _extent(self._closed)[1]
 
-    def _unfinished(self):
-        """Return the file that is not finished, in a list, which is empty where there is none."""
-        return list(self._folder.glob(f'{UNFINISHED}/*/*{SUFFIXES[self._storage]}'))
+
+def read_description(folder):
+    """Return what metadata.yaml of a bag says, None where there is none; ValueError if damaged."""
+    import yaml
+
+    path = Path(folder) / METADATA
+    if not path.exists():
+        return None
+    try:
+        description = yaml.safe_load(path.read_bytes())[CONTENT]
+        _joined(description, description)
+    except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f'{path} is damaged: {text_of(error)}') from error
+    return description
+
+
+def _joined(one, other):
+    """Return the description of a bag with the parts of two; one: None, or a description."""
+    if one is None:
+        return other
+    first, last = (choose(ends) for choose, ends in zip(
+        (min, max), zip(_extent(one), _extent(other))))
+    topics = {}
+    for topic in (*one['topics_with_message_count'], *other['topics_with_message_count']):
+        name = topic['topic_metadata']['name']
+        before = topics.get(name, {'message_count': 0})['message_count']
+        topics[name] = {**topic, 'message_count': before + topic['message_count']}
+    return {**one, 'starting_time': {'nanoseconds_since_epoch': first},
+            'duration': {'nanoseconds': last - first},
+            'topics_with_message_count': list(topics.values()),
+            **{name: one[name] + other[name]
+               for name in ('message_count', 'relative_file_paths', 'files')}}
+
+
+def _extent(description):
+    """Return when the first and the last message of a bag were logged, ns."""
+    first = description['starting_time']['nanoseconds_since_epoch']
+    return first, first + description['duration']['nanoseconds']
 
 
 class Messages:
     """Messages of ROS 2 Jazzy as rosbags has them: made empty, filled by others, made bytes."""
 
     def __init__(self):
-        """Load the types; ValueError where there is no rosbags."""
+        """Load the types; ValueError where rosbags is not installed."""
         try:
             from rosbags.typesys import get_typestore, Stores
         except ImportError:

@@ -9,11 +9,12 @@ middle of a replay; 130 interrupted by the user; 141 nobody read what was printe
 terminated.
 """
 import argparse
+from contextlib import contextmanager
 from functools import partial
 import os
+import signal
 import sys
-
-from fuzzy_stereo_ros.replay.interruption import terminated_as_by_hand
+import threading
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -24,7 +25,9 @@ WITHOUT_KERNELS = 'synthesise', 'convert'
 
 def main(argv=None):
     """Run `fuzzy-stereo` with the arguments (None: those of the process); return its exit code."""
-    _open_what_is_closed()
+    for name in ('stdout', 'stderr'):       # one that was closed swallows what is written
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))
     with terminated_as_by_hand() as terminated:
         try:
             code = run_cleanly(_parser(), argv)
@@ -40,6 +43,31 @@ def commands():
 
     return {'match': match, 'evolve': evolve, 'replay': replay, 'evaluate': evaluate,
             'benchmark': benchmark, 'synthesise': synthesise, 'convert': convert}
+
+
+@contextmanager
+def terminated_as_by_hand():
+    """
+    Let SIGTERM, as a service or a container is stopped by, do what Ctrl-C does.
+
+    Yields a function that returns whether it came. Where Ctrl-C does nothing, as in the
+    background of a script, SIGTERM still ends the process at once.
+    """
+    came = []
+
+    def interrupt(number, frame):
+        came.append(number)
+        signal.raise_signal(signal.SIGINT)
+
+    if (threading.current_thread() is not threading.main_thread()
+            or signal.getsignal(signal.SIGINT) is signal.SIG_IGN):
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield lambda: bool(came)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _parser():
@@ -95,16 +123,11 @@ def run_cleanly(parser, argv):
     A ValueError or OSError is bad input: its text is the one sentence the user reads.
     """
     try:
-        return _flushed(parser, _run(parser, argv))
-    except SystemExit as ended:     # of --help, and of words that are no options
-        raise SystemExit(_flushed(parser, ended.code)) from None
-
-
-def _run(parser, argv):
-    """Parse the arguments, call what they set as `run`, and return the exit code."""
-    try:
-        arguments = parser.parse_args(argv)
-        return arguments.run(arguments) or 0
+        try:
+            arguments = parser.parse_args(argv)
+            return arguments.run(arguments) or 0
+        finally:
+            _flush()    # after --help, and words that are no options, too
     except BrokenPipeError:
         return NO_READER
     except (ValueError, OSError) as error:
@@ -114,27 +137,14 @@ def _run(parser, argv):
         return INTERRUPTED
 
 
-def _flushed(parser, code):
-    """Return the exit code, or another one where what was printed cannot be written."""
+def _flush():
+    """Write what was printed; OSError where that cannot be."""
     try:
         sys.stdout.flush()
-        return code
-    except BrokenPipeError:
-        failed = NO_READER
-    except OSError as error:
-        print(f'{parser.prog}: standard output cannot be written: {error.strerror}',
-              file=sys.stderr)
-        failed = BAD_INPUT
-    # Python tries once more at its end, and would tell of that at length.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return code or failed
-
-
-def _open_what_is_closed():
-    """Let standard output and error that were closed swallow what is written."""
-    for name in ('stdout', 'stderr'):
-        if getattr(sys, name) is None:
-            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))
+    except OSError:
+        # Python tries once more at its end, and would tell of that at length.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise
 
 
 def _sentence(error):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo evolve`: the population over the generations, as figures, a picture and a film."""
+"""`fuzzy-stereo evolve`: the generations of a match as numbers, a figure and an animation."""
 from contextlib import contextmanager
 from dataclasses import asdict
 from importlib.util import find_spec
@@ -13,16 +13,15 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_config
-from fuzzy_stereo_ros.views.evolution_film import EvolutionFilm
-from fuzzy_stereo_ros.views.evolution_picture import write_evolution
-from fuzzy_stereo_ros.views.evolution_record import Course, watched_match
+from fuzzy_stereo_ros.views.evolution import EvolutionAnimation, write_evolution
+from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix
 from fuzzy_stereo_ros.views.video import check_video
 
 HELP = 'watch how disparities evolve'
 DESCRIPTION = (
     'Match a rectified pair and watch the population, generation by generation: the best\n'
-    'chromosome and its possibility, which parent its regions come from, where mutation struck,\n'
+    'chromosome and its possibility, which parent its regions come from, what mutation changed,\n'
     'and the fitness of the best, the mean and the worst. The result is that of match.')
 EXAMPLE = (
     'examples:\n'
@@ -40,7 +39,7 @@ def add_arguments(parser):
     parser.add_argument('--picture', metavar='FILE',
                         help='some generations in one picture: .png, .svg or .pdf')
     parser.add_argument('--video', metavar='FILE',
-                        help='every generation in a film: .mp4 or .avi')
+                        help='an animation of all generations: .mp4 or .avi')
     parser.add_argument('--overwrite', action='store_true', help='replace files that exist')
     parser.add_argument('--json', action='store_true',
                         help='print the figures of all generations as JSON')
@@ -60,25 +59,25 @@ def run(arguments, stream, progress_stream=None):
     left, right = read_pair(arguments.left, arguments.right)
     truth, mask = read_truth(arguments, left.shape[:2])
     StereoMatcher(config).warm_up(*left.shape[:2])
-    course = Course(config, left if config.reference == 'left' else right, truth, mask)
-    film = EvolutionFilm(outputs['video'], course) if 'video' in outputs else None
+    convergence = Convergence(config, left if config.reference == 'left' else right, truth, mask)
+    animation = EvolutionAnimation(outputs['video'], convergence) if 'video' in outputs else None
     try:
         with progress(config.generations + 1, progress_stream or sys.stderr) as step:
-            def tell(snapshot):
-                course.add(snapshot)
-                if film is not None:
-                    film.take(snapshot)
+            def observe(snapshot):
+                convergence.add(snapshot)
+                if animation is not None:
+                    animation.take(snapshot)
                 step()
 
-            match = watched_match(config, left, right, tell)
+            match = observed_match(config, left, right, observe)
     finally:
-        if film is not None:
-            film.close()
+        if animation is not None:
+            animation.close()
     if 'picture' in outputs:
-        write_evolution(outputs['picture'], course, match)
-    figures = _figures(arguments, outputs, course, match)
+        write_evolution(outputs['picture'], convergence, match)
+    figures = _figures(arguments, outputs, convergence, match)
     text = json.dumps(for_json(figures), indent=2) if arguments.json else _sentences(
-        figures, course)
+        figures, convergence)
     print(text, file=stream)
 
 
@@ -113,22 +112,22 @@ def progress(steps, stream):
         yield bar.update
 
 
-def _figures(arguments, outputs, course, match):
+def _figures(arguments, outputs, convergence, match):
     """Return what --json prints."""
-    config = course.config
+    config = convergence.config
     return {
         **{name: str(path) for name, path in outputs.items()},
         'profile': arguments.profile,
-        'rows': course.image.shape[0],
-        'columns': course.image.shape[1],
+        'rows': convergence.image.shape[0],
+        'columns': convergence.image.shape[1],
         **{name: getattr(config, name) for name in (
             'disparities', 'min_disparity', 'reference', 'population', 'generations')},
-        'initial': _row_figures(course.rows[0]),
+        'initial': _row_figures(convergence.rows[0]),
         'history': [{**_row_figures(row), 'diversity': generation.diversity,
                      'milliseconds': generation.milliseconds, 'gains': generation.gains}
-                    for row, generation in zip(course.rows[1:], match.history)],
-        'ground_truth': None if course.truth is None else asdict(
-            score(match.disparity, course.truth, course.mask)),
+                    for row, generation in zip(convergence.rows[1:], match.history)],
+        'ground_truth': None if convergence.truth is None else asdict(
+            score(match.disparity, convergence.truth, convergence.mask)),
     }
 
 
@@ -138,15 +137,15 @@ def _row_figures(row):
             'worst_fitness': row.worst, 'bad_1': row.wrong}
 
 
-def _sentences(figures, course):
+def _sentences(figures, convergence):
     """Return the figures of some generations, and of the result, as a person reads them."""
-    config = course.config
+    config = convergence.config
     lines = [f"{figures['columns']}x{figures['rows']} pixels of the {config.reference} image, "
              f"profile {figures['profile']}, population {config.population}",
              f"{'generation':>10} {'best':>11} {'mean':>11} {'worst':>11}"
-             + ('' if course.truth is None else '  off by more than 1 px [%]')]
-    shown = {snapshot.number for snapshot in course.shown()}
-    for number, best, mean, worst, wrong in course.rows:
+             + ('' if convergence.truth is None else '  off by more than 1 px [%]')]
+    shown = {snapshot.number for snapshot in convergence.shown()}
+    for number, best, mean, worst, wrong in convergence.rows:
         if number in shown:
             lines.append(f'{number:10} {best:11.5g} {mean:11.5g} {worst:11.5g}'
                          + ('' if wrong is None else f' {wrong:26.2f}'))

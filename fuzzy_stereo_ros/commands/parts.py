@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What commands share: options of ground truth, where outputs may go, figures as JSON."""
+"""Parts of several commands: options of ground truth, checks of outputs, figures as JSON."""
 import math
 from pathlib import Path
 

@@ -5,23 +5,24 @@ from contextlib import ExitStack
 import json
 import sys
 
-from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, text_of
+from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import FORMATS
-from fuzzy_stereo_ros.pair_matcher import Rig
-from fuzzy_stereo_ros.parameters.camera_options import add_camera_options
-from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options
-from fuzzy_stereo_ros.parameters.node_options import add_node_options
-from fuzzy_stereo_ros.replay.cluster_options import add_cluster_options, opened_cluster
-from fuzzy_stereo_ros.replay.interruption import Interruption
-from fuzzy_stereo_ros.replay.loop import Outputs, replay, Tally
-from fuzzy_stereo_ros.replay.plan import (
-    ALWAYS, asked_for, BY_CHOICE, check_outputs, is_lasting, NO_BAG, planned, READING, RESULTS,
-    SYNCHRONISING)
-from fuzzy_stereo_ros.replay.report import figures_of, no_pair_sentence, sentences, Shown
-from fuzzy_stereo_ros.replay.request import expected_pairs, SECOND
-from fuzzy_stereo_ros.replay.segments import SegmentedReplay
-from fuzzy_stereo_ros.replay.sinks import BagSink, FileSink, MARK, remarks_on_files
-from fuzzy_stereo_ros.replay.views import add_view_options, names_of_views, views_of
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.parameters.camera_options import add_camera_options, CAMERA
+from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.parameters.node_options import add_node_options, node_settings
+from fuzzy_stereo_ros.parameters.table import profile_config
+from fuzzy_stereo_ros.replay.folder import OutputFolder
+from fuzzy_stereo_ros.replay.loop import Interruption, match_in_order, replay, Stats
+from fuzzy_stereo_ros.replay.options import (
+    ALWAYS, BY_CHOICE, NO_BAG, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
+    VIEWER, WARM_PAIRS)
+from fuzzy_stereo_ros.replay.report import (
+    end_sentence, figures_of, no_pair_sentence, ProgressBar, sentences)
+from fuzzy_stereo_ros.replay.segments import match_in_segments, opened_cluster
+from fuzzy_stereo_ros.replay.sinks import CopiedMessages, opened_views, Outputs, remarks_on_files
+from fuzzy_stereo_ros.replay.source import ReplaySource
+from fuzzy_stereo_ros.views.video import CODECS
 
 SUFFIXES = 'npy', 'pfm', 'png'
 
@@ -47,10 +48,11 @@ def add_arguments(parser):
     parser.add_argument('--output', metavar='DIR',
                         help='folder that is made for the results: a bag of ROS 2; needed but '
                              f'with --format {NO_BAG} and without --files')
-    parser.add_argument('--format', choices=(*FORMATS, NO_BAG), default=FORMATS[0],
+    parser.add_argument('--format', dest='storage', choices=(*FORMATS, NO_BAG),
+                        default=FORMATS[0],
                         help=f'of the bag; {NO_BAG}: no bag, only what is asked for otherwise; '
                              f'default: {FORMATS[0]}')
-    parser.add_argument('--with', dest='words', choices=BY_CHOICE, nargs='+', default=[],
+    parser.add_argument('--with', dest='results', choices=BY_CHOICE, nargs='+', default=[],
                         help=f"topics to be written besides {' and '.join(ALWAYS)}: "
                              f"{', '.join(BY_CHOICE)}")
     parser.add_argument('--keep', metavar='TOPIC', nargs='*',
@@ -80,12 +82,43 @@ def add_arguments(parser):
     cameras = parser.add_argument_group('which cameras')
     cameras.add_argument('--left', metavar='TOPIC', help='images of the left camera')
     cameras.add_argument('--right', metavar='TOPIC', help='images of the right camera')
-    add_view_options(parser)
+    views = parser.add_argument_group('what can be looked at')
+    views.add_argument('--video', metavar='FILE',
+                       help=f"{' or '.join(CODECS)}: image, disparity and confidence beside each "
+                            'other, a frame for each pair')
+    views.add_argument('--video-rate', metavar='NUMBER', type=float,
+                       help='frames per second; default: as the stamps of the first pairs, so '
+                            'that it lasts as long as what was recorded')
+    views.add_argument('--view', metavar='FILE.rrd', nargs='?', const=VIEWER,
+                       help='show image, disparity, confidence and points in the Rerun viewer, '
+                            'or write a file for it; needs rerun-sdk')
     add_camera_options(parser)
     add_node_options(parser, 'how messages become pairs', (*SYNCHRONISING, *READING))
     add_node_options(parser, 'what depth and points2 are like', RESULTS)
-    add_cluster_options(parser)
+    workers = parser.add_argument_group(
+        'many at a time',
+        f'either cuts the bag into segments of {SEGMENT_PAIRS} pairs, each warmed over the '
+        f'{WARM_PAIRS} pairs before it: the result is the same for every number of workers, and '
+        'may differ a little from that without workers, which is one chain as in the node')
+    workers.add_argument('--workers', metavar='N', type=int,
+                         help='match in so many processes of this machine, of one thread each '
+                              'unless --threads says otherwise')
+    workers.add_argument('--scheduler', metavar='ADDRESS',
+                         help='match on the workers of a Dask cluster, as tcp://host:8786; they '
+                              'need fuzzy_stereo_ros of the same version, but not the bag')
     add_matcher_options(parser, required=('disparities',), left_out=('reference',))
+
+
+def replay_options(arguments):
+    """Return the ReplayOptions of parsed arguments; ValueError where they make no sense."""
+    alike = ('output', 'storage', 'video', 'video_rate', 'view', 'overwrite', 'resume', 'left',
+             'right', 'start', 'duration', 'every', 'workers', 'scheduler')
+    lists = 'bags', 'results', 'keep', 'files'
+    return ReplayOptions(
+        config=profile_config(arguments.profile, **matcher_changes(arguments)),
+        settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)),
+        **{name: getattr(arguments, name) for name in (*alike, *CAMERA)},
+        **{name: getattr(arguments, name) and tuple(getattr(arguments, name)) for name in lists})
 
 
 def run(arguments, stream, progress_stream=None):
@@ -96,90 +129,69 @@ def run(arguments, stream, progress_stream=None):
     Raises ValueError and OSError for bad input, before anything is written, and for a damaged bag
     or a full disk after everything so far is; KeyboardInterrupt likewise.
     """
-    asked = asked_for(arguments)
-    check_outputs(arguments, asked)
-    with BagReader(arguments.bags) as bags:
-        plan = planned(arguments, asked, bags)
-        if not arguments.json:
-            stream.write(
-                f'{plan.topics.left} and {plan.topics.right}, calibrated by {plan.calibration}\n')
-            stream.flush()
-        outputs, tally, source = _replayed(arguments, bags, plan, progress_stream)
-        if not tally.matched:
-            _end_without_pairs(bags, plan.folder, source, tally, plan.settings)
-        figures = {'output': arguments.output, 'video': arguments.video, 'view': arguments.view,
-                   'topics': plan.topics._asdict(), 'calibration': plan.calibration,
-                   **figures_of(tally, source.synchroniser, bags.begin)}
-        where = ', '.join(filter(None, (arguments.output, *names_of_views(arguments))))
-        told = sentences(figures, plan.settings['approximate_sync'])
-        stream.write((json.dumps(figures, indent=2) if arguments.json
-                      else f'{where}: {told}') + '\n')
-        _end(bags, arguments, outputs, tally, progress_stream or sys.stderr)
-
-
-def _replayed(arguments, bags, plan, progress_stream):
-    """Match what a ReplayPlan says; return the Outputs, the Tally and what the steps came from."""
-    rig = Rig(plan.config, plan.reader, told=None)
-    views = views_of(arguments, plan.config_at_scale, plan.source(bags, lambda messages: None))
-    outputs, tally = Outputs(lambda: plan.opened_sinks() + views), Tally()
+    options = replay_options(arguments)
     with ExitStack() as opened:
-        shown = opened.enter_context(Shown(
-            expected_pairs(bags, plan.topics, plan.selection), progress_stream,
-            arguments.progress))
-        for remark in plan.remarks:
-            tally.note(remark, shown.tell)
-        cluster = opened.enter_context(
-            opened_cluster(arguments, plan.config_at_scale, shown.tell))
-        (cluster or rig).warm_up()
-        stopped = opened.enter_context(Interruption()).came
-        if cluster is None:
-            source = plan.source(bags, rig.read, plan.copies.topics)
+        bags = opened.enter_context(BagReader(options.bags))
+        source, copies = ReplaySource(options, bags), None
+        if options.keep is not None:    # which are read by the thread that writes
+            copies = CopiedMessages(
+                options, opened.enter_context(BagReader(options.bags)), source)
+        folder = OutputFolder(options, source, copies)
+        source.resume_after(folder.written())
+        if not arguments.json:
+            stream.write(f'{source.topics.left} and {source.topics.right}, calibrated by '
+                         f'{source.calibration}\n')
+            stream.flush()
+        outputs = Outputs(options, folder, source, copies, opened_views(options, source))
+        with ProgressBar(source.expected_pairs(), progress_stream, arguments.progress) as bar:
+            stats = _replayed(options, source, outputs, bar)
+        if not stats.matched:
+            _end_without_pairs(bags.names, options, folder, source, stats)
+        figures = {'output': options.output, 'video': options.video, 'view': options.view,
+                   'topics': source.topics._asdict(), 'calibration': source.calibration,
+                   **figures_of(stats, source.synchroniser, bags.begin)}
+        where = ', '.join(filter(None, (options.output, *options.views)))
+        stream.write((json.dumps(figures, indent=2) if arguments.json else
+                      f"{where}: {sentences(figures, options.settings['approximate_sync'])}")
+                     + '\n')
+        if stats.error is not None:
+            raise ValueError(end_sentence(stats, outputs, options, bags.begin))
+        if stats.interrupted:
+            (progress_stream or sys.stderr).write(
+                end_sentence(stats, outputs, options, bags.begin) + '\n')
+            raise KeyboardInterrupt
+
+
+def _replayed(options, source, outputs, bar):
+    """Match the pairs of a ReplaySource, here or on workers, and return the Stats."""
+    stats = Stats()
+    for remark in source.remarks:
+        stats.note(remark, bar.log)
+    with ExitStack() as opened:
+        if options.in_segments:
+            cluster = opened.enter_context(opened_cluster(options, bar.log))
+            cluster.warm_up()
         else:
-            # The pairs are read ahead of what is copied between them: by a reader of their own.
-            ahead = plan.source(opened.enter_context(BagReader(arguments.bags)), rig.read)
-            source = rig = SegmentedReplay(
-                ahead, cluster, tally, stopped, bags.messages(
-                    plan.copies.topics, plan.selection.start, plan.selection.stop))
-        replay(source, rig, outputs, tally, stopped, shown.tell, shown.step)
-        for remark in remarks_on_files(
-                [sink for sink in outputs.sinks or () if isinstance(sink, FileSink)]):
-            tally.note(remark, shown.tell)
-    return outputs, tally, source
+            matcher = StereoMatcher(options.scaled_config)
+            matcher.warm_up(*WARM_UP_SIZE)
+        stopped = opened.enter_context(Interruption()).came
+        results = (match_in_segments(source.steps(), cluster, stats, stopped)
+                   if options.in_segments else match_in_order(source.steps(), matcher))
+        replay(results, outputs, stats, stopped, bar.log, bar.step)
+    for remark in remarks_on_files(outputs.sinks or ()):
+        stats.note(remark, bar.log)
+    return stats
 
 
-def _end_without_pairs(bags, folder, source, tally, settings):
+def _end_without_pairs(name, options, folder, source, stats):
     """Leave nothing where no new pair was matched, and say why; return where that is no fault."""
     folder.discard()
-    if tally.interrupted or (folder.continued and source.resumed and tally.error is None):
+    if stats.interrupted or (folder.continued and source.resumed and stats.error is None):
         return
-    if tally.error is not None:
-        raise ValueError(f"{tally.error}; no {'new ' if folder.continued else ''}pair could be "
+    if stats.error is not None:
+        raise ValueError(f"{stats.error}; no {'new ' if folder.continued else ''}pair could be "
                          'matched before that')
     if folder.continued:
-        raise ValueError(f'--resume: the last pairs in {folder.path} are not in {bags.names}')
+        raise ValueError(f'--resume: the last pairs in {folder.path} are not in {name}')
     raise ValueError(no_pair_sentence(
-        bags.names, tally, source.synchroniser, settings['approximate_sync']))
-
-
-def _end(bags, arguments, outputs, tally, stream):
-    """Say how far it came where it did not come to the end, by exception."""
-    if tally.error is None and not tally.interrupted:
-        return
-    if outputs.sinks is None and tally.error is not None:
-        raise ValueError(f'{arguments.output} cannot be made: {text_of(tally.error)}')
-    lasting, pairs, logged = is_lasting(arguments), outputs.written, outputs.logged
-    where = arguments.output if lasting else ' and '.join(names_of_views(arguments))
-    far = f'{pairs} pairs were written to {where}'
-    for sink in outputs.sinks or ():
-        if isinstance(sink, BagSink):
-            pairs, logged = sink.bag.counts[MARK], sink.bag.last
-            far = f'{where} holds {pairs} pairs'
-    if pairs:
-        far += f', up to {(logged - bags.begin) / SECOND:.3f} s into the bag'
-    if tally.error is not None:
-        # A video or recording that failed is not there.
-        raise ValueError(text_of(tally.error) + (
-            f'; {far}' if lasting or isinstance(tally.error, DamagedBag) else ''))
-    stream.write(f"interrupted: {far}{'; --resume goes on' if lasting else ''}\n" if pairs else
-                 'interrupted before the first pair\n')
-    raise KeyboardInterrupt
+        name, stats, source.synchroniser, options.settings['approximate_sync']))

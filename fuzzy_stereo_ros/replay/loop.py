@@ -1,30 +1,33 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The loop over a bag: every pair is matched, in order, by the same Rig that the node has.
+The loop over a bag: every pair is matched, in order, and given to the sinks.
 
-One thread beside it reads the next pair and writes the last one while a pair is matched.
+One thread reads the next pair and another writes the last one while a pair is matched.
 """
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+import signal
+import threading
 import time
 
-from fuzzy_stereo_ros.replay.sinks import BagSink
+from fuzzy_stereo_ros.pair_matcher import Matched
+from fuzzy_stereo_ros.replay.source import Refusal, refusal_of
 from fuzzy_stereo_ros.reports import kind_of
 
 
 @dataclass
-class Tally:
+class Stats:
     """
     How a replay went.
 
     matched: pairs that are new; again: those matched to warm up. warm: of all these, how many
-    started from the pair before. refused: by reason; first_refusal: why, in a sentence. remarks:
-    on the calibration, by kind. milliseconds: of matching, of all. seconds: of the loop.
+    started from the pair before. refused: by reason; first_refusal: its sentence. remarks: on
+    calibrations and files, by kind. milliseconds: of matching, of all. seconds: of the loop.
     logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
     stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None. segments: how
-    many there were; workers: how many matched them at the most, 0 where this process matched.
+    many were matched; workers: how many matched them at the most, 0 where this process matched.
     """
 
     matched: int = 0
@@ -42,118 +45,133 @@ class Tally:
     segments: int = 0
     workers: int = 0
 
-    def note(self, remark, told):
-        """Keep a remark and tell it, where there was none of its kind before."""
+    def note(self, remark, log):
+        """Keep and log a remark, the first of its kind."""
         if self.remarks.setdefault(kind_of(remark), remark) is remark:
-            told(remark)
+            log(remark)
 
 
-class Outputs:
+def match_in_order(steps, matcher):
+    """Yield (Step, its Match, Refusal or None) of each Step; matcher: a StereoMatcher."""
+    for step in read_ahead(steps):
+        if step.went_back:
+            matcher.reset()
+        yield step, match_or_refuse(step.pair, matcher)
+
+
+def read_ahead(items):
+    """Yield what an iterator gives, the next item being made in a thread meanwhile."""
+    with ThreadPoolExecutor(1, 'reader') as reader:
+        coming = reader.submit(next, items, None)
+        while (item := coming.result()) is not None:
+            coming = reader.submit(next, items, None)
+            yield item
+
+
+def match_or_refuse(pair, matcher):
+    """Return the Match of a StereoPair by a StereoMatcher, or a Refusal; those as they are."""
+    if pair is None or isinstance(pair, Refusal):
+        return pair
+    try:
+        return matcher.match(pair.left, pair.right, stamp=pair.stamp)
+    except ValueError as error:
+        return refusal_of(error)
+    except Exception as error:          # noqa: B902  whatever it is, the next pair is matched
+        matcher.reset()                 # which may hold half of this pair
+        return refusal_of(error)
+
+
+def replay(results, outputs, stats, stopped, log, on_pair):
     """
-    The sinks, made by the thread that uses them when there is something for them.
+    Write what was matched, until the end, an error, or until it is stopped.
 
-    sinks: a list; None while there are none. written: pairs that all of them took. logged: ns, of
-    the last of these.
-    """
-
-    def __init__(self, open_sinks):
-        """Make nothing yet; open_sinks(): returns the list of sinks."""
-        self._open_sinks, self.sinks, self.written, self.logged = open_sinks, None, 0, None
-
-    def put(self, step, matched):
-        """Give the copies of a Step and its Matched, None where there is none, to the sinks."""
-        if matched is None and not step.copies:
-            return
-        if self.sinks is None:
-            self.sinks = self._open_sinks()
-        for sink in self.sinks:
-            if isinstance(sink, BagSink):
-                sink.advance(step.copies, step.logged)
-            if matched is not None and not step.again:
-                sink.take(matched)
-        if matched is not None and not step.again:
-            self.written += 1
-            self.logged = step.logged
-
-    def close(self):
-        """Close all sinks and return the OSErrors of those that cannot be closed."""
-        errors = []
-        for sink in self.sinks or ():
-            try:
-                sink.close()
-            except OSError as error:
-                errors.append(error)
-        return errors
-
-
-def replay(source, rig, outputs, tally, stopped, told, shown):
-    """
-    Match what a source gives, until its end, an error, or until it is stopped.
-
-    source: ReplaySource. rig: Rig, warmed up. outputs: Outputs. tally: Tally to be filled.
-    stopped(): whether to stop before the next pair. told(sentence): of each refused pair and each
-    remark on a calibration. shown(): called after each pair.
-    What a bag or a disk does wrong ends in tally.error; the sinks are closed in any case.
+    results: yields (Step, Match, Refusal or None). outputs: Outputs, closed in any case. stats:
+    Stats to be filled. stopped(): whether to stop before the next pair. log(sentence): of each
+    refused pair and each remark on a calibration. on_pair(): called after each pair.
+    stats.error is what a damaged bag or a full disk raised.
     """
     started = time.perf_counter()
-    steps, going = source.steps(), None
-    with ThreadPoolExecutor(1, 'bag') as helper:
+    with ThreadPoolExecutor(1, 'writer') as writer:
+        writing = []
         try:
-            coming = helper.submit(next, steps, None)
-            while (step := coming.result()) is not None:
+            for step, outcome in results:
                 if stopped():
-                    tally.interrupted = True
                     break
-                coming = helper.submit(next, steps, None)
-                matched = _match(step, rig, tally, told)
-                if going is not None:
-                    going.result()
-                going = helper.submit(outputs.put, step, matched)
+                matched = _counted(step, outcome, outputs.config, stats, log)
+                while writing:
+                    writing.pop().result()
+                if matched is not None and not step.again:
+                    writing.append(writer.submit(outputs.put, matched, step.logged))
                 if step.stamp is not None:
-                    shown()
+                    on_pair()
+            if not stopped():
+                writing.append(writer.submit(outputs.finish))
         except (ValueError, OSError) as error:
-            tally.error = error
+            stats.error = error
         finally:
-            _finish(helper, going, outputs, tally, told)
-            tally.seconds = time.perf_counter() - started
+            stats.interrupted = stopped()
+            writing.append(writer.submit(outputs.close))
+            for one in writing:
+                _wait(one, stats, log)
+            stats.seconds = time.perf_counter() - started
 
 
-def _match(step, rig, tally, told):
-    """Return the Matched of a Step, None where it has no pair or a bad one; count it."""
-    if step.went_back:
-        rig.forget()
-        told('the stamps went back: starting anew')
+def _wait(writing, stats, log):
+    """Wait for what is being written; keep the first error, log a further one."""
     try:
-        if step.refusal is not None:
-            raise step.refusal
-        if step.pair is None:
-            return None
-        matched = rig.match_pair(step.pair)
-    except ValueError as error:
-        tally.refused[getattr(error, 'reason', 'match')] += 1
-        tally.first_refusal = tally.first_refusal or str(error)
-        what = 'message' if step.stamp is None else f'pair {step.stamp / 1e9:.3f}'
-        told(f'{what} refused: {error}')
-        return None
-    for remark in matched.pair.calibration.remarks:
-        tally.note(remark, told)
-    tally.milliseconds += matched.match.times['total']
-    tally.warm += matched.match.warm
-    tally.again += step.again
-    tally.matched += not step.again
-    tally.logged, tally.stamp = step.logged, step.stamp
-    return matched
-
-
-def _finish(helper, going, outputs, tally, told):
-    """Wait for what is being written and close the sinks; note and tell what goes wrong then."""
-    closing, errors = helper.submit(outputs.close), []
-    try:
-        if going is not None:
-            going.result()
+        writing.result()
     except (ValueError, OSError) as error:
-        errors.append(error)
-    for error in errors + closing.result():
-        tally.error = tally.error or error
-        if error is not tally.error:
-            told(str(error))
+        if stats.error is None:
+            stats.error = error
+        else:
+            log(str(error))
+
+
+def _counted(step, outcome, config, stats, log):
+    """Count a Step and return its Matched, None where it was not matched."""
+    if step.went_back:
+        log('timestamps jumped back; matcher reset')
+    if isinstance(outcome, Refusal):
+        stats.refused[outcome.reason] += 1
+        stats.first_refusal = stats.first_refusal or outcome.sentence
+        what = 'message' if step.stamp is None else f'pair {step.stamp / 1e9:.3f}'
+        log(f'{what} refused: {outcome.sentence}')
+    if outcome is None or isinstance(outcome, Refusal):
+        return None
+    for remark in step.pair.calibration.remarks:
+        stats.note(remark, log)
+    stats.milliseconds += outcome.times['total']
+    stats.warm += outcome.warm
+    stats.again += step.again
+    stats.matched += not step.again
+    stats.logged, stats.stamp = step.logged, step.stamp
+    return Matched(step.pair, outcome, config, None)
+
+
+class Interruption:
+    """
+    A context manager in which SIGINT is only noted; a second one raises KeyboardInterrupt.
+
+    Outside the main thread, where Python allows no handlers, nothing is noted.
+    """
+
+    def __init__(self):
+        self._came, self._before = False, None
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *error):
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+
+    def came(self):
+        """Return whether SIGINT has come."""
+        return self._came
+
+    def _note(self, number, frame):
+        if self._came:
+            raise KeyboardInterrupt
+        self._came = True

@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay says: how far it is, what it meets, and how it went."""
+"""The progress bar of a replay, and its report as figures and sentences."""
 import sys
 
-from fuzzy_stereo_ros.bags.reading import DamagedBag
-from fuzzy_stereo_ros.replay.cluster import ClusterFault
-from fuzzy_stereo_ros.replay.segments import SEGMENT_PAIRS
+from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS
+from fuzzy_stereo_ros.replay.segments import ClusterFault
+from fuzzy_stereo_ros.replay.sinks import BagSink
+from fuzzy_stereo_ros.replay.source import SECOND
 from fuzzy_stereo_ros.reports import kind_of
+from fuzzy_stereo_ros.result_topics import DISPARITY
 
-SECOND = 1_000_000_000
 
-
-class Shown:
+class ProgressBar:
     """A bar and sentences on standard error; a context manager."""
 
     def __init__(self, total, stream=None, always=False):
@@ -20,7 +21,7 @@ class Shown:
 
         total: pairs that are expected, about. stream: a text, standard error if None.
         """
-        self._stream, self._told, self._bar = stream or sys.stderr, set(), None
+        self._stream, self._logged, self._bar = stream or sys.stderr, set(), None
         if always or self._stream.isatty():
             try:
                 from tqdm import tqdm
@@ -37,51 +38,51 @@ class Shown:
             self._bar.close()
 
     def step(self):
-        """Note that another pair has come."""
+        """Count another pair."""
         if self._bar is not None:
             self._bar.set_description(refresh=False)
             self._bar.update()
 
-    def tell(self, sentence):
+    def log(self, sentence):
         """Write a sentence; of those that differ only in numbers the first."""
-        if kind_of(sentence) in self._told:
+        if kind_of(sentence) in self._logged:
             return
-        self._told.add(kind_of(sentence))
+        self._logged.add(kind_of(sentence))
         if self._bar is None:
             self._stream.write(sentence + '\n')
         else:
             self._bar.write(sentence, file=self._stream)
 
 
-def figures_of(tally, synchroniser, begin):
+def figures_of(stats, synchroniser, begin):
     """
-    Return what a Tally and a Synchroniser counted, for JSON.
+    Return the counts of Stats and of a Synchroniser, for JSON.
 
     begin: ns, when the first message of the bag was recorded.
     """
-    seconds = max(tally.seconds, 1e-9)
-    pairs = tally.matched + tally.again
+    seconds = max(stats.seconds, 1e-9)
+    pairs = stats.matched + stats.again
     figures = {
-        'ended': _ended(tally),
-        'pairs': {'matched': tally.matched, 'matched_again': tally.again, 'warm': tally.warm,
-                  'refused': dict(tally.refused)},
+        'ended': _ended(stats),
+        'pairs': {'matched': stats.matched, 'matched_again': stats.again, 'warm': stats.warm,
+                  'refused': dict(stats.refused)},
         'messages': {'received': synchroniser.received, 'unmatched': synchroniser.unmatched},
-        'remarks': list(tally.remarks.values()),
-        'last_pair': None if tally.logged is None else {
-            'stamp': tally.stamp, 'seconds_into_the_bag': (tally.logged - begin) / SECOND},
-        'seconds': tally.seconds,
-        'pairs_per_second': (tally.matched if tally.workers else pairs) / seconds,
-        'match_ms': tally.milliseconds / max(pairs, 1),
-        'share_not_matching': 1 - tally.milliseconds / 1000 / seconds / max(tally.workers, 1),
+        'remarks': list(stats.remarks.values()),
+        'last_pair': None if stats.logged is None else {
+            'stamp': stats.stamp, 'seconds_into_the_bag': (stats.logged - begin) / SECOND},
+        'seconds': stats.seconds,
+        'pairs_per_second': (stats.matched if stats.workers else pairs) / seconds,
+        'match_ms': stats.milliseconds / max(pairs, 1),
+        'share_not_matching': 1 - stats.milliseconds / 1000 / seconds / max(stats.workers, 1),
     }
-    if tally.workers:
-        figures['segments'] = {'matched': tally.segments, 'pairs': SEGMENT_PAIRS,
-                               'workers': tally.workers}
+    if stats.workers:
+        figures['segments'] = {'matched': stats.segments, 'pairs': SEGMENT_PAIRS,
+                               'workers': stats.workers}
     return figures
 
 
 def sentences(figures, approximate):
-    """Return the figures as a person reads them; approximate: whether stamps may differ."""
+    """Return the figures as sentences; approximate: whether stamps may differ."""
     pairs, messages = figures['pairs'], figures['messages']
     lines = [f"{pairs['matched']} pairs matched"]
     if 'segments' in figures:
@@ -95,29 +96,29 @@ def sentences(figures, approximate):
             f'{reason} {number}' for reason, number in sorted(pairs['refused'].items())))
     unmatched = {topic: number for topic, number in messages['unmatched'].items() if number}
     if unmatched:
-        lines.append('messages without partner: ' + ', '.join(
+        lines.append('messages not synchronised: ' + ', '.join(
             f"{topic} {number} of {messages['received'][topic]}"
             for topic, number in unmatched.items()))
     if any(2 * number > messages['received'][topic] for topic, number in unmatched.items()):
-        lines.append(f'to match more of them, {_remedy(approximate)}')
+        lines.append(f'to synchronise more of them, {_remedy(approximate)}')
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
         f"pair; {100 * figures['share_not_matching']:.1f} % of the time was not matching")
     return '\n'.join(lines)
 
 
-def no_pair_sentence(name, tally, synchroniser, approximate):
+def no_pair_sentence(name, stats, synchroniser, approximate):
     """
     Return why no pair of a bag was matched and what to do.
 
     name: of the bag. approximate: whether stamps may differ.
     """
-    refused = sum(tally.refused.values())
+    refused = sum(stats.refused.values())
     if refused:
         return f'{name}: none of {refused} pairs could be matched; the first: ' \
-               f'{tally.first_refusal}'
+               f'{stats.first_refusal}'
     counts = ', '.join(f'{topic} {number}' for topic, number in synchroniser.received.items())
-    sentence = f'{name}: no message found its partners; messages: {counts}'
+    sentence = f'{name}: no messages were synchronised; received: {counts}'
     silent = [topic for topic, number in synchroniser.received.items() if not number]
     if silent:
         return f"{sentence}; there is none of {', '.join(silent)} in what was chosen"
@@ -128,7 +129,7 @@ def no_pair_sentence(name, tally, synchroniser, approximate):
 
 
 def _remedy(approximate):
-    """Return what lets more messages find their partners."""
+    """Return which options synchronise more messages."""
     if approximate:
         return ('raise --tolerance or --queue-size, or give --cache-camera-info if camera_info '
                 'comes seldom')
@@ -136,8 +137,30 @@ def _remedy(approximate):
             'camera_info comes seldom, or a larger --queue-size')
 
 
-def _ended(tally):
-    if tally.error is not None:
-        return ('damaged bag' if isinstance(tally.error, DamagedBag) else
-                'workers lost' if isinstance(tally.error, ClusterFault) else 'cannot be written')
-    return 'interrupted' if tally.interrupted else 'finished'
+def end_sentence(stats, outputs, options, begin):
+    """Return why a replay ended early, and how far it came; outputs: its Outputs, closed."""
+    where = options.output if options.can_be_resumed else ' and '.join(options.views)
+    pairs, logged = outputs.written, outputs.logged
+    far = f'{pairs} pairs were written to {where}'
+    for sink in outputs.sinks or ():
+        if isinstance(sink, BagSink):
+            pairs, logged = sink.bag.counts[f'/{DISPARITY}'], sink.bag.last
+            far = f'{where} holds {pairs} pairs'
+    if pairs:
+        far += f', up to {(logged - begin) / SECOND:.3f} s into the bag'
+    if stats.error is None:
+        if not pairs:
+            return 'interrupted before the first pair'
+        return f"interrupted: {far}{'; --resume goes on' if options.can_be_resumed else ''}"
+    if outputs.sinks is None:
+        return f'{options.output} cannot be made: {text_of(stats.error)}'
+    if options.can_be_resumed or isinstance(stats.error, DamagedBag):
+        return f'{text_of(stats.error)}; {far}'
+    return text_of(stats.error)     # a video or recording that failed is not there
+
+
+def _ended(stats):
+    if stats.error is not None:
+        return ('damaged bag' if isinstance(stats.error, DamagedBag) else
+                'workers lost' if isinstance(stats.error, ClusterFault) else 'cannot be written')
+    return 'interrupted' if stats.interrupted else 'finished'

@@ -1,21 +1,46 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A replay cut into segments that can be matched at the same time, wherever there is a processor.
+A replay cut into segments that Dask's workers match at the same time.
 
-What comes out depends on where the segments begin, and on nothing else: neither on how many
-workers there are, nor on which of them dies, nor on whether the replay was interrupted.
+The results depend on where the segments begin, and on nothing else: neither on how many workers
+there are, nor on which of them dies, nor on whether the replay was interrupted. Where a worker
+dies, Dask gives its segment to another one; the scheduler keeps it until it is answered.
 """
 from collections import deque
+from contextlib import contextmanager, ExitStack
+from dataclasses import replace
+from functools import lru_cache, partial
+import logging
+from multiprocessing import resource_tracker
+import signal
+import tempfile
+from threading import Lock
+import time
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.bags.reading import DamagedBag
-from fuzzy_stereo_ros.pair_matcher import Matched
-from fuzzy_stereo_ros.replay.request import WARM_PAIRS
-from fuzzy_stereo_ros.replay.source import HELD_BYTES, Step
+from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.kernels.keeping import note, remarks
+from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from fuzzy_stereo_ros.replay.loop import Interruption, match_or_refuse
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
+from fuzzy_stereo_ros.replay.source import Refusal
+from fuzzy_stereo_ros.saved_pairs.versions import versions
 
-SEGMENT_PAIRS = 48      # long enough for warming up to cost a sixth, short enough to be held
+PACKAGE = 'fuzzy_stereo_ros'
+LOOPBACK = '127.0.0.1'
+DECISIVE = 'python', 'numpy', 'numba', 'opencv', 'processor'    # for the bits of a result
 AHEAD = 2               # segments on their way for each worker: one is matched, one lies ready
+ANSWER_SECONDS = 5      # that a scheduler has to answer, and its first worker to be there
+LOOK_SECONDS = 0.1      # between two looks whether to stop
+LOST_SECONDS = 30.0     # without any worker, after which the replay ends
+
+_turn = Lock()          # a process matches one segment at a time, whatever threads it has
+
+
+class ClusterFault(OSError):
+    """Workers that are missing or cannot match; a sentence."""
 
 
 class Segment(NamedTuple):
@@ -26,26 +51,40 @@ class Segment(NamedTuple):
 
     @property
     def new(self):
-        """Return whether any of its pairs was not written before."""
-        return any(step.pair is not None and not step.again for step in self.steps)
+        """Whether any of its pairs is not written yet."""
+        return any(isinstance(step.pair, StereoPair) and not step.again for step in self.steps)
 
     def pairs(self):
-        """Return (pairs, warming) as a SegmentOrder has them."""
+        """Return [(StereoPair, whether it starts anew)], and how many of them warm up."""
         pairs, warming, went_back = [], 0, False
         for place, step in enumerate([*self.before, *self.steps]):
             went_back |= step.went_back
-            if step.pair is not None:
+            if isinstance(step.pair, StereoPair):
                 pairs.append((step.pair, went_back))
                 warming += place < len(self.before)
                 went_back = False
-        return tuple(pairs), warming
+        return pairs, warming
+
+
+class SegmentAnswer(NamedTuple):
+    """
+    The outcomes of a segment.
+
+    warming: of the pairs that warmed up: (how many were matched, how many of these started from
+    the pair before, milliseconds of matching). outcomes: of each other pair the Match or the
+    Refusal. remarks: sentences on what was done without where it was matched.
+    """
+
+    warming: tuple
+    outcomes: list
+    remarks: list
 
 
 def cut(steps):
     """
     Yield the Segments of Steps: SEGMENT_PAIRS numbers each, from a multiple of that on.
 
-    WARM_PAIRS numbers before them warm up. What steps() raises is raised after the last Segment.
+    WARM_PAIRS numbers before them warm up. A DamagedBag is raised after the last Segment.
     """
     before, own, place, damage = [], [], None, None
     try:
@@ -67,139 +106,258 @@ def cut(steps):
         raise damage
 
 
-class SegmentedReplay:
+def match_in_segments(steps, cluster, stats, stopped):
     """
-    What `replay` takes for the source and for the Rig: steps, and what workers made of them.
+    Yield (Step, its Match, Refusal or None) of each Step, matched by a Cluster.
 
-    The steps come in one thread, which may be another than the one that matches.
+    stats: Stats, in which segments, workers and warming up are counted. stopped(): whether to
+    end early. Raises DamagedBag, and ClusterFault where no worker answers.
+    """
+    waiting, damage = deque(), None
+    try:
+        for segment in cut(steps):
+            waiting.append((segment, cluster.submit(*segment.pairs()) if segment.new else None))
+            stats.workers = max(stats.workers, cluster.workers)
+            while len(waiting) >= AHEAD * cluster.workers:
+                yield from _outcomes(*waiting.popleft(), cluster, stats, stopped)
+            if stopped():
+                return
+    except DamagedBag as error:
+        damage = error
+    while waiting and not stopped():
+        yield from _outcomes(*waiting.popleft(), cluster, stats, stopped)
+    if damage is not None and not stopped():
+        raise damage
+
+
+def _outcomes(segment, future, cluster, stats, stopped):
+    """Yield what `match_in_segments` does, of one segment; nothing where it is stopped."""
+    if future is None:      # it is written already
+        yield from ((step, step.pair if isinstance(step.pair, Refusal) else None)
+                    for step in segment.steps)
+        return
+    answer = cluster.answer(future, stopped)
+    if answer is None:
+        return
+    again, warm, milliseconds = answer.warming
+    stats.segments, stats.again = stats.segments + 1, stats.again + again
+    stats.warm, stats.milliseconds = stats.warm + warm, stats.milliseconds + milliseconds
+    outcomes = iter(answer.outcomes)
+    for step in segment.steps:
+        yield step, next(outcomes) if isinstance(step.pair, StereoPair) else step.pair
+
+
+class Cluster:
+    """
+    Workers that match segments; a worker that dies loses nothing, as another does its work.
+
+    name: of the scheduler, for sentences. workers: how many there were when they were counted
+    last, 1 at least.
     """
 
-    def __init__(self, source, cluster, tally, stopped, copied=()):
+    def __init__(self, client, name, config):
+        """Take the workers that there are; client: a distributed.Client; config: MatcherConfig."""
+        self._client, self.name, self._config = client, name, config
+        self._match = partial(_match_on_worker, version=versions()[PACKAGE])
+        self.workers, self._there = 1, time.monotonic()
+        self._count_workers()
+
+    def warm_up(self):
+        """Have each worker compile the kernels or load them from its cache; ClusterFault."""
+        for future in [self.submit([], 0, workers=[address], allow_other_workers=True)
+                       for address in self._client.nthreads()]:
+            self.answer(future, lambda: False)
+
+    def submit(self, pairs, warming, **where):
+        """Have pairs matched, as `match_segment` does; return the Future that `answer` takes."""
+        return self._client.submit(self._match, self._config, pairs, warming, pure=False, **where)
+
+    def answer(self, future, stopped):
         """
-        Read nothing yet.
+        Wait for a SegmentAnswer and return it; None where stopped() says so.
 
-        source: a ReplaySource that copies nothing. cluster: a Cluster. tally: Tally in which
-        warming up is counted, segments and workers. stopped(): whether to end early.
-        copied: BagMessages to be copied, in their order.
+        Raises ClusterFault where there will be none.
         """
-        self._source, self._cluster = source, cluster
-        self._tally, self._stopped = tally, stopped
-        self._copies, self._answers = CopiesBetween(copied), deque()
+        import distributed
+        from distributed.scheduler import KilledWorker
 
-    @property
-    def synchroniser(self):
-        """The Synchroniser of the source."""
-        return self._source.synchroniser
-
-    @property
-    def resumed(self):
-        """Whether the pairs that were done have come, as of the source."""
-        return self._source.resumed
-
-    def steps(self):
-        """Yield each Step, an empty one when it is stopped; DamagedBag or ClusterFault."""
-        segments, asked, damage = cut(self._read()), deque(), None
-        while not self._stopped():
-            self._tally.workers = max(self._tally.workers, self._cluster.workers)
-            while segments is not None and len(asked) < AHEAD * self._cluster.workers:
-                try:
-                    segment = next(segments, None)
-                except DamagedBag as error:
-                    segment, damage = None, error
-                if segment is None or self._stopped():
-                    segments = None
-                    break
-                asked.append((segment, self._cluster.ask(*segment.pairs())
-                              if segment.new else None))
-            if not asked:
-                break
-            yield from self._answered(*asked.popleft())
-        if self._stopped():
-            yield Step(0)
-        elif damage is not None:
-            raise damage
-        else:
-            yield from self._copies.rest()
-
-    def match_pair(self, pair):
-        """Return the Matched of the next pair of the steps; ValueError where there is none."""
-        answer, (again, warm, milliseconds) = self._answers.popleft()
-        self._tally.again += again
-        self._tally.warm += warm
-        self._tally.milliseconds += milliseconds
-        if isinstance(answer, ValueError):
-            raise answer
-        return Matched(pair, answer, self._cluster.config, None)
-
-    def forget(self):
-        """Do nothing: the workers were told which pairs start anew."""
-
-    def _read(self):
-        """Yield the Steps of the source until it is stopped."""
-        for step in self._source.steps():
-            if self._stopped():
-                return
-            yield step
-
-    def _answered(self, segment, asked):
-        """Yield the steps of a segment, the answer to each pair ready for `match_pair`."""
-        answers = ()
-        if asked is not None:
-            answer = self._cluster.answer(asked, self._stopped)
-            if answer is None:
-                return
-            warming, answers = answer.warming, iter(answer.answers)
-            self._tally.segments += 1
-        for step in segment.steps:
-            if asked is None:
-                step = step._replace(pair=None)
-            elif step.pair is not None:
-                self._answers.append((next(answers), warming))
-                warming = 0, 0, 0.0
-            yield from self._copies.before(step)
-
-
-class CopiesBetween:
-    """Messages to be copied, read when the step comes before which they are written."""
-
-    def __init__(self, messages):
-        """Read nothing yet; messages: BagMessages in their order."""
-        self._messages, self._damage = iter(messages), None
-        self._next, self._begun = None, False
-
-    def before(self, step):
-        """Yield the messages up to a Step, in Steps of their own and in itself; DamagedBag."""
-        if self._damage is not None:
-            raise self._damage
-        copies = yield from self._until(step.logged)
-        yield step._replace(copies=copies)
-
-    def rest(self):
-        """Yield Steps with all other messages; DamagedBag where they cannot be read."""
-        copies = yield from self._until(None)
-        if copies:
-            yield Step(copies[-1].logged, copies=copies)
-        if self._damage is not None:
-            raise self._damage
-
-    def _until(self, logged):
-        """Yield Steps of about HELD_BYTES of messages and return those that are left."""
-        copies, size = [], 0
-        if not self._begun:
-            self._advance()
-        while self._next is not None and (logged is None or self._next.logged <= logged):
-            message = self._next
-            copies.append(message)
-            size += len(message.content)
-            self._advance()
-            if size >= HELD_BYTES:
-                yield Step(message.logged, copies=tuple(copies))
-                copies, size = [], 0
-        return tuple(copies)
-
-    def _advance(self):
-        self._begun = True
         try:
-            self._next = next(self._messages, None)
-        except DamagedBag as error:
-            self._next, self._damage = None, error
+            while True:
+                try:
+                    answer = future.result(LOOK_SECONDS)
+                    break
+                except distributed.TimeoutError:
+                    if stopped():
+                        return None
+                    self._count_workers()
+            for remark in answer.remarks:
+                note(remark)
+            return answer
+        except ClusterFault:
+            raise
+        except KilledWorker as error:
+            raise ClusterFault(
+                f'worker after worker of {self.name} ended over the same pairs, '
+                f'{error.allowed_failures + 1} in all: see what they wrote last, and whether '
+                'they have enough memory') from error
+        except distributed.CancelledError as error:
+            raise ClusterFault(f'{self.name} does not answer') from error
+        except Exception as error:      # noqa: B902  whatever it is, it cannot match
+            raise _unfit(f'{self.name} or a worker of it', error) from error
+
+    def _count_workers(self):
+        """Count the workers; ClusterFault where there is none for long."""
+        now, found = time.monotonic(), len(self._client.nthreads())
+        self.workers = max(1, found)
+        self._there = now if found else self._there
+        if now - self._there > LOST_SECONDS:
+            raise ClusterFault(f'{self.name} has had no worker for {LOST_SECONDS:.0f} s')
+
+
+@contextmanager
+def opened_cluster(options, log):
+    """
+    Give the Cluster of ReplayOptions.
+
+    log(sentence): called where workers run on other versions of what decides about bits.
+    Raises ValueError without Dask, ClusterFault where no worker is there or one cannot match.
+    """
+    opened = ExitStack()
+    try:
+        # Started by halves, Dask would leave processes or log of it at length.
+        with Interruption() as interruption:
+            cluster = _cluster(options, log, opened)
+        if interruption.came():
+            raise KeyboardInterrupt
+        yield cluster
+    finally:
+        with Interruption():
+            opened.close()
+
+
+def _cluster(options, log, opened):
+    """Return the Cluster that is asked for, what it needs opened in an ExitStack."""
+    try:
+        import dask
+        from distributed import Client
+        from distributed.comm import get_address_host_port
+        from distributed.utils import silence_logging_cmgr
+    except ImportError:
+        raise ValueError('distributed, which shares work among processes, is not installed: '
+                         f"pip install '{PACKAGE}[cluster]'") from None
+    opened.enter_context(silence_logging_cmgr(logging.CRITICAL))
+    # Segments are large, and the scheduler is to keep them in case a worker dies.
+    opened.enter_context(
+        dask.config.set({'distributed.admin.large-graph-warning-threshold': '1 PiB'}))
+    if options.scheduler is None:
+        name, local = 'this machine', _local_cluster(options.workers, opened)
+        client = Client(local, set_as_default=False, direct_to_workers=True)
+    else:
+        name = options.scheduler
+        try:
+            get_address_host_port(name)     # or else half a Client is left, which ends at length
+            client = Client(name, timeout=ANSWER_SECONDS, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise ClusterFault(f'--scheduler is {name}, where no scheduler of Dask answers: '
+                               f'{text_of(error)}') from error
+    opened.enter_context(client)
+    _check_workers(client, name, log)
+    return Cluster(client, name, options.scaled_config)
+
+
+def _local_cluster(workers, opened):
+    """
+    Return a LocalCluster of so many processes, opened in an ExitStack.
+
+    Ctrl-C does not reach them: what a thread blocks, the threads and processes that it starts
+    block too.
+    """
+    from distributed import LocalCluster
+
+    folder = opened.enter_context(tempfile.TemporaryDirectory())
+    resource_tracker.ensure_running()       # started later, it lets the interrupts through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return opened.enter_context(LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0,
+            host=LOOPBACK, dashboard_address=None, local_directory=folder,
+            scheduler_kwargs={'dashboard_address': f'{LOOPBACK}:0'},
+            silence_logs=logging.CRITICAL))
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _check_workers(client, name, log):
+    """Raise ClusterFault where a worker cannot do what it will be asked for."""
+    import distributed
+
+    try:
+        client.wait_for_workers(1, timeout=ANSWER_SECONDS)
+    except distributed.TimeoutError:    # before Python 3.11 not the one of Python
+        raise ClusterFault(f'{name} has no workers: start some with `dask worker {name}`, where '
+                           f'{PACKAGE} is installed') from None
+    here = versions()
+    for address, there in client.run(versions, on_error='return').items():
+        if isinstance(there, Exception):
+            raise _unfit(f'the worker {address}', there)
+        _check_version(there[PACKAGE], f'the worker {address}')
+        different = [f'{what} {there[what]} (here {here[what]})' for what in DECISIVE
+                     if there[what] != here[what]]
+        if different:
+            log(f"the worker {address} has {', '.join(different)}: the last bits of its results "
+                'may differ')
+
+
+def _unfit(where, error):
+    """Return the ClusterFault of a process in which the package fails, with what to do."""
+    return ClusterFault(f'{where} cannot use {PACKAGE} ({text_of(error)}): install {PACKAGE} '
+                        f'{versions()[PACKAGE]} there')
+
+
+def _check_version(found, where):
+    """Raise ClusterFault where another version of the package was found than this one."""
+    if found != versions()[PACKAGE]:
+        raise ClusterFault(f'{where} has {PACKAGE} {found}, this is {versions()[PACKAGE]}: '
+                           'install the same everywhere')
+
+
+def _match_on_worker(config, pairs, warming, version):
+    """Match a segment in a thread of a worker, for a client of a version of this package."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    _check_version(version, f'the replay that asks the worker {worker.address}')
+    task = worker.state.tasks[worker.get_current_task()]
+    return match_segment(replace(config, threads=config.threads or worker.state.nthreads), pairs,
+                         warming, lambda: task.state == 'executing')
+
+
+def match_segment(config, pairs, warming, wanted=lambda: True):
+    """
+    Return the SegmentAnswer of pairs, which depends on nothing that was matched before.
+
+    config: MatcherConfig. pairs: [(StereoPair, whether it starts anew)]. warming: so many of
+    them, the first, only warm up. wanted(): whether to go on with the next pair; None is returned
+    where not.
+    """
+    with _turn:
+        matcher, outcomes = _warm_matcher(config), []
+        matcher.reset()
+        for pair, starts_anew in pairs:
+            if not wanted():
+                return None
+            if starts_anew:
+                matcher.reset()
+            outcomes.append(match_or_refuse(pair, matcher))
+    warmed = [one for one in outcomes[:warming] if not isinstance(one, Refusal)]
+    return SegmentAnswer(
+        (len(warmed), sum(one.warm for one in warmed),
+         sum(one.times['total'] for one in warmed)), outcomes[warming:], list(remarks()))
+
+
+@lru_cache(maxsize=1)
+def _warm_matcher(config):
+    """Return the StereoMatcher of this process, its kernels compiled or loaded."""
+    matcher = StereoMatcher(config)
+    matcher.warm_up(*WARM_UP_SIZE)
+    return matcher

@@ -1,83 +1,182 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where the results of a replay go.
+Where the results of a replay go: into a bag, files, a video, the viewer.
 
-A sink has take(matched), called with each rig.Matched in the order of the bag until it raises an
-exception, and close(), called in any case. All calls come from one thread, the one that made it.
-An OSError of a sink, as of a full disk, or a ValueError ends the replay.
+A sink has take(matched, logged), called with each Matched in the order of the bag until it raises
+an exception, and close(), called in any case. All calls come from one thread, the one that made
+it. An OSError of a sink, as of a full disk, or a ValueError ends the replay.
 """
 from collections import Counter
+from contextlib import ExitStack
 from dataclasses import asdict
 import json
 
-from fuzzy_stereo_ros.bags.writing import BagFolder, Messages
+from fuzzy_stereo_ros.bags.copying import Copies
+from fuzzy_stereo_ros.bags.reading import slashed
+from fuzzy_stereo_ros.bags.writing import BagWriter, Messages
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.replay.options import VIEWER
 from fuzzy_stereo_ros.result_topics import DISPARITY, ResultMessages, TOPICS
+from fuzzy_stereo_ros.views.rerun_view import RerunSink
+from fuzzy_stereo_ros.views.video import RATES, VideoSink
 
-MARK = f'/{DISPARITY}'      # topic of which each pair that is done has a message
 CALIBRATION = 'calibration.json'
 STAMP_DIGITS = 19           # of ns since 1970, so that names stand in the order of time
+
+
+class Outputs:
+    """
+    The sinks, made by the thread that uses them when there is something for them.
+
+    config: the MatcherConfig of the images as they are matched. sinks: a list; None while there
+    are none. written: pairs that all of them took. logged: ns, of the last of these.
+    """
+
+    def __init__(self, options, folder, source, copies, views):
+        """
+        Make nothing yet.
+
+        options: ReplayOptions. folder: OutputFolder. source: ReplaySource. copies:
+        CopiedMessages or None. views: sinks that are there already.
+        """
+        self.config, self.sinks = options.scaled_config, None
+        self.written, self.logged = 0, None
+        self._options, self._folder, self._source = options, folder, source
+        self._copies, self._views = copies, views
+
+    def put(self, matched, logged):
+        """Give a Matched to the sinks; logged: ns, when its last message was recorded."""
+        self._open()
+        for sink in self.sinks:
+            sink.take(matched, logged)
+        self.written, self.logged = self.written + 1, logged
+
+    def finish(self):
+        """Copy what stands behind the last pair, which may be of a replay before."""
+        if self._folder.continued and self._source.resumed:
+            self._open()
+        for sink in self.sinks or ():
+            if isinstance(sink, BagSink):
+                sink.copy()
+
+    def close(self):
+        """Close all sinks, whatever one of them raises."""
+        with ExitStack() as closing:
+            for sink in self.sinks or ():
+                closing.callback(sink.close)
+
+    def _open(self):
+        if self.sinks is not None:
+            return
+        self._folder.begin()
+        self.sinks = [FileSink(self._folder.path, suffix) for suffix in self._options.files]
+        if self._options.writes_bag:
+            # After the files: --resume takes a pair for done that is in the bag.
+            self.sinks.append(BagSink(self._folder.path, self._options, self._copies))
+        self.sinks += self._views
+
+
+def opened_views(options, source):
+    """
+    Return the sinks that show pairs; their files are begun with the first one.
+
+    options: ReplayOptions. source: the ReplaySource, whose stamps tell the rate of a video.
+    Raises ValueError for a file that cannot be written so, and where rerun-sdk or a display is
+    missing.
+    """
+    views = []
+    if options.video is not None:
+        rate, config = options.video_rate, options.scaled_config
+        if rate is None:
+            rate = min(max(source.rate(), RATES[0]), RATES[1])
+        views.append(VideoSink(options.video, rate, config.min_disparity,
+                               config.min_disparity + config.disparities - 1))
+    if options.view is not None:
+        views.append(RerunSink(None if options.view == VIEWER else options.view))
+    return views
+
+
+class CopiedMessages:
+    """
+    Messages to be copied, of a BagReader that nobody else reads.
+
+    topics: names, all of a bag of ROS 2.
+    """
+
+    def __init__(self, options, bags, source):
+        """
+        Choose the topics; source: the ReplaySource, whose part of the bags is copied.
+
+        Raises ValueError for a topic that is not there, is a result, or cannot be copied.
+        """
+        results = {f'/{topic}' for word in options.words for topic, _ in TOPICS[word]}
+        self.topics = [slashed(name) for name in options.keep]
+        for topic in self.topics:
+            if topic not in bags.topics:
+                raise ValueError(f'--keep names {topic}, which is not in {bags.names}; there are '
+                                 f"{', '.join(sorted(bags.topics))}")
+            if topic in results:
+                raise ValueError(f'--keep names {topic}, under which the results are written')
+        if not self.topics:
+            self.topics = [topic for topic in bags.topics if topic not in results]
+        self._copies = Copies(bags, self.topics)
+        self._messages = bags.messages(self.topics, source.start, source.stop)
+        self._next = None
+
+    def until(self, logged):
+        """Yield (BagMessage, its Copying) up to a time, ns, or all that is left; DamagedBag."""
+        while True:
+            self._next = self._next or next(self._messages, None)
+            if self._next is None or (logged is not None and self._next.logged > logged):
+                return
+            message, self._next = self._next, None
+            yield message, self._copies.of(message)
 
 
 class BagSink:
     """
     A bag with the results under the node's topics, and copies of other topics.
 
-    bag: the BagFolder.
+    bag: the BagWriter.
     """
 
-    def __init__(self, folder, storage, words, settings, copies):
+    def __init__(self, folder, options, copies):
         """
-        Begin or continue a bag.
+        Begin or continue the bag of a folder.
 
-        folder, storage: as of a BagFolder. words: keys of result_topics.TOPICS. settings: as of
-        ResultMessages. copies: the Copies.
+        options: ReplayOptions. copies: CopiedMessages or None.
         """
-        self.bag, self._logged = BagFolder(folder, storage), None
-        self._messages, self._copies = Messages(), copies
-        self._results = ResultMessages(self._messages.make, settings)
-        topics = [one for word in TOPICS if word in words for one in TOPICS[word]]
-        # The disparity comes last: where it is in the bag, all that belongs to it is.
-        self._topics = sorted(topics, key=lambda one: one[0] == DISPARITY)
-        done = self.bag.counts[MARK]
-        self._there = Counter({topic: self.bag.counts[topic] for topic in copies.topics})
-        self._there.update({f'/{topic}': self.bag.counts[f'/{topic}'] - done
-                            for topic, _ in self._topics})
+        self.bag, self._copies = BagWriter(folder, options.storage), copies
+        self._messages = Messages()
+        self._results = ResultMessages(self._messages.make, options.settings)
+        self._topics = [one for word in TOPICS if word in options.words for one in TOPICS[word]]
+        self._there = Counter()     # copies of a replay before
+        if copies is not None:
+            self._there.update({topic: self.bag.counts[topic] for topic in copies.topics})
 
-    def advance(self, copies, logged):
-        """
-        Copy messages that stand before the next pair.
-
-        copies: BagMessages. logged: ns, when what is taken next was recorded.
-        """
-        for message in copies:
-            copying = self._copies.of(message)
-            self._write(message.topic, copying.kind, copying.typestore,
-                        lambda: copying.converted(message.content),  # noqa: B023  called at once
-                        message.logged, copying.qualities)
-        self._logged = logged
-
-    def take(self, matched):
-        """Write the results of a pair."""
+    def take(self, matched, logged):
+        """Write the results of a pair, behind the copies that stand before it."""
+        self.copy(logged)
         for topic, kind in self._topics:
-            self._write(f'/{topic}', kind, self._messages.typestore,
-                        lambda: self._messages.content(  # called at once
-                            self._results.of(topic, matched)),  # noqa: B023
-                        self._logged)
+            content = self._messages.content(self._results.of(topic, matched))
+            self.bag.write(f'/{topic}', kind, self._messages.typestore, content, logged)
         self.bag.commit()
+
+    def copy(self, logged=None):
+        """Copy what was recorded until a time, ns, or all that is left."""
+        for message, copying in self._copies.until(logged) if self._copies else ():
+            if self._there[message.topic] > 0:
+                self._there[message.topic] -= 1
+            else:
+                self.bag.write(message.topic, copying.kind, copying.typestore,
+                               copying.converted(message.content), message.logged,
+                               copying.qualities)
 
     def close(self):
         """Close the bag."""
         self.bag.close()
-
-    def _write(self, topic, kind, typestore, content, logged, qualities=()):
-        """Write a message, content() its bytes, unless it is there from before."""
-        if self._there[topic] > 0:
-            self._there[topic] -= 1
-        else:
-            self.bag.write(topic, kind, typestore, content(), logged, qualities)
 
 
 class FileSink:
@@ -99,7 +198,7 @@ class FileSink:
         self.recalibrated = 0
         self._place.mkdir(exist_ok=True)
 
-    def take(self, matched):
+    def take(self, matched, logged=None):
         """Write the disparities of a pair: float (R, C), px, not corrected by the offset."""
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration
@@ -123,12 +222,13 @@ class FileSink:
 
 
 def remarks_on_files(sinks):
-    """Return sentences on what FileSinks of one folder replaced."""
+    """Return sentences on what FileSinks among sinks replaced."""
+    files = [sink for sink in sinks if isinstance(sink, FileSink)]
     remarks = []
-    if any(sink.replaced for sink in sinks):
-        remarks.append(f'{sinks[0].replaced} pairs have the stamp of an earlier one, whose files '
-                       'theirs replaced')
-    times = sum(sink.recalibrated for sink in sinks)    # the first finds what is replaced
+    if any(sink.replaced for sink in files):
+        remarks.append(f'{files[0].replaced} pairs have the stamp of an earlier one, and their '
+                       'files replaced its files')
+    times = sum(sink.recalibrated for sink in files)    # the first finds what is replaced
     if times:
         remarks.append(f'the calibration changed, {times} times: {CALIBRATION} is that of the '
                        'last pairs and makes wrong metres of the files before')

@@ -1,159 +1,206 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What comes out of bags, in order: pairs to be matched, and messages to be copied before them."""
+"""The pairs of bags, in order: which topics they come from, which of them, and their cameras."""
+from contextlib import suppress
+from itertools import islice, pairwise
+import math
+from statistics import median
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.bags.reading import BagMessage, decoded
-from fuzzy_stereo_ros.pairs.messages import stamp_of
+from fuzzy_stereo_ros.bags.reading import DamagedBag, read_stamped, slashed, text_of
+from fuzzy_stereo_ros.bags.topics import are_raw_by_name, find_stereo_topics
+from fuzzy_stereo_ros.pairs.camera_files import read_camera, rectified_cameras
+from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
+from fuzzy_stereo_ros.parameters.camera_options import CAMERA, given_calibration
+from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
-HELD_BYTES = 16 * 2**20     # of messages to be copied that wait for a pair
+SECOND = 1_000_000_000
+RATED_IMAGES = 31       # whose stamps tell the rate
+RATE_WITHOUT = 10.0     # pairs per second, where the stamps tell none
+
+
+class Refusal(NamedTuple):
+    """Why a pair is not matched: a word for counting, and a sentence."""
+
+    reason: str
+    sentence: str
 
 
 class Step(NamedTuple):
     """
-    What comes next.
+    A pair, or a message that is damaged.
 
     logged: ns, when the last message that led to it was recorded. stamp: ns, of the pair, None
     where there is none; number: which of the selected pairs it is, from 0, likewise.
-    pair: the StereoPair, or refusal: the BadPair that says why it is none. went_back: the stamp
-    is smaller than that of a pair before. again: the pair was matched and written by a replay
-    that is resumed. copies: the BagMessages to be copied before it.
+    pair: the StereoPair, or the Refusal where it cannot be read. went_back: the stamp is smaller
+    than that of a pair before. again: a replay that is resumed wrote the pair already.
     """
 
     logged: int
     stamp: int | None = None
     number: int | None = None
-    pair: StereoPair | None = None
-    refusal: BadPair | None = None
+    pair: StereoPair | Refusal | None = None
     went_back: bool = False
     again: bool = False
-    copies: tuple = ()
-
-
-class Selection(NamedTuple):
-    """
-    What of the bags is matched.
-
-    start, stop: ns, when messages were recorded; None is all. every: of so many pairs the first.
-    done: (logged, stamp) of the last few pairs that were written before, which are matched again
-    so that new ones start warm; those before them are passed over. logged may be None.
-    """
-
-    start: int | None = None
-    stop: int | None = None
-    every: int = 1
-    done: tuple = ()
 
 
 class ReplaySource:
     """
-    Reads bags as the node reads topics; in one thread.
+    Reads the pairs of bags as the node reads topics; in one thread.
 
-    synchroniser: the Synchroniser, whose counts are for everybody to read.
-    resumed: whether the pairs that were done have come.
+    topics: StereoTopics. calibration: where it comes from, in words. start, stop: ns, when what is
+    read was recorded, None for no bound. synchroniser: the Synchroniser, whose counts are for
+    everybody to read. resumed: whether the pairs that are written already have come.
     """
 
-    def __init__(self, bags, topics, read, settings, tolerance, selection, copied=(),
-                 infos=None):
+    def __init__(self, options, bags):
         """
-        Read nothing yet.
+        Choose what is read of a BagReader; nothing is read yet but an image where it is needed.
 
-        bags: a BagReader. topics: StereoTopics. read(messages): returns a StereoPair of four.
-        settings: queue_size and cache_camera_info, by name. tolerance: as of a Synchroniser.
-        copied: names of topics. infos: left and right CameraInfo of all pairs; None where they
-        come by their topics.
+        options: ReplayOptions. Raises ValueError where the bags have no such cameras or part.
         """
-        self._bags, self._read, self._selection = bags, read, selection
-        self._copied, self._infos = set(copied), infos
-        queued, self._held = topics, ()
-        if infos is not None:
-            queued = topics.left, topics.right
+        self._options, self._bags, settings = options, bags, options.settings
+        left, right = (name and slashed(name) for name in (options.left, options.right))
+        self.topics = find_stereo_topics(bags.names, bags.topics, left, right,
+                                         settings['rectify'])
+        self._infos, self.calibration = _calibration(options, bags, self.topics)
+        self.start, self.stop = _part(options, bags)
+        self._read = options.pair_reader().read
+        queued, self._held = self.topics, ()
+        if self._infos is not None:
+            queued = self.topics.left, self.topics.right
         elif settings['cache_camera_info']:
-            self._held = topics.left_info, topics.right_info
-        self.synchroniser = Synchroniser(queued, settings['queue_size'], tolerance, self._held)
-        self._passed, self._went_back = 0, False
-        self._waiting, self.resumed = bool(selection.done), not selection.done
+            self._held = self.topics.left_info, self.topics.right_info
+        self.synchroniser = Synchroniser(queued, settings['queue_size'],
+                                         sync_tolerance(settings), self._held)
+        self._selected, self._went_back = 0, False
+        self._done, self._waiting, self.resumed = (), False, True
+
+    def resume_after(self, stamps):
+        """
+        Pass over the pairs that are written already, but for the last few.
+
+        stamps: ns, of these, in order: they are read again, so that new pairs start warm.
+        """
+        self._done, self._waiting, self.resumed = stamps, bool(stamps), not stamps
+
+    @property
+    def remarks(self):
+        """Sentences on what can be done but is hardly meant."""
+        if self._options.settings['rectify'] or not are_raw_by_name(self.topics):
+            return []
+        return [f'{self.topics.left} and {self.topics.right} are matched as they come: give '
+                '--rectify unless they are rectified']
+
+    def expected_pairs(self):
+        """Return about how many pairs are selected."""
+        first = self._bags.begin if self.start is None else self.start
+        last = self._bags.end if self.stop is None else min(self.stop, self._bags.end)
+        share = (last - first) / max(self._bags.end - self._bags.begin, 1)
+        messages = self._bags.topics[self.topics.left].messages
+        return math.ceil(messages * min(max(share, 0), 1) / self._options.every)
+
+    def rate(self):
+        """Return how many selected pairs come in a second, by the stamps of the left images."""
+        stamps = []
+        with suppress(DamagedBag, BadPair):     # the replay reports it later
+            for message in islice(self._messages([self.topics.left]), RATED_IMAGES):
+                stamps.append(read_stamped(message)[0])
+        steps = [after - before for before, after in pairwise(stamps) if after > before]
+        return SECOND / median(steps) / self._options.every if steps else RATE_WITHOUT
 
     def steps(self):
         """Yield each Step; DamagedBag where a bag can be read no further."""
-        copies, size, logged = [], 0, self._bags.begin
-        for logged, event in self._events():
-            if isinstance(event, BagMessage):
-                copies.append(event)
-                size += len(event.content)
-                if size < HELD_BYTES:
-                    continue
-                step = Step(logged)
-            elif isinstance(event, BadPair):
-                step = Step(logged, refusal=event)
-            else:
-                step = self._step(logged, event)
-                if step is None:
-                    continue
-            yield step._replace(copies=tuple(copies))
-            copies, size = [], 0
-        self.synchroniser.clear()
-        yield Step(logged, copies=tuple(copies))
-
-    def _events(self):
-        """Yield (logged, BagMessage to be copied, or MatchedSet, or BadPair)."""
-        logged, add = self._bags.begin, self.synchroniser.add
-        self._add_held()
-        wanted = self._copied.union(self.synchroniser.topics)
-        for message in self._bags.messages(wanted, self._selection.start, self._selection.stop):
+        for topic in self._held if self.start is not None else ():
+            for message in self._bags.newest(topic, self.start):
+                self.synchroniser.add(topic, *read_stamped(message))
+        logged = self._bags.begin
+        for message in self._messages(self.synchroniser.topics):
             logged = message.logged
-            if message.topic in self._copied:
-                yield logged, message
-            if message.topic not in self.synchroniser.topics:
-                continue
             try:
-                content = decoded(message)
+                found = self.synchroniser.add(message.topic, *read_stamped(message))
             except BadPair as bad:
-                yield logged, bad
+                yield Step(logged, pair=refusal_of(bad))
                 continue
-            for found in add(message.topic, stamp_of(content.header), content):
-                yield logged, found
-        for found in self.synchroniser.finish():
-            yield logged, found
+            yield from self._selected_of(logged, found)
+        yield from self._selected_of(logged, self.synchroniser.finish())
+        self.synchroniser.clear()
 
-    def _add_held(self):
-        """Let the newest of what is held be there when it begins in the middle of the bags."""
-        for topic in self._held if self._selection.start is not None else ():
-            newest = self._bags.newest(topic, self._selection.start)
-            if newest is not None:
-                content = decoded(newest)
-                self.synchroniser.add(topic, stamp_of(content.header), content)
+    def _messages(self, topics):
+        return self._bags.messages(topics, self.start, self.stop)
 
-    def _step(self, logged, found):
-        """Return the Step of a set; None where it is not selected."""
-        number, rest = divmod(self._passed, self._selection.every)
-        self._passed += 1
-        self._went_back |= found.went_back
-        if rest:
-            return None
-        again = not self.resumed
-        if again:
-            first, last = self._selection.done[0], self._selection.done[-1]
-            self._waiting = self._waiting and not _is(first, logged, found.stamp)
-            self.resumed = not self._waiting and _is(last, logged, found.stamp)
-            if self._waiting:
-                return None
-        step = Step(logged, found.stamp, number, went_back=self._went_back, again=again)
-        self._went_back = False
+    def _selected_of(self, logged, found):
+        """Yield the Step of each MatchedSet that is selected, and not passed over."""
+        for one in found:
+            number, rest = divmod(self._selected, self._options.every)
+            self._selected += 1
+            self._went_back |= one.went_back
+            if rest:
+                continue
+            again = not self.resumed
+            if again:
+                self._waiting = self._waiting and one.stamp != self._done[0]
+                self.resumed = not self._waiting and one.stamp == self._done[-1]
+                if self._waiting:
+                    continue
+            yield Step(logged, one.stamp, number, self._pair(one.messages), self._went_back, again)
+            self._went_back = False
+
+    def _pair(self, messages):
+        """Return the StereoPair of a set, or its Refusal."""
+        if self._infos is not None:
+            messages = messages[0], self._infos[0], messages[1], self._infos[1]
         try:
-            return step._replace(pair=self._read(self._four(found.messages)))
-        except BadPair as bad:
-            return step._replace(refusal=bad)
-
-    def _four(self, messages):
-        """Return images and CameraInfo of a set, which may have only images."""
-        if self._infos is None:
-            return messages
-        return messages[0], self._infos[0], messages[1], self._infos[1]
+            return self._read(*messages)
+        except Exception as error:      # noqa: B902  whatever it is, the next pair is read
+            return refusal_of(error)
 
 
-def _is(done, logged, stamp):
-    """Return whether a pair is one that was done."""
-    return done[1] == stamp and done[0] in (None, logged)
+def refusal_of(error):
+    """Return the Refusal of a pair at which an exception was raised."""
+    if isinstance(error, ValueError):
+        return Refusal(getattr(error, 'reason', 'match'), str(error))
+    return Refusal('internal error', f'internal error, {type(error).__name__}: {text_of(error)}')
+
+
+def _calibration(options, bags, topics):
+    """
+    Return ((left, right), sentence): two CameraInfo for all pairs, and where they come from.
+
+    None instead of the two where they come by their topics. topics: StereoTopics of a BagReader.
+    Raises ValueError where there is no calibration, or none for what is asked.
+    """
+    missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
+    if not missing and all(getattr(options, name) is None for name in CAMERA):
+        return None, f'{topics.left_info} and {topics.right_info}'
+    purpose = 'a calibration that is not that of the bag'
+    if missing:
+        purpose = f"{bags.names}, without camera_info beside {' and '.join(missing)},"
+    (_, first) = read_stamped(next(bags.messages([topics.left])))
+    shape = read_image(first).shape[:2]
+    calibration = given_calibration(options, shape, ('focal', 'baseline'), purpose)
+    files = options.camera_info
+    if files is not None and len(files) == 2:
+        return tuple(map(read_camera, files)), ' and '.join(files)
+    if options.settings['rectify'] or options.settings['crop']:
+        raise ValueError('--rectify and --crop need the calibration of both raw cameras: those '
+                         'in the bag, or --camera-info LEFT.yaml RIGHT.yaml')
+    cameras = tuple(rectified_cameras(calibration, *shape).values())
+    if files is not None:
+        return cameras, files[0]
+    return cameras, (
+        f'focal length {options.focal:g} px, baseline {options.baseline:g} m and the centre '
+        + ('assumed in the middle of the image' if options.principal_point is None else
+           'at {:g}, {:g}'.format(*options.principal_point)))
+
+
+def _part(options, bags):
+    """Return from when on and before when messages are read, ns or None; ValueError."""
+    length = (bags.end - bags.begin) / SECOND
+    if options.start is not None and not 0 <= options.start <= length:
+        raise ValueError(f'--start is {options.start:g}; {bags.names} is {length:.3f} s long')
+    first = bags.begin + round((options.start or 0.0) * SECOND)
+    return (None if options.start is None else first,
+            None if options.duration is None else first + round(options.duration * SECOND))

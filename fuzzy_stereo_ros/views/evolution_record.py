@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-An evolution as it can be shown: generation by generation, who came from whom, what mutation did.
+The record of an evolution: its generations, where genes came from, what mutation changed.
 
-Nothing here takes part in matching. Where genes came from is told by comparing a generation with
-the one before, and by the kinship that the paper's algorithm keeps.
+Nothing here takes part in matching. Where genes came from follows from comparing a generation with
+the one before, and from the kinship that the paper's algorithm keeps.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching import StereoMatcher
 import numpy as np
 
 ALIKE, FIRST, SECOND, MUTATED = range(4)        # where a gene came from
-SHOWN = 5           # generations of an evolution in one still picture, at the most
+SHOWN = 5           # generations of an evolution in one figure, at the most
 LANDMARKS = '1', '2', '5'       # times powers of ten: of these a few are shown
 
 
@@ -30,7 +30,7 @@ class Snapshot:
     FIRST, SECOND: only this parent has the gene; ALIKE: all of them do; MUTATED: mutation made
     it. None for the initial population.
     is_best: whether that chromosome is the fittest of all.
-    struck: float32 (R, C), 0 to 1, the share of the children that mutation changed there.
+    mutated: float32 (R, C), 0 to 1, the share of the children that mutation changed there.
     """
 
     number: int
@@ -39,24 +39,24 @@ class Snapshot:
     fitness: np.ndarray
     origin: np.ndarray | None
     is_best: bool
-    struck: np.ndarray
+    mutated: np.ndarray
 
 
-def watched_match(config, left, right, tell):
+def observed_match(config, left, right, observe):
     """
-    Match a pair, cold, and return the Match: the same as without being watched.
+    Match a pair, cold, and return the Match: the same as without being observed.
 
-    config: MatcherConfig, whose deadline is left aside, for watching takes time.
-    left, right: as StereoMatcher.match takes them. tell(snapshot): called with a Snapshot of the
-    initial population and of each generation. Raises ValueError where `match` does.
+    config: MatcherConfig, whose deadline is left aside, for observing takes time.
+    left, right: as StereoMatcher.match takes them. observe(snapshot): called with a Snapshot of
+    the initial population and of each generation. Raises ValueError where `match` does.
     """
     config = replace(config, deadline_ms=0.0)
-    matcher, look = StereoMatcher(replace(config, generations=0)), _Look(config)
+    matcher, recorder = StereoMatcher(replace(config, generations=0)), _Recorder(config)
     matcher.match(left, right)
-    tell(look.at(0, matcher.algorithm, matcher.algorithm.population.genes))
+    observe(recorder.snapshot(0, matcher.algorithm, matcher.algorithm.population.genes))
     matcher = StereoMatcher(config)
-    return matcher.match(left, right, observe=lambda number, population: tell(
-        look.at(number, matcher.algorithm, population)))
+    return matcher.match(left, right, observe=lambda number, population: observe(
+        recorder.snapshot(number, matcher.algorithm, population)))
 
 
 class Row(NamedTuple):
@@ -69,9 +69,9 @@ class Row(NamedTuple):
     wrong: float | None         # percent of the pixels with ground truth, None without any
 
 
-class Course:
+class Convergence:
     """
-    What is known of an evolution so far, for figures and pictures.
+    The generations of an evolution so far, for figures and pictures.
 
     config: its MatcherConfig. image: the reference image as it was read. truth, mask: of it, as
     `evaluation.score` takes them, or None. rows: a Row for each generation seen.
@@ -108,40 +108,40 @@ def mutates(config, number):
     return config.algorithm == 'paper' and number > 0
 
 
-class _Look:
+class _Recorder:
     """Makes a Snapshot of one generation after the other."""
 
     def __init__(self, config):
         self._config, self._former = config, None
 
-    def at(self, number, algorithm, population):
+    def snapshot(self, number, algorithm, population):
         """Return the Snapshot of an algorithm that has come to a generation."""
         evolved = algorithm.population
         best = population[evolved.best]
-        origin, is_best, struck = None, False, np.zeros(best.shape, np.float32)
+        origin, is_best, mutated = None, False, np.zeros(best.shape, np.float32)
         if number:
             if self._config.algorithm == 'paper':
-                origin, child, struck = of_fittest_child(
+                origin, child, mutated = origin_of_fittest_child(
                     self._former, population, evolved.fitness, evolved.kinship)
                 retained = np.delete(evolved.fitness, evolved.kinship.children)
                 is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
             else:
-                origin, is_best = of_improved_fittest(self._former, population), True
+                origin, is_best = origin_of_improved_fittest(self._former, population), True
         self._former = population.copy()
         lowest = np.float32(self._config.min_disparity)
         return Snapshot(number, self._upright(best + lowest),
                         self._upright(algorithm.possibility_of(best)), evolved.fitness.copy(),
                         None if origin is None else self._upright(origin), is_best,
-                        self._upright(struck))
+                        self._upright(mutated))
 
     def _upright(self, found):
         """Return a map as the reference image has it: the right one is searched mirrored."""
         return np.ascontiguousarray(found[:, ::-1 if self._config.reference == 'right' else 1])
 
 
-def of_fittest_child(former, population, fitness, kinship):
+def origin_of_fittest_child(former, population, fitness, kinship):
     """
-    Return origin (R, C) and number of the fittest child of the paper's algorithm, and `struck`.
+    Return origin (R, C) and number of the fittest child of the paper's algorithm, and `mutated`.
 
     Genes that both parents have count as the first one's.
 
@@ -163,7 +163,7 @@ def of_fittest_child(former, population, fitness, kinship):
     return origin, int(fittest), (counts / kinship.children.size).astype(np.float32)
 
 
-def of_improved_fittest(former, population):
+def origin_of_improved_fittest(former, population):
     """
     Return the origin, uint8 (R, C), of a fittest that was crossed in place.
 

@@ -29,12 +29,16 @@ class RerunSink:
         Raises ValueError where rerun-sdk is missing, there is no display to start the viewer on,
         or a file cannot be written so.
         """
-        self._path = None if path is None else _checked(Path(path))
+        self._path = None if path is None else Path(path)
+        if self._path is not None and self._path.suffix != '.rrd':
+            raise ValueError(f"{path} has the suffix '{self._path.suffix}'; allowed is .rrd")
+        if self._path is not None:
+            check_place(self._path)
         self._rerun, self._stream = _rerun(), None
         if self._path is None:
             self._begin(_start_viewer)
 
-    def take(self, matched):
+    def take(self, matched, logged=None):
         """
         Show a Matched at its stamp.
 
@@ -160,14 +164,6 @@ def _start_viewer(stream):
                          'and open it later: rerun FILE.rrd') from error
     finally:
         os.environ['PATH'] = path
-
-
-def _checked(path):
-    """Return the path of a file; ValueError where it cannot be written so."""
-    if path.suffix != '.rrd':
-        raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed is .rrd")
-    check_place(path)
-    return path
 
 
 def _blueprint():

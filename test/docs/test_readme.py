@@ -14,8 +14,7 @@ from fuzzy_stereo_ros.pairs.camera_files import (
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameters.page import renewed
-from fuzzy_stereo_ros.replay.request import WARM_PAIRS
-from fuzzy_stereo_ros.replay.segments import SEGMENT_PAIRS
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pages

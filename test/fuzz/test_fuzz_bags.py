@@ -6,10 +6,13 @@ import resource
 import sqlite3
 
 from fuzzed import damaged, examples
-from fuzzy_stereo_ros.bags.parts import read_part, rescue
-from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, decoded
+from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, read_stamped
+from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
+from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
+from fuzzy_stereo_ros.replay.options import ReplayOptions
+from fuzzy_stereo_ros.replay.source import Refusal, ReplaySource
 from hypothesis import given, strategies as st
 from made_bags import FORMATS, scene, TOPICS, write_bag
 import pytest
@@ -17,6 +20,7 @@ import yaml
 
 FILES = {'ros1': 'bag.bag', 'sqlite3': 'bag.db3', 'mcap': 'bag.mcap'}
 MEMORY = 1 << 30        # bytes that reading a bag of a few kilobytes never takes
+SETTINGS = {row.name: row.default for row in NODE_PARAMETERS}
 ANY_INTEGER = st.integers(-2 ** 63, 2 ** 63 - 1)
 ANY_VALUE = st.one_of(st.none(), st.text(max_size=9), ANY_INTEGER, st.floats())
 
@@ -54,8 +58,10 @@ def read_all(path):
         with BagReader([path]) as bag:
             for message in bag.messages(TOPICS):
                 with suppress(BadPair):
-                    latest[message.topic] = decoded(message)
+                    _, latest[message.topic] = read_stamped(message)
                     read += 1
+                # What a bag defines otherwise than ROS lacks fields: a replay refuses such pairs.
+                with suppress(BadPair, AttributeError, TypeError):
                     if len(latest) == len(TOPICS):
                         reader.read(*map(latest.get, TOPICS))
     except DamagedBag as damage:
@@ -73,12 +79,17 @@ def test_a_whole_bag_is_read_to_its_end(bags, tmp_path, form):
 
 
 @pytest.mark.parametrize('form', ['mcap', 'ros1'])
-@pytest.mark.parametrize('field', [b' binning_y', b' encoding', b' frame_id', b' x_offset'])
-def test_messages_of_a_type_that_the_bag_defines_otherwise_are_refused(
-        bags, tmp_path, form, field):
+@pytest.mark.parametrize('field', [b' encoding', b' height'])
+def test_pairs_of_types_that_the_bag_defines_otherwise_are_refused(bags, tmp_path, form, field):
     path = tmp_path / FILES[form]
     path.write_bytes(bags[form].replace(field, field[:-1] + b'Q'))
-    assert read_all(path) < 12
+    if form == 'ros1':      # rosbags compares a checksum of the definition
+        assert read_all(path) == 0
+        return
+    with BagReader([path]) as bag:
+        source = ReplaySource(ReplayOptions(
+            bags=(path,), config=MatcherConfig(), output='out', settings=SETTINGS), bag)
+        assert {type(step.pair) for step in source.steps()} == {Refusal}
 
 
 @pytest.mark.parametrize('form', FORMATS)
@@ -139,19 +150,12 @@ def test_a_folder_described_by_any_values_is_read_or_refused(bags, described, da
     read_all(described(description))
 
 
-@pytest.mark.parametrize('key, value, words', [
-    ('files', 'x', None),
-    ('message_count', 1.5, '1.5 stands where a whole number belongs'),
-])
+@pytest.mark.parametrize('key, value, read', [('files', 'x', 12), ('message_count', 1.5, 0)])
 def test_a_value_that_rosbags_takes_unseen_of_a_description_is_no_obstacle_or_refused(
-        bags, described, key, value, words):
+        bags, described, key, value, read):
     description = yaml.safe_load(bags['metadata.yaml'])
     description['rosbag2_bagfile_information'][key] = value
-    folder = described(description)
-    assert read_all(folder) == (0 if words else 12)
-    if words:
-        with pytest.raises(ValueError, match=words):
-            BagReader([folder])
+    assert read_all(described(description)) == read
 
 
 @contextmanager
@@ -180,14 +184,12 @@ def test_a_database_with_any_values_is_read_or_refused(bags, tmp_path, data):
         database.execute(f'UPDATE {table} SET {column} = ? WHERE rowid = ?',
                          (data.draw(st.one_of(ANY_VALUE, st.binary(max_size=9))), row))
     read_all(path)
-    with suppress(ValueError):
-        read_part(path)
 
 
 @pytest.mark.parametrize('table, column, value, words', [
-    ('topics', 'name', None, 'None stands where a text belongs'),
-    ('messages', 'timestamp', -1, 'recorded at no time that can be'),
-    ('messages', 'data', None, 'a message has no content'),
+    ('topics', 'name', None, 'None is no str'),
+    ('messages', 'timestamp', -1, 'a message has no content or no time'),
+    ('messages', 'data', None, 'a message has no content or no time'),
 ])
 def test_a_value_that_rosbags_takes_unseen_of_a_database_is_refused(
         bags, tmp_path, table, column, value, words):
@@ -197,19 +199,3 @@ def test_a_value_that_rosbags_takes_unseen_of_a_database_is_refused(
         database.execute(f'UPDATE {table} SET {column} = ? WHERE rowid = 1', (value,))
     with pytest.raises(ValueError, match=words), BagReader([path]) as bag:
         list(bag.messages(TOPICS))
-
-
-@pytest.mark.parametrize('form', ['sqlite3', 'mcap'])
-def test_a_file_of_any_bytes_is_rescued_or_not_and_never_more_than_it_was(bags, tmp_path, form):
-    path = tmp_path / FILES[form]
-
-    @examples(60)
-    @given(damaged(bags[form]))
-    def rescued(content):
-        path.write_bytes(content)
-        with suppress(OSError, ValueError):
-            if rescue(path):
-                part = read_part(path)
-                assert part is None or sum(part.counts.values()) <= 12
-
-    rescued()

@@ -6,13 +6,14 @@ import json
 import os
 import signal
 
-from fuzzy_stereo_ros.bags.writing import UNFINISHED
-from fuzzy_stereo_ros.pair_matcher import Rig
+from fuzzy_stereo_ros.bags import writing as bag_writing
+from fuzzy_stereo_ros.bags.writing import BagWriter, UNFINISHED
+from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.replay import sinks as replay_sinks
-from fuzzy_stereo_ros.replay.interruption import Interruption
-from fuzzy_stereo_ros.replay.report import Shown
-from fuzzy_stereo_ros.replay.request import WARM_PAIRS
+from fuzzy_stereo_ros.replay.loop import Interruption
+from fuzzy_stereo_ros.replay.options import WARM_PAIRS
+from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.replay.sinks import BagSink
 from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
@@ -33,12 +34,12 @@ def interrupt(monkeypatch):
     def after(pairs, number=signal.SIGINT):
         steps = []
 
-        def step(shown):
+        def step(bar):
             steps.append(None)
             if len(steps) == pairs:
                 os.kill(os.getpid(), number)
 
-        monkeypatch.setattr(Shown, 'step', step)
+        monkeypatch.setattr(ProgressBar, 'step', step)
 
     return after
 
@@ -151,7 +152,8 @@ def test_an_interruption_before_the_first_pair_leaves_nothing(folder, capsys, mo
 
 def test_an_interruption_while_kernels_are_compiled_ends_at_once(folder, monkeypatch):
     write_bag(folder / 'bag')
-    monkeypatch.setattr(Rig, 'warm_up', lambda rig: os.kill(os.getpid(), signal.SIGINT))
+    monkeypatch.setattr(StereoMatcher, 'warm_up',
+                        lambda *arguments: os.kill(os.getpid(), signal.SIGINT))
     assert replay('bag') == INTERRUPTED
     assert {path.name for path in folder.iterdir()} == {'bag'}
 
@@ -159,11 +161,11 @@ def test_an_interruption_while_kernels_are_compiled_ends_at_once(folder, monkeyp
 def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, capsys, monkeypatch):
     write_bag(folder / 'bag')
 
-    def step(shown):
+    def step(bar):
         for _ in range(2):
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr(Shown, 'step', step)
+    monkeypatch.setattr(ProgressBar, 'step', step)
     assert replay('bag') == INTERRUPTED
     assert list(disparities(folder / 'out')) == stamps(1)
 
@@ -172,11 +174,11 @@ def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkey
     write_bag(folder / 'bag')
     take, taken = BagSink.take, []
 
-    def interrupting(sink, matched):
+    def interrupting(sink, matched, logged):
         taken.append(None)
         if len(taken) >= 3:
             os.kill(os.getpid(), signal.SIGINT)
-        take(sink, matched)
+        take(sink, matched, logged)
 
     monkeypatch.setattr(BagSink, 'take', interrupting)
     assert replay('bag') == INTERRUPTED
@@ -228,35 +230,48 @@ IGNORING = """\
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.replay.report import Shown
-Shown.step = lambda shown: os.kill(os.getpid(), int(sys.argv[1]))
+from fuzzy_stereo_ros.replay.report import ProgressBar
+ProgressBar.step = lambda bar: os.kill(os.getpid(), int(sys.argv[1]))
 main(sys.argv[2:])
 """
 KILLED = """\
 import os, signal, sys
+from fuzzy_stereo_ros.bags import writing
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.replay.report import Shown
+from fuzzy_stereo_ros.replay.report import ProgressBar
 steps = []
-def step(shown):
+def step(bar):
     steps.append(None)
     if len(steps) == int(sys.argv[1]):
         os.kill(os.getpid(), signal.SIGKILL)
-Shown.step = step
+ProgressBar.step = step
+writing.PART_BYTES = 2**20
 main(sys.argv[2:])
 """
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(folder, capsys, storage):
+def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(
+        folder, capsys, monkeypatch, storage):
+    write, written = BagWriter._write, []
+
+    def limited(writer, *arguments):
+        written.append(None)
+        if len(written) > 40:
+            raise OSError(errno.ENOSPC, 'No space left on device')
+        write(writer, *arguments)
+
     pairs = scene(30, rows=120, columns=240)
     write_bag(folder / 'bag', pairs=pairs)
     options = ['--format', storage]
-    ended = run(RESTRICTED, 3 * 2**20, 'bag', *options)
-    assert ended.returncode == 2
+    monkeypatch.setattr(bag_writing, 'PART_BYTES', 2**20)
+    monkeypatch.setattr(BagWriter, '_write', limited)
+    sentence = refusal(capsys, 'bag', options=options)
     left = len(disparities(folder / 'out'))
-    assert 5 < left < 20
-    assert 'fuzzy-stereo: out cannot be written any further: ' in ended.stderr
-    assert f'; out holds {left} pairs, up to ' in ended.stderr
+    assert 10 < left < 20
+    assert sentence.startswith('out cannot be written any further: No space left on device')
+    assert f'; out holds {left} pairs, up to ' in sentence
+    monkeypatch.setattr(BagWriter, '_write', write)
     assert replay('bag', options=[*options, '--resume']) == 0
     assert list(disparities(folder / 'out')) == stamps(30)
     assert len(content(folder / 'out', '/preview')) == 30
@@ -350,18 +365,18 @@ def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder
     write_bag(folder / 'short', pairs=scene(2))
     assert replay('bag') == 0
     assert refusal(capsys, 'short') == (
-        'out is there already; give another folder, --overwrite or --resume')
+        'out exists; give another folder, --overwrite or --resume')
     assert len(disparities(folder / 'out')) == 6
     assert replay('short', options=['--overwrite']) == 0
     assert len(disparities(folder / 'out')) == 2
     (folder / 'mine').mkdir()
     (folder / 'mine' / 'letter.txt').write_text('dear')
     for options in ([], ['--overwrite'], ['--resume']):
-        assert 'mine is there' in refusal(capsys, 'bag', output='mine', options=options)
+        assert 'mine exists' in refusal(capsys, 'bag', output='mine', options=options)
     assert (folder / 'mine' / 'letter.txt').read_text() == 'dear'
     (folder / 'mine' / 'letter.txt').unlink()
     assert replay('bag', output='mine') == 0
-    assert 'there is nothing to continue in new' in refusal(
+    assert '--resume finds nothing to continue in new' in refusal(
         capsys, 'bag', output='new', options=['--resume'])
     assert 'give one of them' in refusal(capsys, 'bag', options=['--resume', '--overwrite'])
     assert 'there is no folder missing' in refusal(capsys, 'bag', output='missing/out')

@@ -5,7 +5,7 @@ import gc
 from itertools import islice
 import tracemalloc
 
-from fuzzy_stereo_ros.replay.report import Shown
+from fuzzy_stereo_ros.replay.report import ProgressBar
 from made_bags import scene, write_bag
 import pytest
 from replayed import replay
@@ -24,7 +24,7 @@ def floors(monkeypatch):
     """Return a function: the least bytes in use in each WINDOW of a replay."""
     used = []
 
-    def step(shown):
+    def step(bar):
         used.append(None)
         if len(used) % EVERY == 0:
             gc.collect()        # empties Python's lists of free tuples, which fill up slowly
@@ -43,7 +43,7 @@ def floors(monkeypatch):
         return [min(used[begin + EVERY - 1:begin + WINDOW:EVERY])
                 for begin in range(0, len(used), WINDOW)]
 
-    monkeypatch.setattr(Shown, 'step', step)
+    monkeypatch.setattr(ProgressBar, 'step', step)
     return measured
 
 

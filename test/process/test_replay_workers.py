@@ -9,8 +9,7 @@ import sys
 
 from dask_processes import dask_processes
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.replay.request import WARM_PAIRS
-from fuzzy_stereo_ros.replay.segments import SEGMENT_PAIRS
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from made_bags import (
     BEGIN, content, DISPARITIES, disparities, pixels_of, scene, stamps, STEP, TOPICS, write_bag,
     write_torn_bag)
@@ -24,27 +23,27 @@ INTERRUPTED = 130
 INTERRUPTED_AT = """\
 import os, signal, sys
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.replay.report import Shown
+from fuzzy_stereo_ros.replay.report import ProgressBar
 steps = []
-def step(shown):
+def step(bar):
     steps.append(None)
     if len(steps) == int(sys.argv[1]):
         os.killpg(0, signal.SIGINT)
 if __name__ == '__main__':
-    Shown.step = step
+    ProgressBar.step = step
     sys.exit(main(sys.argv[2:]))
 """
 HALTING = """\
 import threading
-from fuzzy_stereo_ros.pair_matcher import Rig
-match_pair, pairs = Rig.match_pair, []
-def halting(rig, pair):
+from fuzzy_stereo_ros.replay import segments
+match, pairs = segments.match_or_refuse, []
+def halting(pair, matcher):
     pairs.append(None)
     if len(pairs) == 30:
         print('in the middle', flush=True)
         threading.Event().wait()
-    return match_pair(rig, pair)
-Rig.match_pair = halting
+    return match(pair, matcher)
+segments.match_or_refuse = halting
 """
 
 
@@ -143,7 +142,7 @@ def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys
     assert_same(written(folder / 'out'), in_segments(pairs, times, (narrow, nonsense)))
     assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
     told = capsys.readouterr().err
-    assert 'the stamps went back: starting anew' in told
+    assert 'timestamps jumped back; matcher reset' in told
     assert f'pair {times[narrow] / 1e9:.3f} refused: ' in told
     assert f'pair {times[nonsense] / 1e9:.3f} refused: left image: encoding is' in told
 

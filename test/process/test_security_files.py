@@ -48,7 +48,7 @@ def audited(folder, *words):
     """Run `fuzzy-stereo` with words in a folder's `work` and return what it did elsewhere."""
     subprocess.run([sys.executable, '-m', 'audited', *words], cwd=folder / 'work', check=True,
                    capture_output=True, env=environment(
-                       folder, f'{fuzzy_stereo_ros.__name__}.command_line'))
+                       folder, f'{fuzzy_stereo_ros.__name__}.commands.command_line'))
     return noted(folder, [folder / 'work' / 'out'])
 
 

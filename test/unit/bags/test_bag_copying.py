@@ -3,7 +3,7 @@
 """Topics are copied as they are, and from ROS 1 so that ROS 2 reads the same values."""
 from fuzzy_stereo_ros.bags.copying import Copies
 from fuzzy_stereo_ros.bags.reading import BagReader
-from fuzzy_stereo_ros.bags.writing import BagFolder
+from fuzzy_stereo_ros.bags.writing import BagWriter
 from made_bags import BagOf, BEGIN, content, open_bag, same
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def copied(target, *sources):
     """Copy whole bags and return the path of the copy."""
     with BagReader(sources) as bag:
         copies = Copies(bag, bag.topics)
-        writer = BagFolder(target)
+        writer = BagWriter(target)
         for message in bag.messages(bag.topics):
             kind, typestore, qualities, converted = copies.of(message)
             writer.write(message.topic, kind, typestore, converted(message.content),

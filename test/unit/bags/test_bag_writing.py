@@ -8,10 +8,8 @@ import subprocess
 import sys
 
 from fuzzy_stereo_ros.bags import writing as bag_writing
-from fuzzy_stereo_ros.bags.parts import MCAP_END, MCAP_START, rescue, SUFFIXES
-from fuzzy_stereo_ros.bags.reading import BagReader
-from fuzzy_stereo_ros.bags.writing import BagFolder, FORMATS, Messages, UNFINISHED
-from hypothesis import given, settings, strategies as st
+from fuzzy_stereo_ros.bags.writing import (
+    BagWriter, FORMATS, Messages, METADATA, SUFFIXES, UNFINISHED)
 from made_bags import content, open_bag
 import numpy as np
 import pytest
@@ -30,8 +28,8 @@ def picture(number, size=MIB // 4):
 
 
 def write(folder, numbers, storage='mcap', size=MIB // 4, close=True):
-    """Write pictures, each logged at its number, and return the BagFolder."""
-    bag = BagFolder(folder, storage)
+    """Write pictures, each logged at its number, and return the BagWriter."""
+    bag = BagWriter(folder, storage)
     for number in numbers:
         bag.write(TOPIC, KIND, MESSAGES.typestore, picture(number, size), number)
         bag.commit()
@@ -52,11 +50,8 @@ def test_what_is_written_is_read_and_counted(tmp_path, storage):
     bag = write(tmp_path / 'bag', range(10), storage)
     assert numbers_of(tmp_path / 'bag') == list(range(10))
     assert (bag.counts, bag.last) == ({TOPIC: 10}, 9)
-    suffix = {'mcap': 'mcap', 'sqlite3': 'db3'}[storage]
     assert {path.name for path in (tmp_path / 'bag').iterdir()} == {
-        'metadata.yaml', f'bag_0.{suffix}'}
-    # The end of a rescued file has no index.
-    assert not (tmp_path / 'bag' / f'bag_0.{suffix}').read_bytes().endswith(MCAP_END)
+        METADATA, f'bag_0{SUFFIXES[storage]}'}
     with open_bag(tmp_path / 'bag') as reader:
         assert (reader.start_time, reader.end_time) == (0, 10)
         assert reader.topics[TOPIC].msgcount == 10
@@ -64,23 +59,16 @@ def test_what_is_written_is_read_and_counted(tmp_path, storage):
         assert connection.digest == MESSAGES.typestore.hash_rihs01(KIND)
 
 
-@pytest.mark.parametrize('storage', FORMATS)
-@pytest.mark.parametrize('name', ['drive #2', 'what?', '100%41', 'left=right&a:b'])
-def test_a_folder_may_have_a_name_that_means_something_in_a_uri(tmp_path, storage, name):
-    folder = tmp_path / name / name
-    folder.parent.mkdir()
-    write(folder, range(3), storage)
-    write(folder, range(3, 5), storage)
-    for path, numbers in ((folder, range(5)),
-                          (folder / f'{name}_1{SUFFIXES[storage]}', range(3, 5))):
-        with BagReader([path]) as bag:
-            assert [one.logged for one in bag.messages([TOPIC])] == list(numbers)
-    assert list(tmp_path.iterdir()) == [folder.parent]
-    assert list(folder.parent.iterdir()) == [folder]
+@pytest.mark.parametrize('name', ['drive #2', 'what?', '100%41'])
+def test_a_folder_whose_name_sqlite_takes_for_a_uri_is_refused_for_a_database(tmp_path, name):
+    write(tmp_path / name, range(3))
+    assert numbers_of(tmp_path / name) == [0, 1, 2]
+    with pytest.raises(ValueError, match='give another folder, or --format mcap'):
+        BagWriter(tmp_path / name, 'sqlite3')
 
 
 def test_nothing_is_written_before_a_message_is(tmp_path):
-    BagFolder(tmp_path / 'bag').close()
+    BagWriter(tmp_path / 'bag').close()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -107,17 +95,18 @@ def test_files_are_continued_in_the_order_of_their_numbers(tmp_path):
     assert numbers_of(tmp_path / 'bag') == list(range(12))
 
 
-KILLED = """\
-import os, signal, sys
+SCRIPT = """\
+import os, resource, signal, sys
 sys.path[:0] = 'test/support', 'test/unit/bags'
+from fuzzy_stereo_ros.bags import writing
 from test_bag_writing import write
+writing.PART_BYTES = int(sys.argv[4])
+"""
+KILLED = SCRIPT + """\
 write(sys.argv[1], range(int(sys.argv[3])), sys.argv[2], close=False)
 os.kill(os.getpid(), signal.SIGKILL)
 """
-FULL = """\
-import resource, sys
-sys.path[:0] = 'test/support', 'test/unit/bags'
-from test_bag_writing import write
+FULL = SCRIPT + """\
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
 try:
     write(sys.argv[1], range(40), sys.argv[2])
@@ -133,61 +122,26 @@ def run(code, *arguments):
 
 
 @pytest.mark.parametrize('storage', FORMATS)
-def test_a_bag_whose_writer_was_killed_is_rescued_and_continued(tmp_path, storage):
-    assert run(KILLED, tmp_path / 'bag', storage, 9).returncode == -signal.SIGKILL
-    bag = BagFolder(tmp_path / 'bag', storage)
-    left = numbers_of(tmp_path / 'bag')
-    # A chunk of an mcap that was not full is lost: four pictures and a bit fill one.
-    assert left == list(range(9 if storage == 'sqlite3' else 8))
-    assert (bag.counts[TOPIC], bag.last) == (len(left), left[-1])
-    assert not (tmp_path / 'bag' / UNFINISHED).exists()
-    write(tmp_path / 'bag', range(len(left), 12), storage)
+@pytest.mark.parametrize(('part', 'left'), [(MIB, 8), (16 * MIB, 0)])
+def test_a_bag_whose_writer_was_killed_has_its_whole_parts_and_is_continued(
+        tmp_path, storage, part, left):
+    assert run(KILLED, tmp_path / 'bag', storage, 9, part).returncode == -signal.SIGKILL
+    assert (tmp_path / 'bag' / UNFINISHED).exists()
+    bag = BagWriter(tmp_path / 'bag', storage)
+    assert (bag.counts[TOPIC], bag.last) == (left, left - 1 if left else None)
+    assert not left or numbers_of(tmp_path / 'bag') == list(range(left))
+    write(tmp_path / 'bag', range(left, 12), storage)
     assert numbers_of(tmp_path / 'bag') == list(range(12))
-
-
-def test_a_bag_whose_writer_was_killed_before_its_first_chunk_is_begun_anew(tmp_path):
-    assert run(KILLED, tmp_path / 'bag', 'mcap', 1).returncode == -signal.SIGKILL
-    write(tmp_path / 'bag', range(3))
-    assert numbers_of(tmp_path / 'bag') == [0, 1, 2]
     assert not (tmp_path / 'bag' / UNFINISHED).exists()
 
 
 @pytest.mark.parametrize('storage', FORMATS)
-@pytest.mark.parametrize('begun', [None, b'', MCAP_START, MCAP_START + b'\x01\x40'])
-def test_what_was_begun_and_holds_nothing_is_no_obstacle(tmp_path, storage, begun):
-    place = tmp_path / 'bag' / UNFINISHED / 'bag_0'
-    place.mkdir(parents=True)
-    if begun is not None:
-        (place / f'bag_0{SUFFIXES[storage]}').write_bytes(b'' if storage == 'sqlite3' else begun)
-    write(tmp_path / 'bag', range(3), storage)
-    assert numbers_of(tmp_path / 'bag') == [0, 1, 2]
-
-
-@pytest.mark.parametrize('storage', FORMATS)
-@pytest.mark.parametrize('room', [5 * MIB, 5 * MIB + 12345, 3 * MIB + 1])
-def test_where_the_disk_is_full_what_was_written_is_a_bag(tmp_path, storage, room):
-    ended = run(FULL, tmp_path / 'bag', storage, room)
-    assert f'{tmp_path}/bag cannot be written any further: ' in ended.stdout, ended.stderr
-    left = numbers_of(tmp_path / 'bag')
-    assert left == list(range(len(left)))
-    assert len(left) * MIB / 4 > room - 2.5 * MIB
-    write(tmp_path / 'bag', range(len(left), 40), storage)
-    assert numbers_of(tmp_path / 'bag') == list(range(40))
-
-
-def test_a_disk_that_is_full_to_the_last_byte_costs_a_chunk(tmp_path):
-    run(KILLED, tmp_path / 'bag', 'mcap', 9)
-    room = (tmp_path / 'bag' / UNFINISHED / 'bag_0' / 'bag_0.mcap').stat().st_size
-    assert run(FULL, tmp_path / 'full', 'mcap', room).stdout
-    assert numbers_of(tmp_path / 'full') == list(range(4))
-
-
-@pytest.mark.parametrize('storage', FORMATS)
-@pytest.mark.parametrize('room', [0, 1, 5000])
-def test_where_the_disk_was_full_before_the_first_message_there_is_no_bag(tmp_path, storage, room):
-    ended = run(FULL, tmp_path / 'bag', storage, room)
-    assert f'{tmp_path}/bag cannot be written any further: ' in ended.stdout, ended.stderr
-    assert list((tmp_path / 'bag').iterdir()) == []
+def test_where_the_disk_was_full_before_the_first_part_was_whole_there_is_no_bag(
+        tmp_path, storage):
+    for room in (0, 1, 5000, 3 * MIB + 1):
+        ended = run(FULL, tmp_path / 'bag', storage, room, 16 * MIB)
+        assert f'{tmp_path}/bag cannot be written any further: ' in ended.stdout, ended.stderr
+        assert list((tmp_path / 'bag').iterdir()) == []
     write(tmp_path / 'bag', range(4), storage)
     assert numbers_of(tmp_path / 'bag') == list(range(4))
 
@@ -207,7 +161,9 @@ def disk(tmp_path):
 
 
 @pytest.mark.parametrize('storage', FORMATS)
-def test_a_bag_can_end_although_others_filled_the_disk_to_the_last_byte(disk, storage):
+def test_whole_parts_stay_although_others_filled_the_disk_to_the_last_byte(
+        disk, storage, monkeypatch):
+    monkeypatch.setattr(bag_writing, 'PART_BYTES', MIB)
     bag = write(disk / 'bag', range(9), storage, close=False)
     with open(disk / 'others', 'wb', buffering=0) as others, suppress(OSError):
         while others.write(bytes(4096)):
@@ -216,14 +172,14 @@ def test_a_bag_can_end_although_others_filled_the_disk_to_the_last_byte(disk, st
         for number in range(9, 20):
             bag.write(TOPIC, KIND, MESSAGES.typestore, picture(number), number)
             bag.commit()
-    assert numbers_of(disk / 'bag') == list(range(9 if storage == 'sqlite3' else 8))
-    assert bag.counts[TOPIC] == len(numbers_of(disk / 'bag'))
+    assert numbers_of(disk / 'bag') == list(range(8))
+    assert (bag.counts[TOPIC], bag.last) == (8, 7)
     assert {path.name for path in (disk / 'bag').iterdir()} == {
-        'metadata.yaml', f'bag_0{SUFFIXES[storage]}'}
+        METADATA, *(f'bag_{part}{SUFFIXES[storage]}' for part in range(2))}
 
 
 def test_after_a_failure_nothing_more_is_written_and_no_second_one_raised(tmp_path):
-    bag = BagFolder(tmp_path / 'file' / 'bag')
+    bag = BagWriter(tmp_path / 'file' / 'bag')
     (tmp_path / 'file').write_text('no folder')
     with pytest.raises(OSError, match='bag cannot be written any further: '):
         bag.write(TOPIC, KIND, MESSAGES.typestore, picture(0), 0)
@@ -233,44 +189,9 @@ def test_after_a_failure_nothing_more_is_written_and_no_second_one_raised(tmp_pa
     assert bag.counts[TOPIC] == 0
 
 
-def test_a_file_that_is_none_is_refused_when_its_bag_is_continued(tmp_path):
-    (tmp_path / 'bag_0.mcap').write_text('not an mcap at all, but long enough for its end: ' * 2)
-    with pytest.raises(ValueError, match=r'bag_0\.mcap cannot be read as a bag'):
-        BagFolder(tmp_path)
-
-
-@pytest.fixture(scope='module')
-def whole(tmp_path_factory):
-    """Return the bytes of a file of 60 pictures in about ten chunks."""
-    folder = tmp_path_factory.mktemp('whole')
-    write(folder / 'bag', range(60), size=MIB // 6)
-    return (folder / 'bag' / 'bag_0.mcap').read_bytes()
-
-
-@given(share=st.floats(0, 1))
-@settings(max_examples=60, deadline=None)
-def test_a_file_that_was_cut_anywhere_has_all_whole_chunks_after_its_rescue(
-        whole, tmp_path_factory, share):
-    path = tmp_path_factory.mktemp('cut') / 'cut.mcap'
-    size = max(int(share * len(whole)), 60)
-    path.write_bytes(whole[:size])
-    rescue(path)
-    with open_bag(path) as reader:
-        left = [(logged, bytes(raw)) for _, logged, raw in reader.messages()]
-    assert left == [(number, bytes(picture(number, MIB // 6))) for number in range(len(left))]
-    # The last chunk, what is not in a whole one, and the index behind them.
-    assert len(left) * MIB / 6 > min(size, 10 * MIB) - 1.4 * MIB
-    path.unlink()
-
-
-def test_the_rescue_of_a_whole_file_changes_nothing(whole, tmp_path):
-    path = tmp_path / 'whole.mcap'
-    path.write_bytes(whole)
-    rescue(path)
-    assert path.read_bytes() == whole
-    path.write_bytes(whole[:len(whole) // 2])
-    rescue(path)
-    once = path.read_bytes()
-    assert once.endswith(MCAP_END)
-    rescue(path)
-    assert path.read_bytes() == once
+@pytest.mark.parametrize('description', ['{', 'one: 1', 'rosbag2_bagfile_information: {files: 1}'])
+def test_a_bag_with_a_damaged_description_is_not_continued(tmp_path, description):
+    write(tmp_path / 'bag', range(3))
+    (tmp_path / 'bag' / METADATA).write_text(description)
+    with pytest.raises(ValueError, match=r'bag/metadata\.yaml is damaged: '):
+        BagWriter(tmp_path / 'bag')

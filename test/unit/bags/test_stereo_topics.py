@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The topics of the cameras are found by type and name; where in doubt, they are listed."""
-from fuzzy_stereo_ros.bags.stereo_topics import (
+from fuzzy_stereo_ros.bags.topics import (
     are_raw_by_name, COMPRESSED, find_stereo_topics, INFO, RAW, StereoTopics)
 import pytest
 

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameters.matcher_options import option_name
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
-from fuzzy_stereo_ros.views.evolution_film import STAY
+from fuzzy_stereo_ros.views.evolution import STAY
 import numpy as np
 import pytest
 
@@ -166,16 +166,16 @@ def test_without_matplotlib_the_remedy_is_told_where_something_is_drawn(
 
 
 def test_an_interrupted_film_holds_what_was_seen(folder, monkeypatch):
-    watched_match = evolve.watched_match
+    observed_match = evolve.observed_match
 
     def interrupted(config, left, right, tell):
         def tell_two(snapshot):
             if snapshot.number == 2:
                 raise KeyboardInterrupt
             tell(snapshot)
-        return watched_match(config, left, right, tell_two)
+        return observed_match(config, left, right, tell_two)
 
-    monkeypatch.setattr(evolve, 'watched_match', interrupted)
+    monkeypatch.setattr(evolve, 'observed_match', interrupted)
     assert main(words_for(profile='quality', generations=4, video='out.avi',
                           picture='out.png')) == 130
     film = cv2.VideoCapture('out.avi')

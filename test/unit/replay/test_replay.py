@@ -5,9 +5,11 @@ import json
 import shutil
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching import MatcherConfig
+import cv2
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.result_messages import fill_disparity
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.views.pictures import colour_disparity
@@ -164,7 +166,7 @@ def test_cameras_that_do_not_stamp_alike_are_joined_where_that_is_asked_for(fold
 
     write_bag(folder / 'bag', change=shift)
     sentence = refusal(capsys, 'bag')
-    assert 'bag: no message found its partners; messages: /left/image_rect 6, ' in sentence
+    assert 'bag: no messages were synchronised; received: /left/image_rect 6, ' in sentence
     assert sentence.endswith(
         '; the latest stamps differ by up to 1.000 ms; give --approximate if the cameras do not '
         'stamp alike, --cache-camera-info if camera_info comes seldom, or a larger --queue-size')
@@ -183,7 +185,7 @@ def test_a_camera_info_that_came_once_is_kept_where_that_is_asked_for(folder, ca
 
     write_bag(folder / 'bag', change=only_once)
     assert replay('bag', output='one') == 0
-    assert ('\nto match more of them, give --approximate if the cameras do not stamp alike, '
+    assert ('\nto synchronise more of them, give --approximate if the cameras do not stamp alike, '
             '--cache-camera-info if camera_info comes seldom') in capsys.readouterr().out
     found = figures(capsys, 'bag', options=['--start', start, '--cache-camera-info'])
     first = round(start * 1e9 / STEP)
@@ -290,8 +292,31 @@ def test_bad_pairs_are_counted_and_told_once_and_the_others_matched(folder, caps
         "pair 1000.033 refused: left image: encoding is 'nonsense'; allowed are") == 1
     assert printed.err.count('message refused: a message of /right/image_rect cannot be read') == 1
     assert '3 refused: damaged message 1, encoding 2' in printed.out
-    assert 'messages without partner: /left/image_rect 1 of 8' in printed.out
-    assert 'to match more of them' not in printed.out
+    assert 'messages not synchronised: /left/image_rect 1 of 8' in printed.out
+    assert 'to synchronise more of them' not in printed.out
+
+
+@pytest.mark.parametrize('error', [cv2.error('Assertion failed'), MemoryError()])
+@pytest.mark.parametrize('reading', [False, True])
+def test_whatever_fails_at_a_pair_refuses_that_pair_and_the_bag_goes_on(
+        folder, capsys, monkeypatch, error, reading):
+    where, name = (PairReader, 'read') if reading else (StereoMatcher, 'match')
+    work, bad = getattr(where, name), read_image(content(write_bag(folder / 'bag'))[12][2])
+
+    def failing(worker, left, *others, **options):
+        image = read_image(left) if reading else left
+        if np.array_equal(image, bad):
+            raise error
+        return work(worker, left, *others, **options)
+
+    monkeypatch.setattr(where, name, failing)
+    assert figures(capsys, 'bag')['pairs'] == {
+        'matched': 5, 'matched_again': 0, 'warm': 4 if reading else 3,
+        'refused': {'internal error': 1}}
+    assert list(disparities(folder / 'out')) == stamps()[:3] + stamps()[4:]
+    assert replay('bag', output='told') == 0
+    assert f'pair 1000.100 refused: internal error, {type(error).__name__}: ' in \
+        capsys.readouterr().err
 
 
 def loop(number, messages):
@@ -314,7 +339,7 @@ def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
     pairs = scene(8)
     write_bag(folder / 'bag', pairs=pairs, change=loop)
     assert replay('bag') == 0
-    assert 'the stamps went back: starting anew' in capsys.readouterr().err
+    assert 'timestamps jumped back; matcher reset' in capsys.readouterr().err
     found = [pixels_of(message.image) for _, _, message in content(folder / 'out', '/disparity')]
     expected = [match for part in (pairs[:4], pairs[4:]) for match in matches(part, stamps(4))]
     for values, match in zip(found, expected, strict=True):
@@ -325,7 +350,7 @@ def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
 def test_files_that_are_replaced_by_those_of_later_pairs_are_told(folder, capsys):
     write_bag(folder / 'bag', pairs=scene(7), change=loop)
     told = figures(capsys, 'bag', options=['--files', 'npy', 'pfm'])['remarks']
-    assert told == ['3 pairs have the stamp of an earlier one, whose files theirs replaced']
+    assert told == ['3 pairs have the stamp of an earlier one, and their files replaced its files']
     assert len(list((folder / 'out').glob('disparity/*.npy'))) == 4
     assert figures(capsys, 'bag', output='other')['remarks'] == []
     write_bag(folder / 'plain')

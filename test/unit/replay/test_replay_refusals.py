@@ -3,17 +3,17 @@
 """Bad input to `fuzzy-stereo replay` is one sentence, exit code 2, and nothing written."""
 import io
 
-from fuzzy_stereo_ros.commands import replay as replay_command
 from fuzzy_stereo_ros.commands.command_line import main, Parser
 from fuzzy_stereo_ros.parameters.node_options import add_node_options, node_settings
 from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
-from fuzzy_stereo_ros.replay.report import Shown
+from fuzzy_stereo_ros.replay.options import READING, RESULTS, SYNCHRONISING
+from fuzzy_stereo_ros.replay.report import ProgressBar
 from made_bags import BagOf, BEGIN, content, same, scene, STEP, TOPICS, write_bag
 import pytest
 from replayed import figures, on_a_terminal, refusal, replay
 
 ROWS = {row.name: row for row in NODE_PARAMETERS}
-NAMES = (*replay_command.SYNCHRONISING, *replay_command.READING, *replay_command.RESULTS)
+NAMES = (*SYNCHRONISING, *READING, *RESULTS)
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_a_part_that_is_not_in_the_bag_is_refused(refused):
         '--duration is 0; allowed are numbers above 0')
     assert refused('bag', options=['--every', 0]) == (
         '--every is 0; allowed are whole numbers from 1')
-    assert 'no message found its partners' in refused('bag', options=['--duration', 1e-9])
+    assert 'no messages were synchronised' in refused('bag', options=['--duration', 1e-9])
 
 
 def test_outputs_that_make_no_sense_are_refused(refused):
@@ -201,11 +201,11 @@ def test_the_bar_knows_about_how_many_pairs_come(folder, capsys):
 
 def test_sentences_of_a_kind_are_written_once():
     stream = io.StringIO()
-    with Shown(10, stream) as shown:
+    with ProgressBar(10, stream) as bar:
         for number in range(3):
-            shown.tell(f'pair {number} is bad')
-            shown.step()
-        shown.tell('another')
+            bar.log(f'pair {number} is bad')
+            bar.step()
+        bar.log('another')
     assert stream.getvalue() == 'pair 0 is bad\nanother\n'
 
 

@@ -8,9 +8,8 @@ import sys
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.messages import read_image
-from fuzzy_stereo_ros.replay.report import Shown
-from fuzzy_stereo_ros.views.video import CODECS
-from fuzzy_stereo_ros.views.video_frames import HEAD, PANEL
+from fuzzy_stereo_ros.replay.report import ProgressBar
+from fuzzy_stereo_ros.views.video import CODECS, HEAD, PANEL
 from made_bags import (
     BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, STEP, write_bag,
     write_torn_bag)
@@ -156,7 +155,7 @@ def test_files_that_cannot_be_written_so_are_refused(refused, monkeypatch):
 def test_a_file_that_is_there_is_neither_lost_nor_continued(refused, folder, option, name):
     (folder / name).write_text('the one before')
     assert refused(option, name) == (
-        f'{option} is {name}, which is there already; give another file, or --overwrite')
+        f'{option} is {name}, which exists; give another file, or --overwrite')
     assert refused(option, name, '--resume') == (
         f'--resume cannot go on with {name}; leave out {option}, or begin anew with --overwrite')
     assert refused('--format', 'none', option, name, '--resume') == (
@@ -187,12 +186,12 @@ def test_a_replay_without_pairs_leaves_no_video_and_the_one_before(refused, fold
 def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys, monkeypatch):
     steps = []
 
-    def step(shown):
+    def step(bar):
         steps.append(None)
         if len(steps) % 4 == 0:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr(Shown, 'step', step)
+    monkeypatch.setattr(ProgressBar, 'step', step)
     assert replay('bag', options=['--video', 'video.avi']) == INTERRUPTED
     assert 'interrupted: out holds 4 pairs, up to 0.100 s into the bag; --resume goes on' in \
         capsys.readouterr().err

@@ -8,11 +8,12 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
-from fuzzy_stereo_ros.views import evolution_film
-from fuzzy_stereo_ros.views.evolution_film import EvolutionFilm, RATES, STAY
-from fuzzy_stereo_ros.views.evolution_panels import ORIGIN_COLOURS, ORIGIN_WORDS, panels_of
-from fuzzy_stereo_ros.views.evolution_picture import evolution_figure, write_evolution
-from fuzzy_stereo_ros.views.evolution_record import Course, FIRST, MUTATED, SECOND, watched_match
+from fuzzy_stereo_ros.views import evolution as evolution_view
+from fuzzy_stereo_ros.views.evolution import (
+    evolution_figure, EvolutionAnimation, ORIGIN_COLOURS, ORIGIN_WORDS, panels_of, RATES, STAY,
+    write_evolution)
+from fuzzy_stereo_ros.views.evolution_record import (
+    Convergence, FIRST, MUTATED, observed_match, SECOND)
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 import numpy as np
@@ -24,12 +25,12 @@ def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
     pair = made_pair(*shape, 16, noise=4.0, colour=True)
     config = MatcherConfig.from_profile(profile, **{
         'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
-    course, told = Course(config, pair.left, pair.truth if with_truth else None), []
+    course, told = Convergence(config, pair.left, pair.truth if with_truth else None), []
 
     def tell(snapshot):
         course.add(snapshot)
         told.append(snapshot)
-    return course, watched_match(config, pair.left, pair.right, tell), told
+    return course, observed_match(config, pair.left, pair.right, tell), told
 
 
 def pixels_of(picture):
@@ -128,14 +129,14 @@ def check_legible(figure):
 def test_all_words_of_still_and_film_can_be_read(profile, with_truth, shape, changes, tmp_path):
     course, match, told = evolution(profile, with_truth, shape, **changes)
     words = check_legible(evolution_figure(course, match))
-    film = EvolutionFilm(tmp_path / 'film.avi', course)
+    film = EvolutionAnimation(tmp_path / 'film.avi', course)
     film.frame(told[-1])
     for shown in (words, check_legible(film.figure)):
         last = told[-1].number
         assert last == 0 or f'generation {last}: best chromosome' in shown
         assert f'{course.config.reference} image, the reference' in shown
         assert not with_truth or f'{course.rows[-1].wrong:.2f} % off by more than 1 px' in shown
-        mutation = [each for each in shown if each.startswith(('where ', 'no mutation'))]
+        mutation = [each for each in shown if each.startswith(('changed by ', 'no mutation'))]
         assert bool(mutation) == (profile == 'paper')
         assert ('at most' in ' '.join(shown)) == (profile == 'realtime')
 
@@ -143,7 +144,7 @@ def test_all_words_of_still_and_film_can_be_read(profile, with_truth, shape, cha
 def test_what_the_mask_leaves_out_is_no_error():
     course, match, told = evolution(generations=0)
     course.mask = np.arange(60) < np.full((40, 1), 30)
-    error = panels_of(told[0], course)['error'].values
+    error = panels_of(told[0], course)['error'][0]
     assert np.isnan(error[:, 30:]).all() and np.isfinite(error[:, :30]).all()
 
 
@@ -167,7 +168,7 @@ def test_the_curves_are_the_fitness_of_all_generations(profile, title):
 @pytest.fixture(autouse=True)
 def small_film(monkeypatch):
     """Let frames be drawn in a quarter of the pixels, which takes less time."""
-    monkeypatch.setattr(evolution_film, 'DOTS', 50)
+    monkeypatch.setattr(evolution_view, 'DOTS', (50, 200))
 
 
 def filmed(path, **options):
@@ -175,8 +176,8 @@ def filmed(path, **options):
     pair = made_pair(*options.pop('shape', (40, 60)), 16, noise=4.0)
     config = MatcherConfig.from_profile(options.pop('profile', 'realtime'), **{
         'disparities': 16, 'generations': 3, 'reference': 'left', **options})
-    course, drawn, told = Course(config, pair.left, pair.truth), [], []
-    film = EvolutionFilm(path, course)
+    course, drawn, told = Convergence(config, pair.left, pair.truth), [], []
+    film = EvolutionAnimation(path, course)
     draw = film.frame
 
     def keep(snapshot):
@@ -190,7 +191,7 @@ def filmed(path, **options):
 
     film.frame = keep
 
-    watched_match(config, pair.left, pair.right, tell)
+    observed_match(config, pair.left, pair.right, tell)
     film.close()
     return drawn, told
 
@@ -216,11 +217,11 @@ def test_each_frame_shows_where_its_genes_come_from(tmp_path, profile):
 
 
 def test_what_does_not_change_stays_where_it_is(tmp_path):
-    """The reference image above on the left, the ground truth below on the right."""
+    """The reference image on the left above, the ground truth beside it."""
     drawn, _ = filmed(tmp_path / 'film.mp4')
     rows, columns = drawn[0].shape[:2]
-    still = np.s_[rows // 6:rows * 4 // 9, columns // 16:columns // 5]
-    truth = np.s_[rows * 5 // 9:, columns * 3 // 4:]
+    still = np.s_[rows // 8:rows * 3 // 8, columns // 16:columns // 5]
+    truth = np.s_[rows // 8:rows * 3 // 8, columns * 5 // 16:columns * 7 // 16]
     for frame in drawn[1:]:
         for panel in (still, truth):
             assert np.ptp(frame[panel].astype(int)) > 100
@@ -229,10 +230,10 @@ def test_what_does_not_change_stays_where_it_is(tmp_path):
 
 
 def test_a_long_evolution_is_shown_faster(tmp_path):
-    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
+    film = EvolutionAnimation(tmp_path / 'film.mp4', Convergence(
         MatcherConfig(generations=55), np.zeros((8, 100), np.uint8)))
     assert film.rate == 6
-    film = EvolutionFilm(tmp_path / 'film.mp4', Course(
+    film = EvolutionAnimation(tmp_path / 'film.mp4', Convergence(
         MatcherConfig(generations=5000), np.zeros((8, 100), np.uint8)))
     assert film.rate == RATES[1]
     film.close()

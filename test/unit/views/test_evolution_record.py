@@ -8,8 +8,8 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.population import Kinship
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from fuzzy_stereo_ros.views.evolution_record import (
-    ALIKE, Course, FIRST, MUTATED, mutates, of_fittest_child, of_improved_fittest, SECOND, SHOWN,
-    Snapshot, watched_match)
+    ALIKE, Convergence, FIRST, MUTATED, mutates, observed_match, origin_of_fittest_child,
+    origin_of_improved_fittest, SECOND, SHOWN, Snapshot)
 import numpy as np
 import pytest
 
@@ -30,7 +30,7 @@ def pair():
 
 def watched(config, pair):
     told = []
-    return watched_match(config, pair.left, pair.right, told.append), told
+    return observed_match(config, pair.left, pair.right, told.append), told
 
 
 @pytest.mark.parametrize('name', CONFIGS)
@@ -54,11 +54,11 @@ def test_a_snapshot_is_told_of_the_initial_population_and_of_each_generation(nam
         assert snapshot.fitness.max() == row.best_fitness
         assert snapshot.fitness.mean() == pytest.approx(row.mean_fitness, rel=1e-12)
         assert snapshot.origin.dtype == np.uint8 and snapshot.origin.shape == SHAPE
-    assert told[0].origin is None and not told[0].struck.any()
+    assert told[0].origin is None and not told[0].mutated.any()
     for snapshot in told:
-        assert snapshot.best.dtype == snapshot.possibility.dtype == snapshot.struck.dtype \
+        assert snapshot.best.dtype == snapshot.possibility.dtype == snapshot.mutated.dtype \
             == np.float32
-        for map_ in (snapshot.possibility, snapshot.struck):
+        for map_ in (snapshot.possibility, snapshot.mutated):
             assert map_.shape == SHAPE and 0 <= map_.min() <= map_.max() <= 1
 
 
@@ -104,7 +104,7 @@ def test_crossover_alone_makes_no_gene_mutated(name, pair):
     first, *later = watched(CONFIGS[name], pair)[1][1:]
     assert SECOND in first.origin and FIRST in first.origin
     for snapshot in (first, *later):
-        assert MUTATED not in snapshot.origin and not snapshot.struck.any()
+        assert MUTATED not in snapshot.origin and not snapshot.mutated.any()
 
 
 def test_a_fittest_child_is_the_best_where_it_is_fitter_than_the_elite(pair):
@@ -129,22 +129,23 @@ def test_the_fittest_child_is_told_apart_by_its_parents_and_by_what_mutation_cha
     population[2, 4:6, 3] = population[3, 4, 3] = 1001
     kinship = Kinship(np.array([2, 3]), np.array([[3, 1], [0, 2]]))
     for fitness, slot, line in (((9, 8, 7, 6), 2, 5), ((1, 1, 2, 3), 3, 2)):
-        origin, child, struck = of_fittest_child(former, population, np.array(fitness), kinship)
+        origin, child, mutated = origin_of_fittest_child(
+            former, population, np.array(fitness), kinship)
         expected = np.full((7, 9), FIRST)
         expected[line:] = SECOND
         expected[population[slot] == 1001] = MUTATED
         assert child == slot
         np.testing.assert_array_equal(origin, expected)
-        np.testing.assert_array_equal(np.argwhere(struck == 1), [[4, 3]])
-        np.testing.assert_array_equal(np.argwhere(struck == 0.5), [[5, 3]])
-        assert np.count_nonzero(struck) == 2
+        np.testing.assert_array_equal(np.argwhere(mutated == 1), [[4, 3]])
+        np.testing.assert_array_equal(np.argwhere(mutated == 0.5), [[5, 3]])
+        assert np.count_nonzero(mutated) == 2
 
 
 def test_without_children_the_fittest_has_its_own_genes():
     former = random_genes(2)
     kinship = Kinship(np.zeros(0, int), np.zeros((0, 2), int))
-    origin, child, struck = of_fittest_child(former, former, np.array([1.0, 2.0]), kinship)
-    assert child == 1 and (origin == FIRST).all() and not struck.any()
+    origin, child, mutated = origin_of_fittest_child(former, former, np.array([1.0, 2.0]), kinship)
+    assert child == 1 and (origin == FIRST).all() and not mutated.any()
 
 
 def test_the_fittest_keeps_and_takes_where_what_it_was_crossed_with_differs():
@@ -152,7 +153,7 @@ def test_the_fittest_keeps_and_takes_where_what_it_was_crossed_with_differs():
     fittest, other = former.copy()
     other[0, :3] = fittest[0, :3]               # alike
     fittest[0, 5] = other[0, 5]                 # taken over
-    origin = of_improved_fittest(np.stack([former[0], other]), np.stack([fittest, other]))
+    origin = origin_of_improved_fittest(np.stack([former[0], other]), np.stack([fittest, other]))
     assert origin.tolist() == [[ALIKE, ALIKE, ALIKE, FIRST, FIRST, SECOND]]
 
 
@@ -161,8 +162,8 @@ def test_the_fittest_was_crossed_with_the_members_that_are_new():
     old = np.full((1, 5), 7, np.uint16)
     first, second, fittest = (mother.copy() for _ in range(3))
     first[0, 1:3], second[0, 2:4], fittest[0, 3] = 5, 6, 6
-    origin = of_improved_fittest(np.stack([mother, old]),
-                                 np.stack([fittest, old, first, second]))
+    origin = origin_of_improved_fittest(np.stack([mother, old]),
+                                        np.stack([fittest, old, first, second]))
     assert origin.tolist() == [[ALIKE, FIRST, FIRST, SECOND, ALIKE]]
 
 
@@ -179,7 +180,7 @@ def snapshot_of(number, best=None):
     (10, [0, 1, 2, 5, 10]), (30, [0, 1, 3, 10, 30]), (100, [0, 1, 5, 20, 100]),
     (1234, [0, 1, 10, 100, 1234])])
 def test_at_most_five_generations_are_shown_the_first_two_and_the_last_among_them(last, numbers):
-    course = Course(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
+    course = Convergence(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
     for number in range(last + 1):
         course.add(snapshot_of(number))
     assert [snapshot.number for snapshot in course.shown()] == numbers
@@ -188,7 +189,7 @@ def test_at_most_five_generations_are_shown_the_first_two_and_the_last_among_the
 
 
 def test_five_generations_are_always_told_apart():
-    course = Course(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
+    course = Convergence(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
     for number in range(700):
         course.add(snapshot_of(number))
         shown = [snapshot.number for snapshot in course.shown()]
@@ -198,14 +199,14 @@ def test_five_generations_are_always_told_apart():
 @pytest.mark.parametrize('name', [name for name in CONFIGS if CONFIGS[name].elite < 1])
 def test_mutation_strikes_in_every_generation_in_which_it_may_and_in_no_other(name, pair):
     config = CONFIGS[name]
-    struck = [snapshot.struck.any() for snapshot in watched(config, pair)[1]]
-    assert struck == [mutates(config, number) for number in range(len(struck))]
-    assert struck == [config.algorithm == 'paper' and number > 0
-                      for number in range(len(struck))]
+    mutated = [snapshot.mutated.any() for snapshot in watched(config, pair)[1]]
+    assert mutated == [mutates(config, number) for number in range(len(mutated))]
+    assert mutated == [config.algorithm == 'paper' and number > 0
+                       for number in range(len(mutated))]
 
 
 def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
-    course = Course(CONFIGS['realtime'], pair.left, pair.truth, pair.visible)
+    course = Convergence(CONFIGS['realtime'], pair.left, pair.truth, pair.visible)
     best = np.where(np.arange(100) < 50, pair.truth, pair.truth + 2).astype(np.float32)
     course.add(snapshot_of(0, best))
     assert course.rows[0].wrong == score(best, pair.truth, pair.visible).bad_dense[1.0] > 30

@@ -1,0 +1,295 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A figure and an animation of an evolution; both need matplotlib.
+
+Above stand the images and the convergence curves; below, a row for each of some generations: the
+best chromosome, its possibility, whose genes it has, what mutation did (Figures 4 and 5 of the
+paper, with what lies between). The animation has one such row, which changes.
+"""
+import io
+import math
+from pathlib import Path
+
+from fuzzy_stereo_ros.evaluation.scores import error_map
+from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.views.evolution_record import ALIKE, FIRST, MUTATED, mutates, SECOND
+from fuzzy_stereo_ros.views.pictures import as_rgb, check_panel_suffix, ERROR_LIMIT, show_map
+from fuzzy_stereo_ros.views.video import VideoFile
+import numpy as np
+
+ORIGIN_COLOURS = {ALIKE: '#d9d9d9', FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
+ORIGIN_WORDS = {
+    'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
+    'realtime': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
+                 SECOND: 'from the other seed'},
+    'quality': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
+                SECOND: 'from mutants and others'}}
+CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
+NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no genes to tell of; no ground truth
+TRUTH_TITLE = 'ground truth; dark is unknown'
+WIDTH = 3.4         # inches of a panel with what is around it
+HEIGHTS = 1.4, 6.0  # least and most inches of a panel
+AROUND = 0.5        # inches above and below a panel
+BELOW = 1.2         # inches that the title of all and the bars take
+DOTS = 100, 200     # fewest and most pixels an inch; between, a pixel is one of the images
+LARGE = 1e4         # fitness from which its power of ten stands in the title
+FEW = 12            # generations that are marked on a curve one by one
+DURATION = 10       # seconds of an animation
+RATES = 1, 10       # fewest and most generations a second
+STAY = 2            # seconds that the last one stays
+
+
+def write_evolution(path, convergence, match):
+    """
+    Write the figure of an evolution.
+
+    path: its suffix chooses the format: .png, .pdf or .svg. convergence: the Convergence, at its
+    end. match: the Match.
+    Raises ValueError for another suffix, OSError where it cannot be written.
+    """
+    check_panel_suffix(path)
+    content = io.BytesIO()
+    evolution_figure(convergence, match).savefig(content, format=Path(path).suffix[1:])
+    write_whole(path, content.getvalue())
+
+
+def evolution_figure(convergence, match):
+    """Return what `write_evolution` writes, as a Figure of matplotlib."""
+    snapshots = convergence.shown()
+    layout = _Layout(convergence, len(snapshots), match.disparity)
+    for row, snapshot in enumerate(snapshots):
+        layout.draw(row, snapshot)
+    layout.draw_curves()
+    return layout.figure
+
+
+class EvolutionAnimation:
+    """
+    A video with a frame for each generation, drawn as it comes.
+
+    rate: generations shown a second. figure: of the frames.
+    """
+
+    def __init__(self, path, convergence):
+        """
+        Prepare for a Convergence whose first Snapshot is still to come.
+
+        Raises ValueError where the path is none of a VideoFile.
+        """
+        self.rate = min(max(round(convergence.config.generations / DURATION), RATES[0]), RATES[1])
+        self._video, self._last = VideoFile(path, self.rate), None
+        self._layout = _Layout(convergence, 1, dots=DOTS[0])
+        self.figure = self._layout.figure
+
+    def take(self, snapshot):
+        """Append the frame of the Snapshot that the Convergence took in last."""
+        self._last = self.frame(snapshot)
+        self._video.write(self._last)
+
+    def frame(self, snapshot):
+        """Return the frame of the Snapshot that the Convergence took in last: (R, C, 3) BGR."""
+        self._layout.draw(0, snapshot)
+        self._layout.draw_curves()
+        canvas = self.figure.canvas
+        canvas.draw()
+        self.figure.set_layout_engine('none')   # what does not change stays where it is
+        return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, 2::-1])
+
+    def close(self):
+        """Let the last generation stay for a while, and finish the file; see VideoFile.close."""
+        if self._last is not None:
+            for _ in range(self.rate * STAY):
+                self._video.write(self._last)
+        self._video.close()
+
+
+class _Layout:
+    """Panels and curves in a grid; figure: of matplotlib."""
+
+    def __init__(self, convergence, rows, result=None, dots=None):
+        """
+        Draw what belongs to no single generation.
+
+        rows: of panels, below each other. result: float (R, C), px, of all. dots: pixels an inch.
+        """
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        self._convergence, self._config, self._drawn = convergence, convergence.config, {}
+        above = {'image': None}
+        if convergence.truth is not None:
+            above['truth'] = convergence.truth, TRUTH_TITLE
+        if result is not None:
+            refined = '' if self._config.algorithm == 'paper' else ', refined'
+            invalid = '; dark is invalid' if np.isnan(result).any() else ''
+            above['result'] = result, f'result{refined}{invalid}'
+        curves = ['fitness'] if convergence.truth is None else ['fitness', 'wrong']
+        self._names, self._rows = _names(convergence), rows
+        across = max(len(self._names), len(above) + len(curves))
+        free = across - len(above) - len(curves)
+        mosaic = [[*above, *curves[:1] * free, *curves]] + [
+            [f'{name} {row}' for name in self._names] + ['.'] * (across - len(self._names))
+            for row in range(rows)]
+        columns = convergence.image.shape[1]
+        height = min(max(WIDTH * convergence.image.shape[0] / columns, HEIGHTS[0]), HEIGHTS[1])
+        self.figure = Figure(
+            figsize=(across * WIDTH, (rows + 1) * (height + AROUND) + BELOW), layout='constrained',
+            dpi=dots or min(max(columns / WIDTH, DOTS[0]), DOTS[1]))
+        self.figure.get_layout_engine().set(h_pad=0.08, w_pad=0.06)
+        FigureCanvasAgg(self.figure)
+        self._places = self.figure.subplot_mosaic(mosaic)
+        image = self._places['image']
+        show_map(image, as_rgb(convergence.image), '')
+        image.set_anchor('N')       # below its title, which stands as high as its neighbours'
+        image.set_title(f'{self._config.reference} image, the reference', size='small')
+        for name, (values, title) in list(above.items())[1:]:
+            self._bar('best', self._show(name, 'best', values, title), [self._places[name]])
+
+    def draw(self, row, snapshot):
+        """Draw the panels of a Snapshot into a row; what is explained below stands there once."""
+        for name, (values, title) in panels_of(snapshot, self._convergence).items():
+            key = f'{name} {row}'
+            if key in self._drawn:
+                self._drawn[key].set_data(np.ma.masked_invalid(values))
+                self._places[key].set_title(title, size='small')
+                continue
+            self._drawn[key] = self._show(key, name, values, title)
+            if row == self._rows - 1:
+                self._explain(name, self._drawn[key])
+
+    def draw_curves(self):
+        """Draw fitness, and with truth the error of the best, of all generations so far."""
+        convergence, config = self._convergence, self._config
+        largest = max(abs(row.best) for row in convergence.rows)
+        power = math.floor(math.log10(largest)) if largest >= LARGE else 0
+        scale = 'Eq. 3' if config.algorithm == 'paper' else '1 is perfect'
+        place = self._places['fitness']
+        place.clear()
+        for name in ('best', 'mean', 'worst'):
+            self._draw_curve(place, name, 10.0**-power)
+        place.set_title(f'fitness ({scale})' + (f' / 1e{power}' if power else ''), size='small')
+        place.legend(fontsize='small', loc='lower right')
+        if convergence.truth is not None:
+            place = self._places['wrong']
+            place.clear()
+            self._draw_curve(place, 'wrong')
+            place.set_title('best: off by more than 1 px [%]', size='small')
+            place.set_ylim(0, max(1.1 * max(row.wrong for row in convergence.rows), 1))
+        lowest = config.min_disparity
+        most = 'at most ' if config.algorithm == 'realtime' else ''     # which converges
+        self.figure.suptitle(
+            f'generation {convergence.rows[-1].number} of {most}{config.generations}, profile '
+            f'{config.algorithm}, population {config.population}, disparities {lowest} to '
+            f'{lowest + config.disparities - 1} px')
+
+    def _draw_curve(self, place, name, factor=1.0):
+        rows = self._convergence.rows
+        place.plot([row.number for row in rows], [factor * getattr(row, name) for row in rows],
+                   marker='o' if len(rows) < FEW else None, markersize=4, label=name,
+                   color=CURVE_COLOURS[name])
+        place.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
+        place.tick_params(labelsize='small')
+        place.set_xlabel('generation', size='small')
+        place.set_xlim(-0.5, self._config.generations + 0.5)
+        place.grid(alpha=0.3)
+
+    def _show(self, place, name, values, title):
+        """Draw a map into its place, in the colours of a panel, and return what was drawn."""
+        drawn = show_map(self._places[place], values, '', bar=False,
+                         **_colours(name, self._config))
+        drawn.axes.set_title(title, size='small')
+        drawn.axes.set_anchor('N')
+        background = {'origin': NOTHING, 'mutated': NOTHING, 'error': UNCOUNTED}.get(name)
+        if background:
+            drawn.axes.set_facecolor(background)
+        return drawn
+
+    def _explain(self, name, drawn):
+        """Put below the panels of a name what their colours mean."""
+        if name != 'origin':
+            self._bar(name, drawn, [self._places[f'{name} {row}'] for row in range(self._rows)])
+            return
+        from matplotlib.patches import Patch
+
+        words = dict(ORIGIN_WORDS[self._config.algorithm])
+        if not mutates(self._config, self._config.generations):
+            words.pop(MUTATED, None)
+        drawn.axes.legend(
+            handles=[Patch(color=ORIGIN_COLOURS[code], label=word)
+                     for code, word in words.items()],
+            ncols=2, loc='upper center', bbox_to_anchor=(0.5, 0), fontsize='small', frameon=False)
+
+    def _bar(self, name, drawn, places):
+        """Explain the colours of a panel by a bar below its places."""
+        unit = {'best': 'px', 'mutated': '% of the children',
+                'error': 'error in px; grey does not count'}.get(name, '')
+        exceeded = name == 'error' or (name, self._config.algorithm) == ('mutated', 'paper')
+        bar = self.figure.colorbar(drawn, ax=places, location='bottom', aspect=30, pad=0.02,
+                                   extend='max' if exceeded else 'neither')
+        bar.set_label(unit, size='small')
+        bar.ax.tick_params(labelsize='small')
+
+
+def panels_of(snapshot, convergence):
+    """
+    Return {name: (values, title)} of a Snapshot that the Convergence took in.
+
+    values: float (R, C), NaN where there is nothing.
+    """
+    config, nothing = convergence.config, np.full(snapshot.best.shape, np.nan)
+    generation = f'generation {snapshot.number}' if snapshot.number else 'initial population'
+    panels = {'best': (snapshot.best, f'{generation}: best chromosome'),
+              'possibility': (snapshot.possibility,
+                              f'its possibility, mean {snapshot.possibility.mean():.4f}')}
+    if convergence.truth is not None:
+        counted = True if convergence.mask is None else convergence.mask
+        panels['error'] = (
+            np.where(counted, error_map(snapshot.best, convergence.truth), np.nan),
+            f'{convergence.rows[snapshot.number].wrong:.2f} % off by more than 1 px')
+    if config.generations > 0:
+        panels['origin'] = (nothing if snapshot.origin is None else snapshot.origin,
+                            _origin_title(snapshot, config))
+    if mutates(config, config.generations):
+        panels['mutated'] = (100 * snapshot.mutated, 'changed by mutation') \
+            if mutates(config, snapshot.number) else (nothing, 'no mutation yet')
+    return panels
+
+
+def _names(convergence):
+    """Return the names of the panels of a generation."""
+    config = convergence.config
+    return ['best', *['error'] * (convergence.truth is not None), 'possibility',
+            *['origin'] * (config.generations > 0),
+            *['mutated'] * mutates(config, config.generations)]
+
+
+def _origin_title(snapshot, config):
+    """Return whose genes the origins of a Snapshot are."""
+    if snapshot.origin is None:
+        return 'no parents yet'
+    if config.algorithm != 'paper':
+        return f'its genes, {100 * np.isin(snapshot.origin, (SECOND, MUTATED)).mean():.2f} % new'
+    return 'parents of the fittest child, ' + (
+        'the new best' if snapshot.is_best else 'not the best')
+
+
+def _colours(name, config):
+    """Return the keywords of `show_map` for the panel of this name."""
+    if name == 'best':
+        lowest = config.min_disparity
+        return {'cmap': 'turbo', 'vmin': lowest,
+                'vmax': lowest + max(config.disparities - 1, 1)}
+    if name == 'error':
+        return {'cmap': 'magma', 'vmin': 0, 'vmax': ERROR_LIMIT}
+    if name == 'possibility':
+        return {'cmap': 'viridis', 'vmin': 0, 'vmax': 1}
+    if name == 'mutated':
+        # The paper's patches fall where they may: few cells change in half of the rate.
+        top = max(50 * config.mutation_rate, 1) if config.algorithm == 'paper' else 100
+        return {'cmap': 'magma', 'vmin': 0, 'vmax': top}
+    from matplotlib.colors import ListedColormap
+
+    colours = [ORIGIN_COLOURS[code] for code in sorted(ORIGIN_COLOURS)]
+    return {'cmap': ListedColormap(colours), 'vmin': -0.5, 'vmax': len(colours) - 0.5,
+            'interpolation': 'nearest'}
