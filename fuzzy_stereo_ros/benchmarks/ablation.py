@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.picture import as_svg
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
 from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
-from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
+from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME, Trial
 from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.report import environment, Report
@@ -24,15 +24,6 @@ import numpy as np
 
 TURNS = 3       # of which the fastest counts
 RIVAL = '3WAY'
-
-
-@dataclass(frozen=True)
-class Trial:
-    """What a variant reached: error in percent, fitness, milliseconds."""
-
-    error: float
-    fitness: float = float('nan')
-    milliseconds: float = float('nan')
 
 
 @dataclass(frozen=True)

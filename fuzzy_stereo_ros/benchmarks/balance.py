@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fuzzy_stereo_ros.benchmarks.ablation_tables import signed
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence
-from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME
+from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME, Trial
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
@@ -24,15 +24,6 @@ SHOWN = ('midd2006_third/Midd1', 'midd2006_third/Flowerpots', 'midd2006_third/Ro
          'kitti/kitti2012_color/000000')
 NOISY = 'window, noise'     # sequences on which the previous best is taken away
 EARNS = 3.0                 # percent of the mean error by which a part earns its place
-
-
-@dataclass(frozen=True)
-class Trial:
-    """What a variant reached on a scene: error in percent, fitness of its best, milliseconds."""
-
-    error: float
-    fitness: float
-    milliseconds: float
 
 
 @dataclass(frozen=True)

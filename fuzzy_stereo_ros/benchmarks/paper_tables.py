@@ -8,13 +8,13 @@ each operator earns. Table II: the time of 10 generations of 50 individuals on `
 its size. Figure 4: teddy after 10 generations of 40 and 100 of 70.
 """
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 import time
 
 import cv2
 from fuzzy_stereo_ros.benchmarks.datasets import read_middlebury, read_middlebury_from_right
-from fuzzy_stereo_ros.benchmarks.paper_variants import VARIANTS
+from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS, Trial
 from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
 from fuzzy_stereo_ros.evaluation.grey_scales import MIDDLEBURY_FOLDERS
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KnownPair, MIDDLEBURY, read_mask
@@ -38,22 +38,6 @@ FIGURE_4 = ({'population': 40, 'generations': 10}, {'population': 70, 'generatio
 RIVAL = '3WAY'
 WARM_UP_ROWS = 32
 LITERAL = {'reading': 'literal', 'neighbourhood': 5}
-
-
-@dataclass(frozen=True)
-class Trial:
-    """
-    What one matcher reached on a pair.
-
-    bad, bad_of_all: bad-1 in percent, of the pixels that count and of all with a truth
-    milliseconds: processor time; first_fitness, last_fitness: of the best
-    """
-
-    bad: float
-    milliseconds: float
-    first_fitness: float = float('nan')
-    last_fitness: float = float('nan')
-    bad_of_all: float = float('nan')
 
 
 @dataclass(frozen=True)
@@ -113,8 +97,7 @@ def table_one(request, scene):
                                                          of_all=of_all)
     of_seeds = list(found.values())[1:]
     found['uniform, random, mean of the seeds'] = Trial(
-        *np.mean([(trial.bad, trial.milliseconds, trial.first_fitness, trial.last_fitness,
-                   trial.bad_of_all) for trial in of_seeds], axis=0).tolist())
+        *np.mean([astuple(trial) for trial in of_seeds], axis=0).tolist())
     found['literal, winner takes all'] = attempt(from_left(**LITERAL, **winners), known,
                                                  of_all=of_all)
     found['uniform, winner takes all without evolution'] = attempt(
@@ -132,8 +115,8 @@ def operators_table(request, scene):
     """Return {variant of the operators: `Trial`} of one scene."""
     known, of_all = scene.read(), all_pixels(request.data, scene)
     config = paper_config(scene.disparities, reference='left')
-    return {variant.name: attempt(variant.config(config), known, of_all=of_all,
-                                  stages=variant.stages_for(config)) for variant in VARIANTS}
+    return {variant.name: attempt(replace(config, **variant.changes), known, of_all=of_all,
+                                  stages=variant.stages) for variant in PAPER_OPERATORS}
 
 
 def all_pixels(data, scene):
@@ -158,7 +141,7 @@ def table_two(request):
     milliseconds, disparity = fastest(TABLE_II_TURNS, lambda: dense(
         rival.match(known.left, known.right, TABLE_II_DISPARITIES)))
     found[f'OpenCV {rival.name}, dense'] = Trial(bad_percent(disparity, known, LIMIT),
-                                                 milliseconds)
+                                                 milliseconds=milliseconds)
     return found, name
 
 
@@ -189,8 +172,8 @@ def attempt(config, known, turns=1, of_all=None, stages=None):
         return matcher.match(known.left, known.right)
     milliseconds, match = fastest(turns, match)
     fitness = [generation.best_fitness for generation in match.history] or [float('nan')]
-    return Trial(bad_percent(match.disparity, known, LIMIT), milliseconds, fitness[0],
-                 fitness[-1], bad_percent(match.disparity, replace(known, counts=of_all), LIMIT))
+    return Trial(bad_percent(match.disparity, known, LIMIT), fitness[-1], milliseconds, fitness[0],
+                 bad_percent(match.disparity, replace(known, counts=of_all), LIMIT))
 
 
 def fastest(turns, work):
@@ -254,7 +237,7 @@ def _beside_table(scenes, found):
 def _operators_table(pairs, found):
     rows = []
     for line, *cells in _rows(found):
-        fitness = [100 * one[line].last_fitness / one[VARIANTS[0].name].last_fitness
+        fitness = [100 * one[line].fitness / one[PAPER_OPERATORS[0].name].fitness
                    for one in found]
         rows.append((line, *cells, f'{np.mean(fitness):.3f}'))
     return Table('What the operators earn, uniform reading, random population, equal work',
@@ -274,9 +257,9 @@ def _rows(found):
     for line in found[0]:
         trials = [one[line] for one in found]
         rows.append((
-            line, *(f'{trial.bad:.2f} / {trial.bad_of_all:.2f}' for trial in trials),
-            float(np.mean([trial.bad for trial in trials])),
-            float(np.mean([trial.bad_of_all for trial in trials])),
+            line, *(f'{trial.error:.2f} / {trial.error_of_all:.2f}' for trial in trials),
+            float(np.mean([trial.error for trial in trials])),
+            float(np.mean([trial.error_of_all for trial in trials])),
             float(np.mean([trial.milliseconds for trial in trials])) / 1000))
     return rows
 
@@ -285,7 +268,7 @@ def _second_table(trials, name):
     paper = TABLE_II['the paper']
     rows = [(f'{line}, as printed', None, milliseconds, f'{milliseconds / paper:.3f}')
             for line, milliseconds in TABLE_II.items()]
-    rows += [(line, trial.bad, trial.milliseconds, f'{trial.milliseconds / paper:.4f}')
+    rows += [(line, trial.error, trial.milliseconds, f'{trial.milliseconds / paper:.4f}')
              for line, trial in trials.items()]
     columns, height = TABLE_II_SIZE
     return Table(f'Table II: {name}, {columns}x{height}, {TABLE_II_DISPARITIES} disparities',
@@ -299,6 +282,6 @@ def _figure_table(scene, found):
     return Table(f'Figure 4: {scene.name}, profile paper',
                  ('', 'reference', 'off by more than 1 px [%]', 'seconds',
                   'fitness, first generation', 'last generation'),
-                 [(setting, side, trial.bad, trial.milliseconds / 1000,
-                   f'{trial.first_fitness:.4g}', f'{trial.last_fitness:.4g}')
+                 [(setting, side, trial.error, trial.milliseconds / 1000,
+                   f'{trial.first_fitness:.4g}', f'{trial.fitness:.4g}')
                   for (setting, side), trial in found.items()])

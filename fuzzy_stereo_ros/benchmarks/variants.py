@@ -8,12 +8,12 @@ are slower than they need to be.
 """
 from dataclasses import dataclass, field
 
-from fuzzy_stereo_ros.benchmarks.paper_variants import ALONE, no_mutation
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
+from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fuzzy_classes import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
-from fuzzy_stereo_ros.matching.paper.operators import copy_parents
+from fuzzy_stereo_ros.matching.paper.population import Kinship
 from fuzzy_stereo_ros.matching.quality.evidence import NoEvidence
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
@@ -23,6 +23,22 @@ import numpy as np
 
 _BITS = 8           # of a byte plane: steps of a membership
 _SIGMA = 54.0       # grey levels, standard deviation of the paper's classes
+
+
+@dataclass(frozen=True)
+class Trial:
+    """
+    What a variant, or a rival, reached.
+
+    error, error_of_all: percent of the pixels that count, and of all with a truth, that are off
+    fitness, first_fitness: of its best, in the end and after the first generation
+    """
+
+    error: float
+    fitness: float = float('nan')
+    milliseconds: float = float('nan')
+    first_fitness: float = float('nan')
+    error_of_all: float = float('nan')
 
 
 @dataclass(frozen=True)
@@ -120,6 +136,11 @@ def paper_line(rows, columns, neighbours):
     return Line()
 
 
+def trust_everything(crew, disparity, other, lowest):
+    """Let all matches count in full: what result.consistent takes and returns."""
+    return np.ones(disparity.shape, np.bool_)
+
+
 def end_turn(population, random):
     """Let the next chromosome have its turn, without crossing this one with the first."""
     population.current = (population.current + 1) % len(population.fitness)
@@ -133,9 +154,10 @@ def _quality_without(*names, **others):
 
 QUALITY = (
     DEFAULT,
-    Variant('no population: one chromosome', {'population': 1}, part='population'),
+    Variant('population of 2', {'population': 2}),
     Variant('population of 4, twice the generations', {'population': 4, 'generations': 8}),
-    Variant('siblings are not crossed', stages=_quality_without(crossover=end_turn)),
+    Variant('population of 2, siblings are not crossed', {'population': 2},
+            stages=_quality_without(crossover=end_turn)),
     Variant('no crossover: a proposal as a whole', stages=QualityStages(crossover=whole),
             part='crossover'),
     Variant("the paper's line crossover", stages=QualityStages(crossover=paper_line)),
@@ -148,12 +170,89 @@ QUALITY = (
     Variant('disparities have to be smooth, not planes', stages=QualityStages(flat=True)),
     Variant('no evidence asked for', stages=QualityStages(evidence=NoEvidence)),
     Variant('views judge each other at the start alone', stages=_quality_without('trust')),
+    Variant('trust everything: views never judge each other',
+            stages=QualityStages(trusted=trust_everything)),
 )
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """An operator that does another one a number of times."""
+
+    operator: object
+    times: int
+
+    def __call__(self, tools, population, random):
+        """Do it."""
+        for turn in range(self.times):
+            self.operator(tools, population, random.child(turn))
+
+
+def select_from_all(tools, population, random):
+    """Select among all chromosomes, without islands."""
+    population.islands = [np.arange(len(population.genes))]
+    operators.select(tools, population, random)
+
+
+def select_blindly(tools, population, random):
+    """Retain as many as selection would, whoever they are; all of them are as likely to mate."""
+    order = np.argsort(random.child(0).uniform(len(population.genes)))
+    retained = order[:operators.elite_size(order.size, tools.config.elite)]
+    others = order[retained.size:]
+    draws = random.child(1).uniform(2 * others.size).reshape(2, -1)
+    population.kinship = Kinship(others, operators.couples(retained, *draws))
+    population.generation += 1
+
+
+def cross_by_cut(tools, population, random):
+    """Fuse the parents of each child by a minimum cut, unless they are too unlike."""
+    operators.copy_parents(tools, population, random)
+    for child, (_, second) in zip(*population.kinship):
+        operators.take_over(tools, population, child, second, *tools.fusion(),
+                            operators.FEW_CELLS)
+
+
+def no_mutation(tools, population, random):
+    """Leave the children as crossover made them."""
+
+
+def _times_of_a_population():
+    """Return how many children of the default population mutate in a generation."""
+    config = MatcherConfig.from_profile('paper')
+    children = config.population - operators.elite_size(config.population, config.elite)
+    return round(config.mutation_rate * children)
+
+
+ALONE = Variant(
+    'one chromosome, as many mutations', {'population': 1, 'mutation_rate': 1.0},
+    PaperStages(crossover=operators.copy_parents, migration=None,
+                mutation=Repeated(PaperStages().mutation, _times_of_a_population())),
+    part='population')
+NO_MUTATION = Variant('no mutation', stages=PaperStages(mutation=no_mutation), part='mutation')
 PAPER = (
-    DEFAULT,
-    Variant(ALONE.name, {'population': 1, 'mutation_rate': 1.0},
-            ALONE.stages_for(MatcherConfig.from_profile('paper')), part='population'),
+    DEFAULT, ALONE,
     Variant('no crossover: neither regions nor migration',
-            stages=PaperStages(crossover=copy_parents, migration=None), part='crossover'),
-    Variant('no mutation', stages=PaperStages(mutation=no_mutation), part='mutation'),
+            stages=PaperStages(crossover=operators.copy_parents, migration=None),
+            part='crossover'),
+    NO_MUTATION,
+)
+# The operators of the uniform reading, one exchanged at a time, at equal work: as many patches.
+PAPER_OPERATORS = (
+    Variant('as it is: islands, regions, fusion between islands'), ALONE,
+    Variant('one population: no islands',
+            stages=PaperStages(selection=select_from_all, migration=None)),
+    Variant('one population, line crossover',
+            stages=PaperStages(selection=select_from_all, crossover=operators.cross_at_lines,
+                               migration=None)),
+    Variant('one population, fusion by cut',
+            stages=PaperStages(selection=select_from_all, crossover=cross_by_cut,
+                               migration=None)),
+    Variant('one population, no crossover',
+            stages=PaperStages(selection=select_from_all, crossover=operators.copy_parents,
+                               migration=None)),
+    Variant('islands without migration', stages=PaperStages(migration=None)),
+    Variant('islands without crossover of regions',
+            stages=PaperStages(crossover=operators.copy_parents)),
+    Variant('no selection', stages=PaperStages(selection=select_blindly, migration=None)),
+    NO_MUTATION,
 )

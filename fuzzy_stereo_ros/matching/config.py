@@ -130,7 +130,7 @@ PROFILES = {
     'realtime': {},
     'quality': {
         'warm_start': False,
-        'population': 2,
+        'population': 1,
         'generations': 4,
         'algorithm': 'quality',
     },

@@ -36,7 +36,6 @@ class PlaneFitness:
         self._masses, self._across, self._down = (np.zeros(shape, np.float32) for _ in range(3))
         self.trust = np.full(shape, kernels.TRUSTED, np.int32)
         self._numbers = np.zeros(shape, np.int32)
-        self._all = np.ones(shape, np.bool_)
         self._sums = np.zeros(rows, np.int64)
         self._by_colour = (255 * np.exp(-np.arange(766) / SUPPORT_COLOUR)).astype(np.float32)
         distance = np.arange(-RADIUS, RADIUS + 1) * STRIDE
@@ -78,7 +77,7 @@ class PlaneFitness:
         selected: bool (R, C), for which planes; 0 for others
         """
         costs = np.zeros(planes.shape[:2], np.int32)
-        selected = self._all if selected is None else selected
+        selected = np.ones(costs.shape, np.bool_) if selected is None else selected
         crew.each(lambda band: kernels.plane_costs(
             self._volume, self.disparities_searched, planes, selected, self._supports,
             self._masses, RADIUS, STRIDE, self._origin, self._lean, costs, band[1], band[2]),

@@ -4,9 +4,9 @@
 The profile `quality`: genes are planes, and both views of a pair evolve.
 
 One pair: scanlines give each view a dense seed; planes fitted around its pixels are the first
-chromosome, those of the profile `realtime` the second. Mutants are planes of segments and tiles;
-fusion by a minimum cut takes what is fitter, where the images do not speak against it. The views
-judge each other: where they disagree, a match counts little.
+chromosome, those of the profile `realtime` the second if there is one. Mutants are planes of
+segments and tiles; fusion by a minimum cut takes what is fitter, where the images do not speak
+against it. The views judge each other: where they disagree, a match counts little.
 """
 from collections.abc import Callable
 from typing import NamedTuple
@@ -15,15 +15,14 @@ from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import evolve
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.quality.evidence import Evidence
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes
 from fuzzy_stereo_ros.matching.quality.population import Population, View
-from fuzzy_stereo_ros.matching.quality.regions import Segmentation
-from fuzzy_stereo_ros.matching.quality.result import compare, refine
+from fuzzy_stereo_ros.matching.quality.regions import segments_of
+from fuzzy_stereo_ros.matching.quality.result import consistent, refine
 from fuzzy_stereo_ros.matching.quality.seed import realtime_maps, ScanlineSeed
 from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 import numpy as np
@@ -38,12 +37,14 @@ class Stages(NamedTuple):
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called
     evidence: called with rows and columns, refuses what the images speak against
+    trusted: where matches count in full: see result.consistent
     flat: whether disparities have to be smooth, not planes
     """
 
     crossover: Callable = Cut
     operators: dict = OPERATORS
     evidence: Callable = Evidence
+    trusted: Callable = consistent
     flat: bool = False
 
 
@@ -55,16 +56,10 @@ class QualityMatcher:
     """
 
     def __init__(self, config, rows, columns, stages=None):
-        """Allocate what small memory pairs of one size need."""
+        """Take no memory: a pair does, and gives most of it back with the next one."""
         self._config, self._shape = config, (rows, columns)
         self._stages, self._crew = stages or Stages(), Crew(config.threads)
-        exchange = Exchange(rows, columns, 4)
-        crossover = self._stages.crossover(rows, columns, 4)
-        self._segmentation = Segmentation(rows, columns)
-        self.population = Population([
-            View(self._crew, PlaneFitness(rows, columns, config.disparities, self._stages.flat),
-                 crossover, exchange, self._stages.evidence) for _ in range(2)],
-            config.min_disparity)
+        self.population = None
 
     def match(self, left, right, previous, random, budget, observe=None):
         """
@@ -74,13 +69,16 @@ class QualityMatcher:
         observe: as `evolve` takes them
         """
         watch = Stopwatch()
+        self.population = None
         seeds, volume = self._seeds(left, right, random, budget)
         watch.took('seeds')
-        self._look(seeds, volume)
+        self.population = self._initial_population(seeds, volume)
+        del volume, seeds[1:]       # what the refinement does not need
         watch.took('views')
         history = evolve(self.population, self._stages.operators, random, budget, observe)
         watch.took('generations')
-        disparity, confidence = refine(self._crew, self._config, self.population, seeds[0])
+        disparity, confidence = refine(self._crew, self._config, self.population, seeds[0],
+                                       random.child(0))
         watch.took('refinement')
         return Match(disparity, confidence, history, watch.times, False), None
 
@@ -122,22 +120,23 @@ class QualityMatcher:
         seeds = [scanlines.find(*pair, found, budget.in_time) for pair, found in zip(pairs, maps)]
         return seeds, scanlines.costs_of_pixels(left, right)
 
-    def _look(self, seeds, volume):
-        """Let the views take in a pair, and make the initial population."""
-        lowest, columns = self._config.min_disparity, self._shape[1]
-        maps = []
-        for view, seed, origin in zip(self.population.views, seeds, (None, columns - 1 + lowest)):
-            view.colour = seed.colour
+    def _initial_population(self, seeds, volume):
+        """Return the population of a pair: planes around the pixels of both seeds."""
+        stages, lowest, columns = self._stages, self._config.min_disparity, self._shape[1]
+        tools = (stages.crossover(*self._shape, 4), Exchange(*self._shape, 4),
+                 stages.evidence(*self._shape))
+        views, maps = [], []
+        for seed, origin in zip(seeds, (None, columns - 1 + lowest)):
             seen = ROOT * np.sqrt(seed.colour.astype(np.float32))
-            view.fitness.look(self._crew, volume, origin, seed.colour, seen, seed.weak)
-            view.segments = self._segmentation.of(seen)
-            surfaces = [local_planes(self._crew, surface, seed.colour)
-                        for surface in (seed.surface, seed.realtime)]
-            maps.append([surfaces[place % 2].copy() for place in range(self._config.population)])
-        surfaces = [seed.surface for seed in seeds]
-        for view, one, other in zip(self.population.views, surfaces, reversed(surfaces)):
-            view.fitness.trust_consistent(compare(self._crew, one, other, lowest) != REFUSED)
-        self.population.initialise(maps)
+            fitness = PlaneFitness(*self._shape, self._config.disparities, stages.flat)
+            fitness.look(self._crew, volume, origin, seed.colour, seen, seed.weak)
+            views.append(View(self._crew, fitness, seed.colour, segments_of(seen), tools))
+            maps.append([local_planes(self._crew, (seed.surface, seed.realtime)[place % 2],
+                                      seed.colour) for place in range(self._config.population)])
+        population = Population(views, lowest, stages.trusted)
+        population.judge([seed.surface for seed in seeds])
+        population.initialise(maps)
+        return population
 
     def _planes_of(self, chromosome):
         """Return whole labels as planes."""

@@ -8,7 +8,7 @@ turn it is, in both views.
 """
 from fuzzy_stereo_ros.matching.kernels.planes import fits
 from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
-from fuzzy_stereo_ros.matching.quality.regions import tiles
+from fuzzy_stereo_ros.matching.quality.regions import listed, tiles
 import numpy as np
 
 FITTED_TILES = 40, 20        # px, tiles that take the plane fitted to them
@@ -18,7 +18,8 @@ COPIED_TILES = 30, 12        # px, tiles that take the plane of one of their pix
 def segment_planes(population, random):
     """Propose to each segment, coarse ones first, the plane fitted to it."""
     for view, member, own in _turn(population, random, 0):
-        for scale, regions in reversed(list(enumerate(view.segments))):
+        for scale, labels in reversed(list(enumerate(view.segments))):
+            regions = listed(*labels)
             planes = _fitted(view, member, regions, own.child(scale))
             _propose(view, member, planes, regions, own.child(scale))
     population.measure(population.current)
@@ -61,8 +62,7 @@ def cross_siblings(population, random):
 def judge_each_other(population, random):
     """Trust matches where the views of the first chromosome agree, once all had their turn."""
     if population.current == 0:
-        for view, consistent in zip(population.views, population.consistent()):
-            view.trust_consistent(consistent)
+        population.judge([view.disparities(view.members[0]) for view in population.views])
         population.measure_all()
 
 

@@ -8,9 +8,7 @@ fittest: it takes what is fitter from the others. The views judge each other: wh
 the first disagree, matches count little in the fitness of all.
 """
 from fuzzy_stereo_ros.matching.kernels.planes.costs import select_differing, take_planes
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
-from fuzzy_stereo_ros.matching.quality.evidence import Evidence
-from fuzzy_stereo_ros.matching.quality.result import compare
+from fuzzy_stereo_ros.matching.quality.result import consistent
 import numpy as np
 
 
@@ -26,15 +24,14 @@ class View:
     """
     One view of a pair: its fitness, its segments, and the maps of all chromosomes.
 
-    members: list of `Member`; segments: list of `Regions`, finest first; colour: uint8 (R, C, 3)
+    members: list of `Member`; segments: see segments_of; colour: uint8 (R, C, 3)
     """
 
-    def __init__(self, crew, fitness, crossover, exchange, evidence=Evidence):
-        """crossover: see crossover.py; exchange: memory of it; evidence: see evidence.py."""
-        self.crew, self.fitness = crew, fitness
-        self._crossover, self._exchange = crossover, exchange
-        self._evidence = evidence(*exchange.shape)
-        self.members, self.segments, self.colour = [], [], None
+    def __init__(self, crew, fitness, colour, segments, tools):
+        """tools: a crossover and its `Exchange`, see crossover.py, and an `Evidence`."""
+        self.crew, self.fitness, self.colour, self.segments = crew, fitness, colour, segments
+        self._crossover, self._exchange, self._evidence = tools
+        self.members = []
 
     def measured(self, planes):
         """Return a plane map as a `Member`."""
@@ -98,9 +95,9 @@ class Population:
 
     converged = False
 
-    def __init__(self, views, lowest):
-        """Bind to the views; lowest: px, the disparity that planes count from."""
-        self.views, self._lowest = views, lowest
+    def __init__(self, views, lowest, trusted=consistent):
+        """lowest: px, the disparity that planes count from; trusted: see result.consistent."""
+        self.views, self._lowest, self._trusted = views, lowest, trusted
         self.current, self.fitness = 0, np.zeros(1)
 
     def initialise(self, maps):
@@ -143,8 +140,7 @@ class Population:
         for place in range(len(self.fitness)):
             self.measure(place)
 
-    def consistent(self):
-        """Return of each view where its first map agrees with that of the other: bool (R, C)."""
-        maps = [view.disparities(view.members[0]) for view in self.views]
-        return [compare(view.crew, one, other, self._lowest) != REFUSED
-                for view, one, other in zip(self.views, maps, reversed(maps))]
+    def judge(self, maps):
+        """Let matches of a view count in full where the maps of both agree: float32 (R, C), px."""
+        for view, one, other in zip(self.views, maps, reversed(maps)):
+            view.trust_consistent(self._trusted(view.crew, one, other, self._lowest))

@@ -3,8 +3,7 @@
 """
 How possible a match is, by census, colour and gradient of pixels and of their supports.
 
-Not in the paper: see kernels/fuzzy_costs.py. A model is a set of scales; members of a population
-that come from different models err at different places.
+Not in the paper: see kernels/possibility/fuzzy_costs.py. A model is a set of scales.
 """
 from typing import NamedTuple
 
@@ -82,16 +81,15 @@ class Picture:
 
 class SupportPossibility:
     """
-    The costs of all matches of a pair, under one model after the other.
+    The costs of all matches of a pair.
 
     costs: uint16 (R, C, labels), 0 to FULL, labels padded to a multiple of LANES
     """
 
-    def __init__(self, rows, columns, disparities, models):
-        """Allocate for images of a size and for some models."""
+    def __init__(self, rows, columns, disparities, model):
+        """Allocate for images of a size and for a model, or one of less rounds."""
         labels = -(-disparities // LANES) * LANES
-        planes = max(_code_planes(model) for model in models)
-        longest = max(model.longest for model in models)
+        planes, longest = _code_planes(model), model.longest
         self.disparities, self._bands = disparities, cut_bands(rows)
         self._left = Picture(rows, columns, 0, planes)
         self._right = Picture(rows, columns, labels, planes)

@@ -43,28 +43,23 @@ def tiles(shape, side, random):
     return listed(labels, fits.label_tiles(side, down, right, labels))
 
 
-class Segmentation:
-    """The memory that segments of one image size need."""
+def segments_of(seen):
+    """
+    Return the segments of an image, finest first: of each scale labels and how many there are.
 
-    def __init__(self, rows, columns):
-        """Allocate."""
-        pixels = rows * columns
-        self._differences = np.zeros(2 * pixels, np.int16)
-        self._starts = np.zeros(segments.LEVELS + 1, np.int32)
-        self._order = np.zeros(2 * pixels, np.int32)
-        self._parent, self._size = (np.zeros(pixels, np.int32) for _ in range(2))
-        self._inner = np.zeros(pixels, np.float32)
-
-    def of(self, seen):
-        """Return the segments of an image, finest first; seen: float32 (R, C, 3)."""
-        blurred = cv2.GaussianBlur(seen, (0, 0), BLUR)
-        edges = self._order[:segments.sort_edges(
-            blurred, self._differences, self._starts, self._order)]
-        found = []
-        for scale, smallest in SCALES:
-            labels = np.zeros(seen.shape[:2], np.int32)
-            number = segments.join_pixels(
-                edges, self._differences, seen.shape[1], np.float32(scale), smallest,
-                self._parent, self._size, self._inner, labels.reshape(-1))
-            found.append(listed(labels, number))
-        return found
+    seen: float32 (R, C, 3); labels: int32 (R, C), from 0, see listed
+    """
+    rows, columns = seen.shape[:2]
+    pixels = rows * columns
+    differences, order = np.zeros(2 * pixels, np.int16), np.zeros(2 * pixels, np.int32)
+    edges = order[:segments.sort_edges(
+        cv2.GaussianBlur(seen, (0, 0), BLUR), differences,
+        np.zeros(segments.LEVELS + 1, np.int32), order)]
+    parent, size = (np.zeros(pixels, np.int32) for _ in range(2))
+    inner, found = np.zeros(pixels, np.float32), []
+    for scale, smallest in SCALES:
+        labels = np.zeros((rows, columns), np.int32)
+        found.append((labels, segments.join_pixels(
+            edges, differences, columns, np.float32(scale), smallest, parent, size, inner,
+            labels.reshape(-1))))
+    return found

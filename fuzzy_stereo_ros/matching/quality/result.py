@@ -6,13 +6,18 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.planes.views import compare_views
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, refuse_speckles
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
+    CONSISTENT, refuse_speckles, REFUSED)
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
+from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
+from fuzzy_stereo_ros.matching.quality.regions import listed
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND
 import numpy as np
 
 MOST = 1.0               # px by which the views may differ
 NEAR, SEED_SHARE = 1.0, 0.7     # px within which the seed counts as well, and its share
+FLAT, FLAT_SHARE = 0.3, 0.8      # px within which such a share of a segment lies in a plane
+FLAT_LEAST, FAR = 100, 0.5       # px of it that tell; px from the plane of what is something else
 ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
 REACH = RADIUS * STRIDE   # px of a support that must lie within the other image too
 FAINT = 0.004            # contrast with them that makes half sure
@@ -29,6 +34,11 @@ def compare(crew, disparity, other, lowest):
     return verdict
 
 
+def consistent(crew, disparity, other, lowest):
+    """Return where a map does not contradict that of the mirrored other view: bool (R, C)."""
+    return compare(crew, disparity, other, lowest) != REFUSED
+
+
 def finished(disparity, seed):
     """
     Return the disparities of planes, averaged with those of the seed where both are near.
@@ -37,6 +47,28 @@ def finished(disparity, seed):
     """
     near = abs(disparity - seed.surface) <= NEAR
     return disparity + near * np.float32(SEED_SHARE) * (seed.surface - disparity)
+
+
+def flattened(view, disparity, surface, random):
+    """
+    Return disparities, those of segments that lie in one plane averaged with it.
+
+    A plane over a large region errs by less than its pixels do; a segment that is curved has too
+    few pixels near any plane. surface: float32 (R, C), px, what the planes are fitted to
+    """
+    trusted, result = view.fitness.trusted(), disparity
+    for labels, number in view.segments[1:]:        # the finest are too small to tell
+        regions = listed(labels, number)
+        planes = region_planes(view.crew, surface, trusted, regions, random)
+        plane = view.fitness.disparities(view.crew, spread(
+            view.crew, planes, np.arange(number, dtype=np.int32), regions))
+        apart = abs(plane - disparity)
+        known, near = (np.add.reduceat(chosen.reshape(-1)[regions.pixels], regions.starts[:-1],
+                                       dtype=np.int32)
+                       for chosen in (trusted, trusted & (apart < FLAT)))
+        flat = (known > FLAT_LEAST) & (near >= FLAT_SHARE * known)
+        result = np.where(flat[labels] & (apart < FAR), (disparity + plane) / 2, result)
+    return result
 
 
 def certainty(view, member, seed, lowest):
@@ -65,9 +97,9 @@ def contrast(view, member, disparity, lowest):
     highest = view.fitness.disparities_searched - 1
     pointed = np.arange(disparity.shape[1]) - lowest - disparity
     total, number = (np.zeros(disparity.shape, np.float32) for _ in range(2))
+    moved = member.planes.copy()
     for away in ELSEWHERE:
-        moved = member.planes.copy()
-        moved[..., 2] += away
+        np.add(member.planes[..., 2], np.float32(away), out=moved[..., 2])
         inside = ((disparity + away >= 0) & (disparity + away <= highest)
                   & (pointed - away >= REACH)
                   & (pointed - away < disparity.shape[1] - REACH))
@@ -78,24 +110,24 @@ def contrast(view, member, disparity, lowest):
     return mean if highest >= min(map(abs, ELSEWHERE)) else np.ones_like(mean)
 
 
-def refine(crew, config, population, seed):
+def refine(crew, config, population, seed, random):
     """
     Return disparities, px, and how sure they are, 0 to 1: float32 (R, C).
 
-    population: the evolved `Population`; seed: the `Seed` of the left view
+    population: the evolved `Population`; seed: the `Seed` of the left view; random: a `Random`
     """
     (left, member), (right, other) = (
         (view, view.members[population.best]) for view in population.views)
     planes = left.disparities(member)
     verdict = compare(crew, planes, right.disparities(other), config.min_disparity)
-    disparity = finished(planes, seed)
+    disparity = flattened(left, finished(planes, seed), seed.surface, random)
     if config.speckle_size > 1:
-        runs = [np.zeros(verdict.size, np.int32) for _ in range(4)]
         refuse_speckles(np.rint(disparity).astype(np.int16).reshape(-1), verdict.reshape(-1),
-                        verdict.shape[1], config.speckle_range, config.speckle_size, *runs)
-    consistent = verdict == CONSISTENT
-    sure = certainty(left, member, seed, config.min_disparity) * consistent
-    confidence = cv2.blur(sure, (AROUND, AROUND)) * consistent
+                        verdict.shape[1], config.speckle_range, config.speckle_size,
+                        *(np.zeros(verdict.size, np.int32) for _ in range(4)))
+    agreed = verdict == CONSISTENT
+    sure = certainty(left, member, seed, config.min_disparity) * agreed
+    confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed
     confidence[confidence < LEAST_SURE] = 0
     disparity += np.float32(config.min_disparity)
     if not config.fill:

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The seed of the profile `quality`: scanline optima of several models under one fitness.
+The seed of the profile `quality`: scanline optima under one fitness.
 
 The parent is what the profile `realtime` finds. The children are scanline optima that lean on it
-everywhere, only where texture is weak, or not at all, or that know no parent. The first one takes
-its place; partition crossover gives it the fitter regions of the others.
+everywhere, only where texture is weak, or not at all. The first one takes its place; partition
+crossover gives it the fitter regions of the others.
 """
 from typing import NamedTuple
 
@@ -25,8 +25,6 @@ import numpy as np
 
 SHARP = Model(census=12, colour=43, slope=2, gradient=30, blurs=(0.4,), longest=8, near=4,
               rounds=2)
-WIDE = Model(census=14, colour=43, slope=2, gradient=12, blurs=(0.5, 0.9), longest=9, near=3,
-             rounds=3)
 LEVEL = 0.4              # px of a parent's surface that supports may span
 PARENT_RADIUS, PARENT_LIMIT = 6, 1.5     # of the local planes that make a parent's surface, px
 OUTPUT_RADIUS, OUTPUT_LIMIT = 4, 0.6     # and of those of the result
@@ -42,18 +40,14 @@ class Child(NamedTuple):
     weak: float              # and where it is weak
     smoothness: Smoothness
     steepest: int            # px a pixel that paths follow the parent's surface; 0, they do not
-    cold: Model | None = None    # made without a parent, under a model of its own
 
 
-FIRM = Smoothness(jump=4.0, small=0.1, at_edge=0.1, edge=20.0)
-LOOSE = FIRM._replace(jump=3.0)
+LOOSE = Smoothness(jump=3.0, small=0.1, at_edge=0.1, edge=20.0)
 CHILDREN = {
     'leaning': Child(20, 60, LOOSE, 0),
     'leaning_where_weak': Child(0, 60, LOOSE, 2),
     'independent': Child(0, 0, LOOSE._replace(small=0.05), 0),
-    'cold': Child(0, 0, FIRM, 0, cold=WIDE),
 }
-PLAN = tuple(CHILDREN)
 UNBIASED = 'independent'     # the child that tells what the data alone say
 
 
@@ -82,11 +76,10 @@ class ScanlineSeed:
         """Allocate for the disparities of a MatcherConfig."""
         self._config = config
         self._crew = Crew(config.threads)
-        self._scanlines = ScanlineStrips(rows, columns, config.disparities, [SHARP, WIDE])
-        self._fitness = SurfaceFitness(
-            (rows, columns, self._scanlines.padded), config.disparities)
+        self._scanlines = ScanlineStrips(rows, columns, config.disparities, SHARP)
+        self._fitness = SurfaceFitness(rows, columns, config.disparities)
         self._dense = DenseSurface(rows, columns, config.disparities)
-        self._parent, self._nothing = (np.zeros((rows, columns), np.float32) for _ in range(2))
+        self._parent = np.zeros((rows, columns), np.float32)
 
     def find(self, left, right, realtime, in_time):
         """
@@ -108,13 +101,14 @@ class ScanlineSeed:
         """
         Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
 
-        It is memory of the seeds, which are lost.
+        No seed can be found afterwards.
         """
+        self._scanlines.end_search()
         self._look(left, right)
-        volume = self._fitness.volume
+        volume = np.empty((*self._parent.shape, self._scanlines.padded), np.uint8)
         for strip in self._scanlines.strips:
             costs = self._scanlines.fill(
-                self._crew, strip, SHARP._replace(rounds=0), self._nothing, LEVEL)
+                self._crew, strip, SHARP._replace(rounds=0), self._parent, LEVEL)
             keep_bytes(self._crew, costs[strip.here], volume[strip.rows])
         return volume
 
@@ -129,48 +123,54 @@ class ScanlineSeed:
 
     def _join_children(self, seed, in_time):
         """Give the seed the first child, then the fitter regions of each of the others."""
-        found, dense = self._scanlines, self._dense
+        found, dense, fitness = self._scanlines, self._dense, self._fitness
         self._parent[:] = seed.realtime
         surface = dense.smooth(self._crew, self._parent, self._colour, PARENT_RADIUS,
                                PARENT_LIMIT).copy()
-        child = np.zeros_like(seed.surface)
-        for name in PLAN:
-            if not self._search(name, surface, seed.weak, in_time):
+        children = []
+        for name, child in CHILDREN.items():
+            if not self._search(child, surface, seed.weak, in_time):
                 break
             dense.check(self._crew, found.labels, found.target, self._inside)
-            if name == PLAN[0]:
-                self._fitness.trust(dense.verdict == REFUSED)
+            if not children:
+                fitness.trust(dense.verdict == REFUSED)
             if name == UNBIASED:
                 seed.labels[:], seed.margins[:] = found.labels, found.margins
-            dense.fill(self._crew, found.labels, found.offsets, self._colour, child)
-            if name == PLAN[0]:
-                seed.surface[:] = child
-            else:
-                self._fitness.join(self._crew, seed.surface, child, STEPS)
+            children.append(np.empty_like(surface))
+            dense.fill(self._crew, found.labels, found.offsets, self._colour, children[-1])
+        if children:
+            seed.surface[:] = children[0]
+            costs = self._costs_of(children, surface)
+            for other, its_costs in zip(children[1:], costs[1:]):
+                fitness.join(seed.surface, costs[0], other, its_costs, STEPS)
         seed.surface[:] = dense.smooth(self._crew, seed.surface, self._colour, OUTPUT_RADIUS,
                                        OUTPUT_LIMIT)
 
-    def _search(self, name, surface, weak, in_time):
+    def _search(self, child, surface, weak, in_time):
         """
-        Choose the labels of a child, and what all are measured by with the first.
+        Choose the labels of a child; return whether there was time for all of it.
 
-        surface: float32 (R, C), px, of the parent; weak: float32 (R, C), how weak the texture is;
-        returns whether there was time for all of it
+        surface: float32 (R, C), px, of the parent; weak: float32 (R, C), how weak the texture is
         """
-        scanlines, child, crew = self._scanlines, CHILDREN[name], self._crew
+        scanlines, crew = self._scanlines, self._crew
         weights = np.float32(child.strong) + np.float32(child.weak - child.strong) * weak
         whole = np.rint(surface).astype(np.int16)
         for strip in scanlines.strips:
             if not in_time():
                 return False
-            costs = scanlines.fill(crew, strip, child.cold or SHARP,
-                                   surface if child.cold is None else self._nothing, LEVEL)
-            if name == PLAN[0]:
-                share = child.smoothness.weights()[scanlines.steps[:, strip.rows]]
-                self._fitness.look(crew, costs[strip.here], *share, strip.first)
+            scanlines.fill(crew, strip, SHARP, surface, LEVEL)
             scanlines.search(crew, strip, (self._parent, weights, DEAD_ZONE, CUT),
                              child.smoothness, whole, child.steepest)
         return True
+
+    def _costs_of(self, maps, surface):
+        """Return what the genes of maps cost, float32 (R, C); surface: of their parent."""
+        results = [np.empty_like(surface) for _ in maps]
+        for strip in self._scanlines.strips:
+            costs = self._scanlines.fill(self._crew, strip, SHARP, surface, LEVEL)
+            self._fitness.price(self._crew, costs[strip.here], strip.first, maps, results)
+        self._fitness.look(*LOOSE.weights()[self._scanlines.steps])
+        return results
 
 
 def realtime_maps(config, pairs, random):

@@ -1,22 +1,22 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The fitness of the profile `quality`: possibility and smoothness of maps in parts of a pixel.
+The fitness of seeds: possibility and smoothness of maps in parts of a pixel.
 
-Not in the paper. One measure for members of all models: the costs under one model, over supports
-that keep to the surface of the first member, and steps of disparity, which are free as long as a
-slanted surface makes them and cost less at grey edges.
+Not in the paper. One measure for all children: the costs over supports that keep to the parent's
+surface, and steps of disparity, which are free as long as a slanted surface makes them and cost
+less at grey edges.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 import numpy as np
 
-_HALF = 1                # costs are kept in 8 bits: divided by 2**_HALF
+_HALF = 1                # genes are measured in 8 bits: costs divided by 2**_HALF
+_TOGETHER = 16           # rows that are divided at a time
 UNTRUSTED = 0.1          # share of a match that counts where the two views disagree
 
 
@@ -30,89 +30,54 @@ class Steps(NamedTuple):
 
 
 class SurfaceFitness:
-    """
-    Measures maps of one image size and joins them.
+    """Measures genes of maps of one image size and joins maps."""
 
-    volume: uint8 (R, C, labels), the costs of all matches, halved
-    """
-
-    def __init__(self, shape, disparities):
-        """shape: of the costs, (R, C, labels)."""
-        rows, columns = shape[:2]
-        self._bands, self._disparities = cut_bands(rows), disparities
-        self.volume = np.zeros(shape, np.uint8)
-        self._trust, self._mother_costs, self._father_costs, self._across, self._down = (
-            np.zeros((rows, columns), np.float32) for _ in range(5))
+    def __init__(self, rows, columns, disparities):
+        """disparities: how many labels exist."""
+        self._disparities = disparities
+        self._across, self._down = (np.zeros((rows, columns), np.float32) for _ in range(2))
+        self._trust = np.ones((rows, columns), np.float32)
         self._exchange, self._choose = Exchange(rows, columns, 4), Regions(rows, columns)
-        self._rows = np.zeros(rows)
-
-    def look(self, crew, costs, across, down, first=0):
-        """
-        Take the costs of a frame, or of some of its rows; all their pixels are trusted.
-
-        costs: uint16 (R, C, labels); across, down: float32 (R, C), weights of steps to the left
-        and up; first: of these rows in the frame
-        """
-        rows = slice(first, first + len(costs))
-        # Half of FULL is 0 in a byte: a fully impossible match says nothing.
-        np.right_shift(costs, _HALF, out=self.volume[rows], casting='unsafe')
-        self._across[rows], self._down[rows] = across, down
-        self._trust[rows] = 1
 
     def trust(self, refused):
         """Let matches count little where the two views disagree: bool (R, C)."""
         self._trust[:] = np.where(refused, np.float32(UNTRUSTED), np.float32(1))
 
-    def measure(self, crew, surface, steps):
-        """Return the fitness of a map: 1 where all is fully possible and smooth."""
-        self._price(crew, surface, self._mother_costs)
-        numbers = self._numbers(steps)
-        crew.each(lambda band: surface_cost.row_costs(
-            surface, self._mother_costs, self._across, self._down, *numbers, self._rows,
-            band[1], band[2]), self._bands)
-        return 1 - float(self._rows.sum()) / self._most(surface)
+    def look(self, across, down):
+        """Take the weights of steps to the left and up: float32 (R, C)."""
+        self._across[:], self._down[:] = across, down
 
-    def join(self, crew, mother, father, steps):
+    def price(self, crew, costs, first, maps, results):
         """
-        Give the mother the father's fitter regions.
+        Write what the genes of maps cost in some rows, in halves of the costs' unit.
 
-        Returns the fitness that she gained, and the father's fitness above hers before.
+        costs: uint16 (rows, C, labels), 0 to FULL, from row `first` of the frame on; maps,
+        results: of float32 (R, C)
         """
-        self._price(crew, mother, self._mother_costs)
-        self._price(crew, father, self._father_costs)
+        def price(begin):
+            # Half of FULL is 0 in a byte: a fully impossible match says nothing.
+            half = (costs[begin:begin + _TOGETHER] >> _HALF).astype(np.uint8)
+            rows = slice(first + begin, first + begin + len(half))
+            for surface, result in zip(maps, results):
+                surface_cost.gene_costs(half, self._disparities, surface[rows], self._trust[rows],
+                                        result[rows], 0, len(half))
+        crew.each(price, range(0, len(costs), _TOGETHER))
+
+    def join(self, mother, mother_costs, father, father_costs, steps):
+        """
+        Give the mother the father's fitter regions, and what they cost.
+
+        mother, father: float32 (R, C), px; mother_costs, father_costs: float32 (R, C), see price.
+        Returns what she saved, in parts of surface_cost.PARTS.
+        """
         exchange, apart = self._exchange, np.float32(steps.apart)
         exchange.hold(surface_cost.cells_apart(mother, father, apart, exchange.all_cells))
+        full = FULL >> _HALF
         surface_cost.exchange_changes(
-            mother, self._mother_costs, father, self._father_costs, self._across, self._down,
-            *self._numbers(steps), apart, exchange.cells, exchange.alone, exchange.pairs)
+            mother, mother_costs, father, father_costs, self._across, self._down,
+            np.float32(steps.slope * full), np.float32(steps.free), np.float32(steps.jump * full),
+            apart, exchange.cells, exchange.alone, exchange.pairs)
         cost = self._choose(exchange)
         copy_taken(exchange.cells, exchange.taken, mother, father)
-        most = self._most(mother) * surface_cost.PARTS
-        return -cost / most, -exchange.total() / most
-
-    def possibility_of(self, crew, surface):
-        """
-        Return how possible the matches of a map are, those that count little among them.
-
-        surface: float32 (R, C), px; possibility: float32 (R, C), 0 to 1. Changes nothing here.
-        """
-        costs = np.empty_like(self._mother_costs)
-        full, trusted = np.float32(FULL >> _HALF), np.ones_like(self._trust)
-        crew.each(lambda band: surface_cost.gene_costs(
-            self.volume, self._disparities, surface, trusted, costs, band[1], band[2]),
-            self._bands)
-        return 1 - costs / full
-
-    def _numbers(self, steps):
-        full = FULL >> _HALF
-        return (np.float32(steps.slope * full), np.float32(steps.free),
-                np.float32(steps.jump * full))
-
-    def _price(self, crew, surface, result):
-        crew.each(lambda band: surface_cost.gene_costs(
-            self.volume, self._disparities, surface, self._trust, result, band[1], band[2]),
-            self._bands)
-
-    @staticmethod
-    def _most(surface):
-        return float(FULL >> _HALF) * surface.size
+        copy_taken(exchange.cells, exchange.taken, mother_costs, father_costs)
+        return -cost

@@ -68,14 +68,14 @@ class ScanlineStrips:
     upwards
     """
 
-    def __init__(self, rows, columns, disparities, models):
-        """models: of the possibility, see SupportPossibility."""
+    def __init__(self, rows, columns, disparities, model):
+        """model: of the possibility, see SupportPossibility."""
         self.padded = -(-disparities // LANES) * LANES
-        reach = OVERLAP + max(model.longest * model.rounds for model in models)
+        reach = OVERLAP + model.longest * model.rounds
         self.strips = cut_strips(rows, columns * self.padded, reach)
         height = self.strips[0].end - self.strips[0].begin
         self._disparities = disparities
-        self._possibility = SupportPossibility(height, columns, disparities, models)
+        self._possibility = SupportPossibility(height, columns, disparities, model)
         self._guess = SurfaceGuess(self._possibility.costs.shape)
         shape = rows, columns
         self.labels, self.target = (np.zeros(shape, np.int16) for _ in range(2))
@@ -88,6 +88,10 @@ class ScanlineStrips:
         self._pair, self._first_inside = (left, right), first_inside
         self._held, self._filled = None, None
 
+    def end_search(self):
+        """Give back the memory of searches."""
+        self._guess = None
+
     def fill(self, crew, strip, model, surface, level):
         """
         Return the costs of a strip and the rows around it, uint16: see SupportPossibility.fill.
@@ -99,8 +103,9 @@ class ScanlineStrips:
             self._possibility.look(
                 *(tuple(part[strip.around] for part in image) for image in self._pair),
                 self._first_inside)
-            self._guess.look(self._pair[0][0][strip.around])
-            self.steps[:, strip.rows] = self._guess.steps[::2, strip.here][:2]
+            if self._guess is not None:
+                self._guess.look(self._pair[0][0][strip.around])
+                self.steps[:, strip.rows] = self._guess.steps[::2, strip.here][:2]
         if self._filled != (model, id(surface)):
             self._filled = model, id(surface)
             self._possibility.fill(crew, model, surface[strip.around], level)

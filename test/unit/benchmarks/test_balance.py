@@ -5,11 +5,11 @@ from dataclasses import replace
 from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import balance
-from fuzzy_stereo_ros.benchmarks.balance import balance_table, evolution_tables, PARTS, Trial, Work
+from fuzzy_stereo_ros.benchmarks.balance import balance_table, evolution_tables, PARTS, Work
 from fuzzy_stereo_ros.benchmarks.datasets import Scene
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.benchmarks.sequences import Sequence, window
-from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
+from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME, Trial
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KnownPair, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import made_pair

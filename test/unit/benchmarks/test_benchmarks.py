@@ -13,8 +13,8 @@ from fuzzy_stereo_ros.benchmarks import accuracy, datasets, paper_tables, sequen
 from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, data_folder, Scene
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
-from fuzzy_stereo_ros.benchmarks.paper_variants import VARIANTS
 from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS, Trial
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.baselines import (
@@ -521,7 +521,7 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     assert len(of_seeds) == 3
     assert first.rows[lines.index('uniform, random, mean of the seeds')][2] == pytest.approx(
         np.mean(of_seeds))
-    assert [row[0] for row in earned.rows] == [variant.name for variant in VARIANTS]
+    assert [row[0] for row in earned.rows] == [variant.name for variant in PAPER_OPERATORS]
     assert earned.rows[0][-1] == '100.000'
     assert ('the paper, as printed', None, 3400, '1.000') in second.rows
     assert [row[0] for row in second.rows[4:]] == [
@@ -535,7 +535,7 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
 
 def test_what_the_paper_prints_and_what_its_text_says_stand_above_what_is_reached():
     pairs = [replace(small_scene(), name=name) for name in paper_tables.TABLE_I]
-    found = [{'ours': paper_tables.Trial(place, 500.0, bad_of_all=2 * place)}
+    found = [{'ours': Trial(place, milliseconds=500.0, error_of_all=2 * place)}
              for place in (1.0, 2.0, 3.0, 6.0)]
     assert paper_tables._first_table(pairs, found).rows == [
         ('the paper, as printed', 2.74, 2.5, 14.7, 7.78, pytest.approx(6.93), None, None),

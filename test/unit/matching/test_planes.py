@@ -11,6 +11,8 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT,
 from fuzzy_stereo_ros.matching.quality import regions
 from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
+from fuzzy_stereo_ros.matching.quality.population import View
+from fuzzy_stereo_ros.matching.quality.result import flattened
 from fuzzy_stereo_ros.matching.quality.strips import cut_strips
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -303,3 +305,20 @@ def test_strips_cover_all_rows_once_with_rows_around_them(rows, reach, most):
         assert strip.begin <= max(strip.first - reach, 0)
         assert strip.end >= min(strip.last + reach, rows)
         assert strip.begin >= 0 and strip.end <= rows
+
+
+def test_a_segment_in_a_plane_is_averaged_with_it_and_a_curved_one_is_not():
+    row, column = np.indices((40, 60))
+    labels = (column // 30).astype(np.int32)
+    truth = np.where(labels == 0, 9 + 0.1 * column - 0.05 * row, 0.02 * (column - 45.0)**2)
+    noise = np.random.default_rng(0).uniform(-0.2, 0.2, truth.shape)
+    disparity = (truth + noise).astype(np.float32)
+    disparity[3:6, 3:6] += 2
+    fitness = PlaneFitness(40, 60, 16)
+    view = View(CREW, fitness, None, [None, (labels, 2)], (None, None, None))
+    found = flattened(view, disparity, disparity, Random((0,)))
+    np.testing.assert_array_equal(found[labels == 1], disparity[labels == 1])
+    np.testing.assert_array_equal(found[3:6, 3:6], disparity[3:6, 3:6])
+    flat = labels == 0
+    flat[3:6, 3:6] = False
+    np.testing.assert_allclose((found - truth)[flat], noise[flat] / 2, atol=0.03)

@@ -17,7 +17,7 @@ MODEL = Model(census=7, colour=43, slope=2, gradient=12, blurs=(0.5,), longest=3
 def looked(left, right, disparities, model, min_disparity=0, threads=1):
     """Return the possibility of a pair under a model, without a parent."""
     scale = eight_bit_scale(left, right)
-    possibility = SupportPossibility(*left.shape[:2], disparities, [model])
+    possibility = SupportPossibility(*left.shape[:2], disparities, model)
     possibility.look(colour_and_fine_grey(left, scale, 0),
                      colour_and_fine_grey(right, scale, min_disparity), max(min_disparity, 0))
     possibility.fill(Crew(threads), model, np.zeros(left.shape[:2], np.float32), 1.0)

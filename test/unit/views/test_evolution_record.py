@@ -20,7 +20,7 @@ CONFIGS = {
         'paper', disparities=24, population=12, generations=4, reference='left', elite=1.0),
     'realtime': MatcherConfig(disparities=24, min_disparity=-3),
     'realtime, right': MatcherConfig(disparities=24, reference='right'),
-    'quality': MatcherConfig.from_profile('quality', disparities=24, generations=6)}
+    'quality': MatcherConfig.from_profile('quality', disparities=24, population=2, generations=6)}
 
 
 @pytest.fixture(scope='module')

@@ -39,28 +39,6 @@ def step_cost(one, other, slope, free, jump):
 
 
 @kernel
-def row_costs(surface, costs, across, down, slope, free, jump, result, first, last):
-    """
-    Write what each row costs: its matches and its steps to the left and up.
-
-    surface, costs: float32 (R, C); across, down: float32 (R, C), weights of the steps; result:
-    float64 (R,)
-    """
-    for row in range(first, last):
-        total = 0.0
-        for column in range(surface.shape[1]):
-            total += costs[row, column]
-            here = surface[row, column]
-            if column > 0:
-                total += across[row, column] * step_cost(
-                    here, surface[row, column - 1], slope, free, jump)
-            if row > 0:
-                total += down[row, column] * step_cost(
-                    here, surface[row - 1, column], slope, free, jump)
-        result[row] = total
-
-
-@kernel
 def cells_apart(first, second, apart, cells):
     """
     Write where two maps differ by more than `apart` px; return at how many cells.
@@ -91,7 +69,8 @@ def exchange_changes(first, first_costs, second, second_costs, across, down, slo
     Write what it changes that cells take the second parent's genes: see crossover.Exchange.
 
     first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), what the genes
-    cost; across, down, slope, free, jump: as row_costs takes them; cells: int32 (n,), some of
+    cost; across, down: float32 (R, C), weights of the steps to the left and up; slope, free,
+    jump: see step_cost; cells: int32 (n,), some of
     those where the parents are `apart`; alone: int32 (n,), pairs: int32 (n, 2), written.
     """
     rows, columns = first.shape

@@ -3,6 +3,7 @@
 """Planes (a, b, c), of disparity a x + b y + c, fitted around pixels and to regions."""
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
+from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
 _SAMPLES = 150       # pixels of a region, about, on which a plane is tried
@@ -32,33 +33,11 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth, planes,
     disparities: float32 (R, C), px; colours, by_colour, limit, growth: as in
     refinement/dense_map.local_planes; planes: float32 (R, C, 3)
     """
-    rows, columns = disparities.shape
     for row in range(first, last):
-        for column in range(columns):
+        for column in range(disparities.shape[1]):
             centre = disparities[row, column]
-            blue, green, red = (np.int32(colours[row, column, 0]),
-                                np.int32(colours[row, column, 1]),
-                                np.int32(colours[row, column, 2]))
-            s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
-            for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
-                for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
-                    difference = disparities[y, x] - centre
-                    across, along = np.float32(x - column), np.float32(y - row)
-                    distance = max(abs(across), abs(along))
-                    if abs(difference) > limit * (np.float32(1) + growth * distance):
-                        continue
-                    weight = by_colour[abs(blue - np.int32(colours[y, x, 0]))
-                                       + abs(green - np.int32(colours[y, x, 1]))
-                                       + abs(red - np.int32(colours[y, x, 2]))]
-                    s += weight
-                    sx += weight * across
-                    sy += weight * along
-                    sxx += weight * across * across
-                    sxy += weight * across * along
-                    syy += weight * along * along
-                    sd += weight * difference
-                    sxd += weight * across * difference
-                    syd += weight * along * difference
+            s, sx, sy, sxx, sxy, syy, sd, sxd, syd = sums_around(
+                disparities, colours, row, column, radius, by_colour, limit, growth)
             held = np.float32(0.5) * s
             slope, fall, offset = _solve(
                 np.float64(sxx + held), np.float64(sxy), np.float64(syy + held), np.float64(sx),

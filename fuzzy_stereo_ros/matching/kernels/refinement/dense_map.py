@@ -5,7 +5,7 @@ Maps in parts of a pixel: a median by colour where nothing is known, planes fitt
 
 Not in the paper, whose maps are whole-pixel.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 import numpy as np
 
 BINS = 4             # of the weighted median, a pixel
@@ -55,6 +55,41 @@ def weighted_median(disparities, selected, colours, radius, by_colour, by_distan
                     break
 
 
+@inlined
+def sums_around(disparities, colours, row, column, radius, by_colour, limit, growth):
+    """
+    Return the sums of least squares of the plane around a pixel, relative to it: float32.
+
+    Of the weights, of right, down, their squares and product, disparity, and right and down times
+    disparity; see local_planes.
+    """
+    rows, columns = disparities.shape
+    centre = disparities[row, column]
+    blue, green, red = (np.int32(colours[row, column, 0]), np.int32(colours[row, column, 1]),
+                        np.int32(colours[row, column, 2]))
+    s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
+    for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
+        for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
+            difference = disparities[y, x] - centre
+            across, along = np.float32(x - column), np.float32(y - row)
+            distance = max(abs(across), abs(along))
+            if abs(difference) > limit * (np.float32(1) + growth * distance):
+                continue
+            weight = by_colour[abs(blue - np.int32(colours[y, x, 0]))
+                               + abs(green - np.int32(colours[y, x, 1]))
+                               + abs(red - np.int32(colours[y, x, 2]))]
+            s += weight
+            sx += weight * across
+            sy += weight * along
+            sxx += weight * across * across
+            sxy += weight * across * along
+            syy += weight * along * along
+            sd += weight * difference
+            sxd += weight * across * difference
+            syd += weight * along * difference
+    return s, sx, sy, sxx, sxy, syy, sd, sxd, syd
+
+
 @kernel(error_model='numpy')
 def local_planes(disparities, colours, radius, by_colour, limit, growth, result, first, last):
     """
@@ -63,33 +98,11 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth, result,
     disparities, result: float32 (R, C), px; by_colour: as above; limit: px that neighbours may
     differ by, growing by `growth` times itself a pixel of distance.
     """
-    rows, columns = disparities.shape
     for row in range(first, last):
-        for column in range(columns):
+        for column in range(disparities.shape[1]):
             centre = disparities[row, column]
-            blue, green, red = (np.int32(colours[row, column, 0]),
-                                np.int32(colours[row, column, 1]),
-                                np.int32(colours[row, column, 2]))
-            s = sx = sy = sxx = sxy = syy = sd = sxd = syd = np.float32(0)
-            for y in range(max(row - radius, 0), min(row + radius + 1, rows)):
-                for x in range(max(column - radius, 0), min(column + radius + 1, columns)):
-                    difference = disparities[y, x] - centre
-                    across, along = np.float32(x - column), np.float32(y - row)
-                    distance = max(abs(across), abs(along))
-                    if abs(difference) > limit * (np.float32(1) + growth * distance):
-                        continue
-                    weight = by_colour[abs(blue - np.int32(colours[y, x, 0]))
-                                       + abs(green - np.int32(colours[y, x, 1]))
-                                       + abs(red - np.int32(colours[y, x, 2]))]
-                    s += weight
-                    sx += weight * across
-                    sy += weight * along
-                    sxx += weight * across * across
-                    sxy += weight * across * along
-                    syy += weight * along * along
-                    sd += weight * difference
-                    sxd += weight * across * difference
-                    syd += weight * along * difference
+            s, sx, sy, sxx, sxy, syy, sd, sxd, syd = sums_around(
+                disparities, colours, row, column, radius, by_colour, limit, growth)
             sxx += np.float32(1)
             syy += np.float32(1)
             a, b, c = sxx * syy - sxy * sxy, sx * syy - sxy * sy, sx * sxy - sxx * sy
