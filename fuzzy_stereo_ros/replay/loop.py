@@ -45,6 +45,12 @@ class Stats:
     segments: int = 0
     workers: int = 0
 
+    def refuse(self, refusal, what, log):
+        """Count and log the Refusal of what: a message, a pair, or the results of one."""
+        self.refused[refusal.reason] += 1
+        self.first_refusal = self.first_refusal or refusal.sentence
+        log(f'{what} refused: {refusal.sentence}')
+
     def note(self, remark, log):
         """Keep and log a remark, the first of its kind."""
         if self.remarks.setdefault(kind_of(remark), remark) is remark:
@@ -99,12 +105,14 @@ def replay(results, outputs, stats, stopped, log, on_pair):
                     break
                 matched = _counted(step, outcome, outputs.config, stats, log)
                 while writing:
-                    writing.pop().result()
+                    _wait(writing.pop(), stats, log)
+                if stats.error is not None:
+                    break
                 if matched is not None and not step.again:
                     writing.append(writer.submit(outputs.put, matched, step.logged))
                 if step.stamp is not None:
                     on_pair()
-            if not stopped():
+            if stats.error is None and not stopped():
                 writing.append(writer.submit(outputs.finish))
         except (ValueError, OSError) as error:
             stats.error = error
@@ -117,9 +125,12 @@ def replay(results, outputs, stats, stopped, log, on_pair):
 
 
 def _wait(writing, stats, log):
-    """Wait for what is being written; keep the first error, log a further one."""
+    """Wait for what is being written; count a Refusal, keep the first error, log a further one."""
     try:
-        writing.result()
+        refusal = writing.result()
+        if refusal is not None:
+            stats.matched -= 1
+            stats.refuse(refusal, 'results', log)
     except (ValueError, OSError) as error:
         if stats.error is None:
             stats.error = error
@@ -132,10 +143,8 @@ def _counted(step, outcome, config, stats, log):
     if step.went_back:
         log('timestamps jumped back; matcher reset')
     if isinstance(outcome, Refusal):
-        stats.refused[outcome.reason] += 1
-        stats.first_refusal = stats.first_refusal or outcome.sentence
         what = 'message' if step.stamp is None else f'pair {step.stamp / 1e9:.3f}'
-        log(f'{what} refused: {outcome.sentence}')
+        stats.refuse(outcome, what, log)
     if outcome is None or isinstance(outcome, Refusal):
         return None
     for remark in step.pair.calibration.remarks:

@@ -18,6 +18,7 @@ from fuzzy_stereo_ros.bags.writing import BagWriter, Messages
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.replay.options import VIEWER
+from fuzzy_stereo_ros.replay.source import refusal_of
 from fuzzy_stereo_ros.result_topics import DISPARITY, ResultMessages, TOPICS
 from fuzzy_stereo_ros.views.rerun_view import RerunSink
 from fuzzy_stereo_ros.views.video import RATES, VideoSink
@@ -47,11 +48,21 @@ class Outputs:
         self._copies, self._views = copies, views
 
     def put(self, matched, logged):
-        """Give a Matched to the sinks; logged: ns, when its last message was recorded."""
+        """
+        Give a Matched to the sinks; logged: ns, when its last message was recorded.
+
+        Returns the Refusal of a pair whose results cannot be made, None where they are written.
+        """
         self._open()
-        for sink in self.sinks:
-            sink.take(matched, logged)
+        try:
+            for sink in self.sinks:
+                sink.take(matched, logged)
+        except (ValueError, OSError):
+            raise
+        except Exception as error:      # noqa: B902  whatever it is, the next pair is written
+            return refusal_of(error)
         self.written, self.logged = self.written + 1, logged
+        return None
 
     def finish(self):
         """Copy what stands behind the last pair, which may be of a replay before."""
@@ -158,9 +169,10 @@ class BagSink:
 
     def take(self, matched, logged):
         """Write the results of a pair, behind the copies that stand before it."""
+        contents = [self._messages.content(self._results.of(topic, matched))
+                    for topic, _ in self._topics]
         self.copy(logged)
-        for topic, kind in self._topics:
-            content = self._messages.content(self._results.of(topic, matched))
+        for (topic, kind), content in zip(self._topics, contents):
             self.bag.write(f'/{topic}', kind, self._messages.typestore, content, logged)
         self.bag.commit()
 
@@ -183,7 +195,6 @@ class FileSink:
     """
     A file of disparities for each pair, named by its stamp in ns, and calibration.json.
 
-    replaced: how many files were replaced by that of a later pair with the same stamp.
     recalibrated: how often calibration.json was replaced by another one.
     """
 
@@ -194,8 +205,7 @@ class FileSink:
         suffix: 'npy', 'pfm' or 'png', as of pairs/disparity_files.py.
         """
         self._folder, self._suffix, self._calibration = folder, suffix, None
-        self._place, self._newest, self.replaced = folder / DISPARITY, -1, 0
-        self.recalibrated = 0
+        self._place, self.recalibrated = folder / DISPARITY, 0
         self._place.mkdir(exist_ok=True)
 
     def take(self, matched, logged=None):
@@ -203,10 +213,7 @@ class FileSink:
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration
             self._write_calibration()
-        stamp = matched.pair.stamp
-        path = self._place / f'{stamp:0{STAMP_DIGITS}d}.{self._suffix}'
-        self.replaced += stamp <= self._newest and path.exists()
-        self._newest = max(self._newest, stamp)
+        path = self._place / f'{matched.pair.stamp:0{STAMP_DIGITS}d}.{self._suffix}'
         write_disparity(path, matched.match.disparity)
 
     def close(self):
@@ -222,14 +229,9 @@ class FileSink:
 
 
 def remarks_on_files(sinks):
-    """Return sentences on what FileSinks among sinks replaced."""
-    files = [sink for sink in sinks if isinstance(sink, FileSink)]
-    remarks = []
-    if any(sink.replaced for sink in files):
-        remarks.append(f'{files[0].replaced} pairs have the stamp of an earlier one, and their '
-                       'files replaced its files')
-    times = sum(sink.recalibrated for sink in files)    # the first finds what is replaced
-    if times:
-        remarks.append(f'the calibration changed, {times} times: {CALIBRATION} is that of the '
-                       'last pairs and makes wrong metres of the files before')
-    return remarks
+    """Return sentences on what the files of sinks no longer say."""
+    times = sum(sink.recalibrated for sink in sinks if isinstance(sink, FileSink))
+    if not times:       # of several FileSinks the first one finds what is replaced
+        return []
+    return [f'the calibration changed, {times} times: {CALIBRATION} is that of the last pairs and '
+            'makes wrong metres of the files before']

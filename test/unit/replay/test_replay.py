@@ -12,6 +12,7 @@ from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.result_messages import fill_disparity
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
+from fuzzy_stereo_ros.result_topics import ResultMessages
 from fuzzy_stereo_ros.views.pictures import colour_disparity
 from made_bags import (
     BagOf, BASELINE, BEGIN, COLUMNS, content, DISPARITIES, disparities, FOCAL, FORMATS, LATER,
@@ -319,6 +320,24 @@ def test_whatever_fails_at_a_pair_refuses_that_pair_and_the_bag_goes_on(
         capsys.readouterr().err
 
 
+def test_results_that_cannot_be_made_refuse_their_pair_and_the_bag_goes_on(
+        folder, capsys, monkeypatch):
+    of = ResultMessages.of
+
+    def failing(results, topic, matched):
+        if topic == 'points2' and matched.pair.stamp == stamps()[3]:
+            raise MemoryError
+        return of(results, topic, matched)
+
+    write_bag(folder / 'bag')
+    monkeypatch.setattr(ResultMessages, 'of', failing)
+    found = figures(capsys, 'bag', options=['--with', 'points2'])['pairs']
+    assert (found['matched'], found['refused']) == (5, {'internal error': 1})
+    for topic in ('/disparity', '/preview', '/points2'):
+        assert len(content(folder / 'out', topic)) == 5
+    assert list(disparities(folder / 'out')) == stamps()[:3] + stamps()[4:]
+
+
 def loop(number, messages):
     """Let the stamps begin again after four pairs."""
     for message in messages.values():
@@ -345,16 +364,6 @@ def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
     for values, match in zip(found, expected, strict=True):
         valid = np.isfinite(match.disparity)
         np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
-
-
-def test_files_that_are_replaced_by_those_of_later_pairs_are_told(folder, capsys):
-    write_bag(folder / 'bag', pairs=scene(7), change=loop)
-    told = figures(capsys, 'bag', options=['--files', 'npy', 'pfm'])['remarks']
-    assert told == ['3 pairs have the stamp of an earlier one, and their files replaced its files']
-    assert len(list((folder / 'out').glob('disparity/*.npy'))) == 4
-    assert figures(capsys, 'bag', output='other')['remarks'] == []
-    write_bag(folder / 'plain')
-    assert figures(capsys, 'plain', output='third', options=['--files', 'npy'])['remarks'] == []
 
 
 @pytest.mark.parametrize('resume', [False, True])
