@@ -46,7 +46,7 @@ setup(
     entry_points={
         'console_scripts': [
             'disparity_node = fuzzy_stereo_ros.node.disparity_node:main',
-            'fake_rig = fuzzy_stereo_ros.synthetic.fake_rig:main',
+            'simulated_cameras = fuzzy_stereo_ros.synthetic.simulated_cameras:main',
             'fuzzy-stereo = fuzzy_stereo_ros.commands.command_line:main',
         ],
     },
@@ -56,6 +56,6 @@ setup(
         (f'share/{package_name}/config', sorted(glob('config/*'))),
         (f'share/{package_name}/launch', sorted(glob('launch/*.launch.*'))),
         # ROS looks for executables here, pip and colcon write the entry points to bin.
-        (f'lib/{package_name}', ['resource/disparity_node', 'resource/fake_rig']),
+        (f'lib/{package_name}', ['resource/disparity_node', 'resource/simulated_cameras']),
     ],
 )

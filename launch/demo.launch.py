@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Start disparity_node before two cameras that are not there, and show what comes out."""
+"""Start disparity_node and simulated cameras, and show the disparities."""
 from pathlib import Path
 
 from fuzzy_stereo_ros.node.launching import arguments, declared, installed, program
 from fuzzy_stereo_ros.parameters.table import Parameter
-from fuzzy_stereo_ros.synthetic.scene_options import SCENE_PARAMETERS
+from fuzzy_stereo_ros.synthetic.scenes import SCENE_PARAMETERS
 from launch import LaunchDescription
 from launch.actions import IncludeLaunchDescription, LogInfo, OpaqueFunction, Shutdown
 from launch_ros.actions import Node
@@ -33,7 +33,7 @@ def _demo(context):
     return [
         IncludeLaunchDescription(str(NODE), launch_arguments={
             'disparity_range': str(chosen['disparities'])}.items()),
-        Node(**program('fake_rig', *options), output='screen', on_exit=Shutdown()),
+        Node(**program('simulated_cameras', *options), output='screen', on_exit=Shutdown()),
         *(_viewer() if chosen['viewer'] else [])]
 
 

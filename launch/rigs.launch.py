@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Start disparity_node for several rigs of one YAML file, in a process each or all in one."""
+"""Start a disparity_node for each rig of one YAML file, in a process of its own."""
 from pathlib import Path
 
 from fuzzy_stereo_ros.node.launching import (
-    argument, arguments, dds_profile, declared, process_of, process_of_all, PROCESS_ROWS)
-from fuzzy_stereo_ros.node.rigs_file import read_rigs
+    argument, arguments, dds_profile, declared, process_of, PROCESS_ROWS, read_rigs)
 from fuzzy_stereo_ros.parameters.table import Parameter
 from launch import LaunchDescription
 from launch.actions import OpaqueFunction
@@ -22,8 +21,5 @@ def generate_launch_description():
 
 
 def _nodes(context):
-    one_process, rigs = read_rigs(argument(context, RIGS_FILE))
     process = arguments(context, PROCESS_ROWS)
-    if one_process:
-        return [process_of_all(context, rigs, **process)]
-    return [process_of(rig, **process) for rig in rigs]
+    return [process_of(rig, **process) for rig in read_rigs(argument(context, RIGS_FILE))]

@@ -101,7 +101,7 @@ def running(module, columns, rows, disparities, rate, log):
     """Give a Listener and the MeasuredProcess of a module's node, with a camera that publishes."""
     node = running_module(module, [
         '--ros-args', '--param', f'disparity_range:={disparities}'], log)
-    camera = running_module('fuzzy_stereo_ros.synthetic.fake_rig', [
+    camera = running_module('fuzzy_stereo_ros.synthetic.simulated_cameras', [
         '--columns', str(columns), '--rows', str(rows), '--disparities', str(disparities),
         '--rate', str(rate)], log.with_name('camera.log'))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)

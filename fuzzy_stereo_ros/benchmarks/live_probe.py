@@ -5,7 +5,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.node.disparity_node import DisparityNode
-from fuzzy_stereo_ros.node.run_node import live
+from fuzzy_stereo_ros.node.run_node import run_node
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Float32MultiArray
 
@@ -34,4 +34,4 @@ class ProbedNode(DisparityNode):
 
 
 if __name__ == '__main__':
-    sys.exit(live(ProbedNode, sys.argv))
+    sys.exit(run_node(ProbedNode, sys.argv))

@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.evaluation.report import for_json, markdown
-from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 
 BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
               'paper': paper_tables.run, 'balance': balance.run, 'truth': truth.run,

@@ -4,16 +4,14 @@
 import json
 from pathlib import Path
 
-from fuzzy_stereo_ros.pairs.depth_files import (
-    check_depth_suffix, read_depth, write_depth, write_point_file)
 from fuzzy_stereo_ros.pairs.disparity_files import (
-    check_disparity_suffix, read_disparity, write_disparity)
+    check_depth_suffix, check_disparity_suffix, read_depth, read_disparity, write_depth,
+    write_disparity, write_point_file)
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.metres import depth_of, disparity_of
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 from fuzzy_stereo_ros.pairs.whole_files import check_place
-from fuzzy_stereo_ros.parameters.camera_options import (
-    add_camera_options, CAMERA, given_calibration)
+from fuzzy_stereo_ros.parameters.options import add_camera_options, CAMERA, given_calibration
 import numpy as np
 
 DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'

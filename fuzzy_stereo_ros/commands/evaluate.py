@@ -21,7 +21,7 @@ from fuzzy_stereo_ros.evaluation.settings import left_out, settings_of
 from fuzzy_stereo_ros.evaluation.summary import tables_of
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
-from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 
 REPEATS, PICTURES = 3, 60
 # Truths belong to the left image; both kinds of map, both starts and both fillings are measured.

@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.commands.parts import add_truth_options, check_outputs, fo
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import read_pair
-from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_config
+from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.views.evolution import EvolutionAnimation, write_evolution
 from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix

@@ -10,13 +10,12 @@ import time
 from fuzzy_stereo_ros.commands.parts import add_truth_options, check_outputs, for_json, read_truth
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.pairs.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import check_disparity_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, write_image
-from fuzzy_stereo_ros.parameters.matcher_options import (
-    add_matcher_options, matcher_config, USUAL_PROFILE)
+from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
 from fuzzy_stereo_ros.saved_pairs.reproduction import comparison, is_broken, sentence
 from fuzzy_stereo_ros.saved_pairs.saved_pair import read_saved_pair
-from fuzzy_stereo_ros.views.pictures import colour_disparity
 import numpy as np
 
 HELP = 'match two images'

@@ -8,9 +8,9 @@ import sys
 from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.parameters.camera_options import add_camera_options, CAMERA
-from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_changes
-from fuzzy_stereo_ros.parameters.node_options import add_node_options, node_settings
+from fuzzy_stereo_ros.parameters.options import (
+    add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_changes,
+    node_settings)
 from fuzzy_stereo_ros.parameters.table import profile_config
 from fuzzy_stereo_ros.replay.folder import OutputFolder
 from fuzzy_stereo_ros.replay.loop import Interruption, match_in_order, replay, Stats

@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.synthetic.scene_options import (
-    add_scene_options, scene_calibration, scene_pairs, scene_values)
+from fuzzy_stereo_ros.parameters.options import add_options, option_values
+from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
 import numpy as np
 
 FORMATS = 'images', 'bag'
@@ -45,7 +45,7 @@ def add_arguments(parser):
     parser.add_argument('--overwrite', action='store_true',
                         help='replace DIR where it holds a made sequence')
     parser.add_argument('--json', action='store_true', help='print what was made as JSON')
-    add_scene_options(parser)
+    add_options(parser.add_argument_group('the scene and the cameras'), SCENE_PARAMETERS.values())
 
 
 def run(arguments, stream, progress_stream=None):
@@ -55,7 +55,7 @@ def run(arguments, stream, progress_stream=None):
     stream, progress_stream: texts. Raises ValueError for bad input and OSError for the
     disk; then nothing is written.
     """
-    values = scene_values(arguments)
+    values = option_values(arguments, SCENE_PARAMETERS.values())
     pairs = _watched(scene_pairs(values), values['frames'], progress_stream or sys.stderr)
     target = Path(arguments.output).resolve()
     _check_target(arguments.output, target, arguments.overwrite)

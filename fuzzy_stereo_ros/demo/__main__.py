@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.demo.sequence import MotorcycleWindow
 from fuzzy_stereo_ros.demo.stage import NodeFailed, open_stage, ros_environment, running_node
 from fuzzy_stereo_ros.demo.table import table
-from fuzzy_stereo_ros.parameters.matcher_options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.parameters.table import profile_config, ros_name
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_panel
 from tqdm import tqdm

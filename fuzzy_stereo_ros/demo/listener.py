@@ -27,7 +27,7 @@ class DemoListener(Node):
     """
 
     def __init__(self, rig, sequence, namespace):
-        """Subscribe; rig: a FakeRig, sequence: as `demo_sequence`, namespace: of all nodes."""
+        """Subscribe; rig: SimulatedCameras, sequence: MotorcycleWindow, namespace: of all."""
         super().__init__('demo_listener', namespace=namespace)
         self._node = f'{namespace}/disparity_node'
         self.confidence, self.news = None, time.monotonic()

@@ -11,8 +11,8 @@ import time
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from fuzzy_stereo_ros.demo.listener import DemoListener
-from fuzzy_stereo_ros.node.watchdog import FAST_DDS_VARIABLES
-from fuzzy_stereo_ros.synthetic.fake_rig import FakeRig
+from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES
+from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
@@ -34,8 +34,9 @@ class Stage:
 
     def __init__(self, sequence, process):
         self._process, self._executor = process, SingleThreadedExecutor()
-        self._rig = FakeRig('demo_rig', _namespace(), [], sequence.focal, sequence.baseline,
-                            PROBE_RATE, offset=sequence.offset)
+        self._rig = SimulatedCameras(
+            'demo_cameras', _namespace(), [], sequence.focal, sequence.baseline, PROBE_RATE,
+            offset=sequence.offset)
         self._listener = DemoListener(self._rig, sequence, _namespace())
         for node in (self._rig, self._listener):
             self._executor.add_node(node)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.evaluation.small_pictures import drawing, photograph
-from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
-from fuzzy_stereo_ros.views.pictures import colour_disparity, ERROR_LIMIT
+from fuzzy_stereo_ros.pairs.colours import colour_disparity, in_eight_bits
+from fuzzy_stereo_ros.views.pictures import ERROR_LIMIT
 import numpy as np
 
 SHADES = 128            # of disparities and of errors

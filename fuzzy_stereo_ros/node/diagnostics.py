@@ -1,30 +1,70 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The node's place in /diagnostics: a level, a sentence and values, once a second."""
+"""The node's status in /diagnostics once a second, and lines for the log about what was lost."""
+from collections import Counter, deque
+from dataclasses import fields
+import threading
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from fuzzy_stereo_ros.reports import Rates, verdict
+from fuzzy_stereo_ros.parameters.table import ros_name
+import numpy as np
+
+RECENT = 200    # pairs that medians and percentiles look back on
+# By what the keys of `counts_of` begin with: why they are lost, and what to do.
+LOSSES = {
+    'pairs dropped': 'newer pairs came before they were matched, see scale and disparity_range',
+    'pairs refused': 'they cannot be matched, see the errors in the log',
+    'unmatched ': 'the other topics had not come with their stamps when newer ones came, the '
+                  'stamps went back or no output was wanted any more, see queue_size and '
+                  'approximate_sync',
+    'lost ': 'they were sent and never arrived, see input_qos and config/fastdds.xml',
+}
 
 
-class Diagnosis:
-    """Publishes what the node is like."""
+class Diagnostics:
+    """
+    Publishes a level, a sentence and values in /diagnostics.
+
+    values: {key: text} as published last. refused: Counter of refused pairs by reason.
+    """
 
     def __init__(self, node, now):
         """Advertise; now: s, from when rates are counted."""
-        self._node, self._rates = node, Rates(now)
+        self._node = node
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 1)
-        self.values = {}
+        self.values, self.refused = {}, Counter()
+        self._lock, self._times, self._match = threading.Lock(), deque(maxlen=RECENT), None
+        self._counted, self._counts = now, {}
+
+    def matched(self, match, **times):
+        """
+        Note a Match and more ms by name, which stand before its times by stage; any thread.
+
+        latency: from the last message to the publishing. age: from the stamp to the publishing,
+        by the node's clock. stamps apart: between the earliest and the latest stamp of the pair.
+        """
+        with self._lock:
+            self._times.append({**times, **{
+                f'time of {stage}': value for stage, value in match.times.items()}})
+            self._match = match
+
+    def refuse(self, reason):
+        """Count a pair that was not matched, by a word for the reason; any thread."""
+        with self._lock:
+            self.refused[reason] += 1
 
     def publish(self, now, counts, values, ready, subscribed, quiet):
         """
-        Publish what is true at a time in s; ready, subscribed, quiet: as of `verdict`.
+        Publish the state at a time in s; ready, subscribed, quiet: as of `status_of`.
 
-        counts: {key: number} as of `counts_of`; values: {key: text}, what else there is.
+        counts: {key: number} as of `counts_of`; values: {key: text}, others.
         """
-        rates = self._rates.since(now, counts)
-        level, sentence = verdict(ready, subscribed, quiet, rates)
+        rates = self.rates(now, counts)
+        level, sentence = status_of(ready, subscribed, quiet, rates)
         self.values = {**{key: str(count) for key, count in counts.items()},
                        'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
-                       'output rate': f"{rates['pairs matched']:.1f} pairs/s", **values}
+                       'output rate': f"{rates['pairs matched']:.1f} pairs/s", **values,
+                       **self.figures()}
         name = self._node.get_fully_qualified_name()
         message = DiagnosticArray(status=[DiagnosticStatus(
             level=getattr(DiagnosticStatus, level), message=sentence,
@@ -32,3 +72,111 @@ class Diagnosis:
             values=[KeyValue(key=key, value=value) for key, value in self.values.items()])])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
+
+    def rates(self, now, counts):
+        """Return {key: per second} since the call before, of {key: number} at a time in s."""
+        seconds = max(now - self._counted, 1e-9)
+        rates = {key: (count - self._counts.get(key, 0)) / seconds
+                 for key, count in counts.items()}
+        self._counted, self._counts = now, dict(counts)
+        return rates
+
+    def figures(self):
+        """Return {key: text}: times by stage, latency, and figures of the newest match."""
+        with self._lock:
+            times, match = list(self._times), self._match
+            figures = {f'refused: {reason}': str(count)
+                       for reason, count in sorted(self.refused.items())}
+        if match is None:
+            return figures
+        for name, last in times[-1].items():
+            recent = [one[name] for one in times if name in one]
+            median, high = np.percentile(recent, (50, 95))
+            for what, value in (('last', last), ('median', median), ('95th percentile', high)):
+                figures[f'{name}, {what}'] = f'{value:.1f} ms'
+        figures['generations'] = str(match.generations)
+        figures['warm'] = str(bool(match.warm)).lower()
+        figures['mean confidence'] = f'{float(np.mean(match.confidence)):.3f}'
+        figures['valid share'] = f'{1 - float(np.mean(np.isnan(match.disparity))):.3f}'
+        return figures
+
+
+class LossReports:
+    """Reports the first loss of a kind at once, then once a period the losses since then."""
+
+    def __init__(self, period=60.0):
+        """Begin with nothing lost; period: s, long, as a busy node drops pairs all the time."""
+        self._period = period
+        self._reported, self._when = {}, {}
+
+    def lines(self, now, counts, last=False):
+        """
+        Return the lines to log at a time in s; their numbers add up to the counts in the end.
+
+        counts: {key: number}, as of `counts_of`. last: report all that is not reported yet.
+        """
+        lines = []
+        for kind, reason in LOSSES.items():
+            lost = {key: count - self._reported.get(key, 0) for key, count in counts.items()
+                    if key.startswith(kind) and count > self._reported.get(key, 0)}
+            waits = kind in self._when and now - self._when[kind] < self._period
+            if lost and (last or not waits):
+                self._when[kind] = now
+                self._reported.update({key: counts[key] for key in lost})
+                numbers = ', '.join(f'{key} {number}' for key, number in lost.items())
+                lines.append(f'since the last report: {numbers}; {reason}')
+        return lines
+
+
+def counts_of(synchroniser, pairs, lost):
+    """
+    Return {key: number} of a Synchroniser and of its pairs, as in `Worker.counts`.
+
+    lost: {topic: messages that the middleware lost}.
+    pairs synchronised = matched + dropped + refused + waiting.
+    """
+    counts = {'pairs synchronised': synchroniser.matched, 'pairs matched': pairs['done'],
+              'pairs dropped': pairs['dropped'], 'pairs refused': pairs['failed'],
+              'pairs waiting': pairs['pending'], 'stamps went back': synchroniser.jumps_back}
+    for topic in synchroniser.topics:
+        counts[f'received {topic}'] = synchroniser.received[topic]
+        counts[f'unmatched {topic}'] = synchroniser.unmatched[topic]
+        counts[f'lost {topic}'] = lost[topic]
+    return counts
+
+
+def status_of(ready, subscribed, quiet, rates):
+    """
+    Return (level, sentence) of diagnostics; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
+
+    ready: whether kernels are warm; subscribed: whether an output has a subscriber; quiet: s
+    without a pair where that is too long, else 0; rates: per second, by keys of `counts_of`.
+    """
+    if not ready:
+        return 'STALE', 'loading the kernels'
+    if not subscribed:
+        return 'OK', 'idle: no output has a subscriber'
+    if quiet:
+        return 'ERROR', f'no stereo pair for {quiet:.0f} s'
+    matched, refused, dropped = (
+        rates[f'pairs {how}'] for how in ('matched', 'refused', 'dropped'))
+    if refused:
+        return ('WARN' if matched else 'ERROR'), f'refusing {refused:.1f} pairs/s'
+    if dropped > matched:
+        return 'WARN', (f'matching {matched:.1f} pairs/s and dropping {dropped:.1f}: they come '
+                        'faster than they can be matched; see scale and disparity_range')
+    return 'OK', f'matching {matched:.1f} pairs/s'
+
+
+def change_of(in_use, requested):
+    """Return in words how a requested MatcherConfig differs from the one in use."""
+    changes = [(ros_name(field.name), getattr(requested, field.name), getattr(in_use, field.name))
+               for field in fields(in_use)]
+    return ', '.join(f'{name} = {new} (in use: {old})'
+                     for name, new, old in changes if new != old) or 'no difference'
+
+
+def change_values(in_use, requested, state):
+    """Return {key: text} of two MatcherConfigs; state: the `change` of a PairMatcher."""
+    change = f'{state}: {change_of(in_use, requested)}' if state else 'none'
+    return {'disparity_range in use': str(in_use.disparities), 'change of parameters': change}

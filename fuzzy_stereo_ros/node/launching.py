@@ -1,42 +1,44 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the launch files share: arguments from rows of the table, rigs, and their processes."""
+"""What the launch files share: arguments from the table of parameters, and stereo cameras."""
 from contextlib import suppress
 from dataclasses import dataclass, field
-import json
 import os
-import shlex
+from pathlib import Path
+from reprlib import repr as shortened     # values in a file may be long, and deep
 import sys
 
 from ament_index_python.packages import get_package_prefix, PackageNotFoundError
-from fuzzy_stereo_ros.node.watchdog import FAST_DDS_VARIABLES, large_messages_pass
+from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES, large_messages_pass
+from fuzzy_stereo_ros.pairs.camera_files import read_yaml
 from fuzzy_stereo_ros.parameters.table import (
-    IGNORED_PARAMETERS, matcher_parameters, NODE_PARAMETERS, Parameter, profile_config)
+    IGNORED_PARAMETERS, nearest, Parameter, ROS_PARAMETERS)
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.utilities.namespace_utils import make_namespace_absolute, prefix_namespace
 import yaml
 
 PACKAGE = 'fuzzy_stereo_ros'
-MODULES = {'disparity_node': f'{PACKAGE}.stereo_node', 'fake_rig': f'{PACKAGE}.fake_rig'}
-SIDES = ('left', 'right')
+MODULES = {'disparity_node': f'{PACKAGE}.node.disparity_node',
+           'simulated_cameras': f'{PACKAGE}.synthetic.simulated_cameras'}
 TRUTH = {'true': True, '1': True, 'false': False, '0': False}
-TIME = Parameter('use_sim_time', False, 'take the time from /clock')
-NODE_ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')), TIME)
+NODE_ROWS = (*ROS_PARAMETERS, Parameter('use_sim_time', False, 'take the time from /clock'))
 PROCESS_ROWS = (
     Parameter('output', 'screen', 'where what the node prints goes',
               choices=('screen', 'log', 'both', 'own_log', 'full')),
     Parameter('log_level', 'info', 'from which level on the node logs',
               choices=('debug', 'info', 'warn', 'error', 'fatal')),
 )
+RIG_KEYS = {'namespace': str, 'node_name': str, 'left_namespace': str, 'right_namespace': str,
+            'params_file': str, 'parameters': dict, 'remappings': dict}
+OF_EVERY_NODE = ('qos_overrides.', 'start_type_description_service')
 
 
 @dataclass(frozen=True)
 class RigNode:
     """
-    One node and the two cameras it listens to.
+    One node and the two cameras it subscribes to.
 
     remappings: list of (from, to); the first that fits a topic is taken.
     params_file: path, empty for none. parameters: values by name, over those of the file.
@@ -76,11 +78,9 @@ def argument(context, row):
     value = text
     if isinstance(row.default, bool):
         value = TRUTH.get(text.lower(), text)
-    elif isinstance(row.default, (int, float)):
+    elif not isinstance(row.default, str):
         with suppress(ValueError):      # the check refuses it with its sentence
             value = type(row.default)(text)
-    elif not isinstance(row.default, str):
-        value = yaml.safe_load(text)
     return row.checked(value)
 
 
@@ -102,7 +102,7 @@ def given_parameters(context):
 def camera_remappings(left_namespace, right_namespace, image='image_rect'):
     """Return the remappings of the four inputs to two cameras; image: name of their images."""
     return [(f'{side}/{topic}', f"{namespace.rstrip('/')}/{there}")
-            for side, namespace in zip(SIDES, (left_namespace, right_namespace))
+            for side, namespace in (('left', left_namespace), ('right', right_namespace))
             for topic, there in (('image_rect', image), ('camera_info', 'camera_info'))]
 
 
@@ -140,29 +140,83 @@ def process_of(rig, output, log_level):
         parameters=[*filter(None, [existing(rig.params_file), parameters])])
 
 
-def process_of_all(context, rigs, output, log_level):
-    """Return the Node action for the one process of all rigs; ValueError as `process_of`."""
-    base = context.launch_configurations.get('ros_namespace')
-    words = [word for rig in rigs for word in ('--rig', shlex.join(ros_arguments(rig, base)))]
-    return Node(
-        **program('disparity_node', *words, '--ros-args', '--log-level', log_level),
-        output=output)
-
-
-def ros_arguments(rig, base=None):
-    """Return the words after --ros-args that make a node that of a rig; base: its namespace's."""
-    namespace = make_namespace_absolute(prefix_namespace(base, rig.namespace)) or '/'
-    rules = [('__ns', namespace), ('__node', rig.node_name), *rig.remappings]
-    words = [word for name, value in rules for word in ('-r', f'{name}:={value}')]
-    if existing(rig.params_file):
-        words += ['--params-file', rig.params_file]
-    return words + [word for name, value in rig.parameters.items()
-                    for word in ('-p', f'{name}:={json.dumps(value)}')]
-
-
 def existing(params_file):
     """Return the path of a parameter file; ValueError where it is given and does not exist."""
     if params_file and not os.path.isfile(params_file):
         raise ValueError(f"params_file is '{params_file}', which is no file; give the path of a "
                          'file of parameters, or nothing for the defaults')
     return params_file
+
+
+def read_rigs(path):
+    """
+    Return the list of `RigNode` of a YAML file; config/rigs.yaml is an example.
+
+    Raises ValueError with one sentence that names the file for what cannot be read or is not
+    allowed.
+    """
+    path = Path(path).resolve()
+    try:
+        content = _map('the file', read_yaml(path.read_text(encoding='utf-8')), {'rigs': dict})
+        rigs = [_rig(f"rig '{name}'", str(name), values or {}, path.parent)
+                for name, values in content.get('rigs', {}).items()]
+        if not rigs:
+            raise ValueError("there are no rigs; give 'rigs:' with a map from names to rigs")
+        places = [(rig.namespace.strip('/'), rig.node_name) for rig in rigs]
+        if len(set(places)) < len(places):
+            raise ValueError('two rigs have one namespace and node_name; give each its own')
+    except (OSError, ValueError) as error:
+        reason = ' '.join(str(error).split())
+        raise ValueError(f'the file of rigs {path}: {reason}') from None
+    return rigs
+
+
+def _rig(who, name, values, folder):
+    """Return a RigNode; names of nodes and topics are checked by ROS."""
+    values = {'namespace': name, 'node_name': 'disparity_node', 'left_namespace': 'left',
+              'right_namespace': 'right', 'params_file': '', 'parameters': {}, 'remappings': {},
+              **_map(who, values, RIG_KEYS)}
+    params_file = values['params_file'] and str(folder / os.path.expanduser(values['params_file']))
+    _map(f'{who}: remappings', values['remappings'], dict.fromkeys(values['remappings'], str))
+    try:
+        parameters = _parameters(values['parameters'])
+        existing(params_file)
+    except ValueError as error:
+        raise ValueError(f'{who}: {error}') from None
+    remappings = [*values['remappings'].items(),
+                  *camera_remappings(values['left_namespace'], values['right_namespace'])]
+    return RigNode(values['namespace'], values['node_name'], remappings, params_file, parameters)
+
+
+def _map(who, values, kinds):
+    """Return a map whose keys are known and whose values are of their types; ValueError else."""
+    if not isinstance(values, dict):
+        raise ValueError(f'{who} is {shortened(values)}; allowed are maps with {", ".join(kinds)}')
+    for key, value in values.items():
+        if key not in kinds:
+            raise ValueError(f'{who} has the key {shortened(key)}; allowed are {", ".join(kinds)}')
+        if not isinstance(value, kinds[key]):
+            allowed = {str: 'texts', dict: 'maps'}[kinds[key]]
+            raise ValueError(f'{who}: {key} is {shortened(value)}; allowed are {allowed}')
+    return values
+
+
+def _parameters(values):
+    rows = {row.name: row for row in NODE_ROWS}
+    parameters = dict(_flat(values))
+    for name, value in parameters.items():
+        if name in rows:
+            parameters[name] = rows[name].checked(value)
+        elif name not in IGNORED_PARAMETERS and not name.startswith(OF_EVERY_NODE):
+            raise ValueError(f"the parameter '{name}' is unknown{nearest(name)}; "
+                             'config/fuzzy_stereo.yaml lists those of the node')
+    return parameters
+
+
+def _flat(values, before=''):
+    """Yield (name, value) of nested maps, names joined by dots as ROS does."""
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f'{before}{name}.')
+        else:
+            yield f'{before}{name}', value

@@ -1,42 +1,60 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Declare the table of parameters to ROS, and let changes through whole or not at all."""
+"""Declare the table of parameters to ROS; changes are accepted as a whole or not at all."""
+from copy import copy
 from dataclasses import replace
 
 from fuzzy_stereo_ros.parameters.table import (
-    field_names, IGNORED_PARAMETERS, in_ros_words, matcher_parameters, nearest, NODE_PARAMETERS,
-    preset_changes, profile_config, ros_name, sync_tolerance, VERSION)
-from fuzzy_stereo_ros.saved_pairs.format_versions import check_format
+    IGNORED_PARAMETERS, in_ros_words, nearest, NODE_PARAMETERS, preset_changes, profile_config,
+    ros_name, ROS_PARAMETERS)
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.parameter import Parameter
+from rclpy.qos import (
+    DurabilityPolicy, HistoryPolicy, QoSPolicyKind, QoSPresetProfiles, QoSProfile,
+    ReliabilityPolicy)
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 DECLARED_LATER = 'qos_overrides.'       # with each publisher and subscription
 LONG_ALIKE = 0.9        # of names that are long and begin and end alike anyway
+FIELDS = {row.name: row.field for row in ROS_PARAMETERS if row.field}   # of MatcherConfig
+OVERRIDABLE = QoSOverridingOptions((
+    QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
+    QoSPolicyKind.DURABILITY))
 
 
-class RosParameters:
+def quality_of(word, depth=1):
+    """Return the QoSProfile of a word of input_qos or output_qos; depth: of `reliable`."""
+    profiles = {
+        'sensor_data': QoSPresetProfiles.SENSOR_DATA.value,
+        'reliable': QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
+                               reliability=ReliabilityPolicy.RELIABLE),
+        'best_available': QoSPresetProfiles.BEST_AVAILABLE.value,
+        'latched': QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1,
+                              reliability=ReliabilityPolicy.RELIABLE,
+                              durability=DurabilityPolicy.TRANSIENT_LOCAL),
+        'system_default': QoSPresetProfiles.SYSTEM_DEFAULT.value}
+    return copy(profiles[word])     # rclpy writes the overrides of a topic into it
+
+
+class NodeParameters:
     """
     The parameters of a node and the MatcherConfig they make.
 
     config: the MatcherConfig in force. settings: what is fixed at start, by name.
     ignored: names of stereo_image_proc's parameters that were set and mean nothing here.
-    unknown: names that were set at start and that no parameter has, with what may be meant.
+    unknown: names that were set at start and that no parameter has, with the nearest name.
     """
 
-    def __init__(self, node, changed, set_in_vain):
+    def __init__(self, node, on_change, on_ignored):
         """
         Declare everything to a node; raise ValueError with a sentence for a value not allowed.
 
-        changed(config): called after a change of the matcher's parameters is in force.
-        set_in_vain(names): called after some were set, later than the start, that are ignored.
+        on_change(config): called after a change of the matcher's parameters is accepted.
+        on_ignored(names): called after some were set, later than the start, that are ignored.
         """
-        self._node, self._changed, self._set_in_vain = node, changed, set_in_vain
-        self._fields = field_names()
-        self.settings = {}
-        check_format('the file of parameters', self._override(VERSION), VERSION.default)
-        for row in NODE_PARAMETERS:
-            self.settings[row.name] = self._declare(row)
+        self._node, self._on_change, self._on_ignored = node, on_change, on_ignored
+        self.settings = {row.name: self._declare(row) for row in NODE_PARAMETERS}
         self._profile = self.settings.pop('profile')
         self.config = self._declare_matcher(profile_config(self._profile))
         self.ignored = [name for name in IGNORED_PARAMETERS if self._declare_ignored(name)]
@@ -46,12 +64,8 @@ class RosParameters:
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
-    def tolerance(self):
-        """Return the tolerance for a `Synchroniser`, ns; None where stamps must be equal."""
-        return sync_tolerance(self.settings)
-
     def unused_overrides(self):
-        """Return names of QoS that no topic made so far has, with what may be meant."""
+        """Return names of QoS that no topic made so far has, with the nearest name."""
         topics = list(self._node.get_parameters_by_prefix(DECLARED_LATER.rstrip('.')))
         return [name + nearest(name, [DECLARED_LATER + topic for topic in topics], LONG_ALIKE)
                 for name in self._never_declared() if name.startswith(DECLARED_LATER)]
@@ -62,7 +76,8 @@ class RosParameters:
                 if not self._node.has_parameter(name)]
 
     def _declare_matcher(self, preset):
-        rows = matcher_parameters(preset)
+        rows = [replace(row, default=getattr(preset, row.field))
+                for row in ROS_PARAMETERS if row.field]
         values = {row.name: self._override(row) for row in rows}
         config = self._changed_config(preset, values)
         for row in rows:
@@ -93,8 +108,8 @@ class RosParameters:
     def _changed_config(self, config, values):
         """Return a MatcherConfig with values by ROS name; ValueError speaks of ROS names."""
         try:
-            return replace(config, **{self._fields[name]: value
-                                      for name, value in values.items() if name in self._fields})
+            return replace(config, **{FIELDS[name]: value
+                                      for name, value in values.items() if name in FIELDS})
         except ValueError as error:
             raise ValueError(in_ros_words(str(error))) from None
 
@@ -126,8 +141,8 @@ class RosParameters:
         config = self._changed_config(self.config, values)
         if config != self.config:
             self.config = config
-            self._changed(config)
-        self._set_in_vain([name for name in IGNORED_PARAMETERS if values.get(name) is not None])
+            self._on_change(config)
+        self._on_ignored([name for name in IGNORED_PARAMETERS if values.get(name) is not None])
 
 
 def descriptor_of(row):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Read a calibration from two CameraInfo messages, ROS 1 or ROS 2, live or from a bag."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
@@ -27,6 +27,7 @@ class _Camera:
     ty: float
     binning: tuple
     first_row: int
+    has_k: bool
 
 
 def read_calibration(left_info, right_info):
@@ -35,8 +36,10 @@ def read_calibration(left_info, right_info):
 
     left_info, right_info: anything with the fields of sensor_msgs/CameraInfo; P is of the full
     rectified image, region of interest and binning are taken into account.
-    Raises BadPair for cameras that are not calibrated, swapped, one above the other or that do
-    not look at the same rows.
+    Where only K or the baseline is missing, the baseline is 0 and a remark says so: rectified
+    images match without them, as with stereo_image_proc.
+    Raises BadPair for a P without focal length, for cameras that are swapped, one above the other
+    or that do not look at the same rows.
     """
     left, right = _camera('left', left_info), _camera('right', right_info)
     if left.binning != right.binning:
@@ -54,15 +57,15 @@ def read_calibration(left_info, right_info):
         raise BadPair('calibration', f'the baseline is {baseline:g} m: left and right are '
                       'swapped, or Tx stands in the wrong camera_info; swap the topics, or '
                       'write P[3] = -fx * baseline into the right one')
-    if baseline == 0 or not math.isfinite(baseline):
-        raise BadPair('calibration', f'the baseline is {baseline:g} m: P[3] of the right '
-                      'camera_info must be -fx * baseline; calibrate the two cameras as a pair')
     calibration = Calibration(
-        focal=right.fx, baseline=baseline, offset=left.cx - right.cx,
+        focal=right.fx, baseline=baseline if left.has_k and right.has_k else 0.0,
+        offset=left.cx - right.cx,
         left=Projection(left.fx, left.fy, left.cx, left.cy),
         remarks=tuple(_remarks(left, right)))
     _check_range(calibration)
-    return calibration
+    if calibration.baseline:
+        return calibration
+    return replace(calibration, remarks=(*calibration.remarks, _without_metres(left, right)))
 
 
 def _check_range(calibration):
@@ -71,7 +74,7 @@ def _check_range(calibration):
         calibration.focal, calibration.baseline, calibration.offset, calibration.left)
     for name, value, low, high in (
             ('fx of the right camera', focal, *LENGTHS), ('fx', fx, *LENGTHS),
-            ('fy', fy, *LENGTHS), ('baseline', baseline, *LENGTHS),
+            ('fy', fy, *LENGTHS), ('baseline', baseline or LENGTHS[0], *LENGTHS),
             ('cx', cx, -FARTHEST_CENTRE, FARTHEST_CENTRE),
             ('cy', cy, -FARTHEST_CENTRE, FARTHEST_CENTRE),
             ('cx_left - cx_right', offset, -FARTHEST_CENTRE, FARTHEST_CENTRE)):
@@ -112,19 +115,18 @@ def _camera(side, info):
     if len(projection) != 12 or not all(math.isfinite(value) for value in projection):
         raise BadPair('calibration', f'{side} camera_info: P is not twelve finite numbers; '
                       'calibrate the camera')
-    if (min(projection[0], projection[5]) < LENGTHS[0]      # smaller ones are 0 when binned
-            or not intrinsic or not intrinsic[0] > 0):
-        raise BadPair('calibration', f'{side} camera_info: the camera is not calibrated '
-                      f'(K[0] is {intrinsic[0] if intrinsic else 0:g}, P[0] is '
-                      f'{projection[0]:g}); calibrate it, or load its calibration into the '
-                      'driver')
+    if min(projection[0], projection[5]) < LENGTHS[0]:      # smaller ones are 0 when binned
+        raise BadPair('calibration', f'{side} camera_info: the camera is not calibrated (P[0] is '
+                      f'{projection[0]:g}, P[5] is {projection[5]:g}); calibrate it, or load its '
+                      'calibration into the driver')
     region, (across, down) = info.roi, times_binned(info)
     return _Camera(
         fx=projection[0] / across, fy=projection[5] / down,
         cx=(projection[2] - int(region.x_offset)) / across,
         cy=(projection[6] - int(region.y_offset)) / down,
         tx=projection[3] / across, ty=projection[7] / down,
-        binning=(across, down), first_row=int(region.y_offset))
+        binning=(across, down), first_row=int(region.y_offset),
+        has_k=bool(intrinsic) and intrinsic[0] > 0)
 
 
 def _remarks(left, right):
@@ -134,6 +136,16 @@ def _remarks(left, right):
     if abs(left.cy - right.cy) > ROW_DIFFERENCE:
         yield (f'cy is {left.cy:g} in the left and {right.cy:g} in the right camera_info; rows '
                'of a rectified pair lie at the same height, calibrate the two as a pair')
+
+
+def _without_metres(left, right):
+    """Return a sentence on cameras whose K or baseline is missing."""
+    missing = 'the baseline is 0 m, as P[3] of the right camera_info is not -fx * baseline'
+    for side, camera in (('left', left), ('right', right)):
+        if not camera.has_k:
+            missing = f'K of the {side} camera_info is not that of a calibrated camera'
+    return (f'{missing}: disparities are without metres (t is 0), depth and points are left out; '
+            'calibrate the two cameras as a pair, or load their calibration into the drivers')
 
 
 def _times(binning):

@@ -14,11 +14,11 @@ from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
 from fuzzy_stereo_ros.pairs.image_files import read_bytes
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
-from fuzzy_stereo_ros.pairs.yaml_texts import read_yaml
 
 MATRICES = {'k': ('camera_matrix', 3, 3), 'd': ('distortion_coefficients', 1, None),
             'r': ('rectification_matrix', 3, 3), 'p': ('projection_matrix', 3, 4)}
 YAML_SUFFIXES = ('.yaml', '.yml')
+MOST_ENTRIES = 10_000      # of a YAML text, with each alias counted as all that it stands for
 
 
 def _whole_image():
@@ -165,11 +165,48 @@ def read_calibration_files(paths, offset=0.0):
 
 def _checked(path, left, right):
     try:
-        return read_calibration(left, right), expected_size(right)
+        calibration = read_calibration(left, right)
+        if not calibration.baseline:
+            raise ValueError('the baseline is 0 m, or K is missing; calibrate the two cameras as '
+                             'a pair')
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from None
+    return calibration, expected_size(right)
 
 
 def _in_one_line(error):
     sentence = f'it has no {error}' if isinstance(error, KeyError) else str(error)
     return ' '.join(sentence.split())
+
+
+def read_yaml(text):
+    """
+    Return the plain data of a YAML text, str or bytes.
+
+    Raises ValueError with one line where it is none, and where its aliases make it larger than
+    `MOST_ENTRIES`, as they can of a few lines.
+    """
+    import yaml     # only for those who read YAML
+
+    try:
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        if node is None:
+            return None
+        _check_entries(node)
+        return loader.construct_document(node)
+    except Exception as error:  # yaml raises many kinds for foreign bytes  # noqa: B902
+        raise ValueError(' '.join(str(error).split()) or type(error).__name__) from None
+
+
+def _check_entries(node):
+    """Raise ValueError where a node has too many below it, or has itself there."""
+    waiting = [node]
+    for _ in range(MOST_ENTRIES):
+        if not waiting:
+            return
+        below = waiting.pop().value
+        if isinstance(below, list):     # of nodes, or of pairs of them
+            waiting += [each for entry in below
+                        for each in (entry if isinstance(entry, tuple) else (entry,))]
+    raise ValueError(f'it has more than {MOST_ENTRIES} entries, or one that contains itself')

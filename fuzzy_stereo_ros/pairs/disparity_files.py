@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Disparities in files: float32 (R, C), pixels, NaN = invalid, in and out.
+Disparities, depth and points in files. Disparities: float32 (R, C), pixels, NaN = invalid.
 
 | suffix | stored | invalid is stored as | steps and range |
 |---|---|---|---|
@@ -12,15 +12,126 @@ Disparities in files: float32 (R, C), pixels, NaN = invalid, in and out.
 A valid disparity is never stored as invalid: in a .png what would round to 0 becomes 1/256 px,
 and so does what sub-pixel refinement left below zero, down to -0.5 px. What lies below that or
 above 65535/256 px is refused, not bent. When reading, NaN and both infinities are invalid.
+
+Depth: float32 (R, C), metres, NaN = invalid, infinite = too far.
+
+| suffix | stored | invalid, too far |
+|---|---|---|
+| .pfm, .npy | float32, metres | NaN, +inf |
+| .png | uint16, millimetres | 0, as are those beyond 65.535 m |
+| .ply (points) | other pixels: x right, y down, z forward, metres, and colours | left out |
 """
+import io
 from pathlib import Path
+import re
 
 import cv2
-from fuzzy_stereo_ros.pairs.float_files import encode_numpy, encode_pfm, read_values
+from fuzzy_stereo_ros.pairs.colours import in_eight_bits
+from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image
+from fuzzy_stereo_ros.pairs.metres import millimetres_of, write_points
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
 
 KITTI_SCALE = 256
+MILLIMETRES = 1000      # in a metre
+COLOURS = 'blue', 'green', 'red'    # the order that images have here
+_PLY_TYPES = {'f4': 'float', 'u1': 'uchar'}
+
+
+def encode_pfm(values):
+    """Return a PFM file, little endian, rows bottom-up, of float32 (R, C) as they are."""
+    rows, columns = values.shape
+    return f'Pf\n{columns} {rows}\n-1.0\n'.encode() + values[::-1].astype('<f4').tobytes()
+
+
+def decode_pfm(path, content):
+    """
+    Return what a PFM file holds: float32 (R, C).
+
+    OpenCV's reader multiplies by the header's scale: not used here.
+    path: named in errors. Raises ValueError for three channels and for another or damaged file.
+    """
+    header = re.match(rb'(P[fF])\s+(\d{1,18})\s+(\d{1,18})\s+(-?[0-9.eE+-]+)\s', content)
+    if header is None:
+        raise ValueError(f'{path} is not a PFM file: it does not begin with "Pf", width, height '
+                         'and scale')
+    if header[1] != b'Pf':
+        raise ValueError(f'{path} is a PFM file of three channels; one (Pf) is allowed')
+    columns, rows = int(header[2]), int(header[3])
+    kind = '<f4' if header[4].startswith(b'-') else '>f4'
+    if len(content) - header.end() != 4 * rows * columns:
+        raise ValueError(f'{path} is damaged: {columns}x{rows} pixels take {4 * rows * columns} '
+                         f'bytes, but {len(content) - header.end()} follow the header')
+    values = np.frombuffer(content, kind, offset=header.end())
+    return values.reshape(rows, columns)[::-1]
+
+
+def encode_numpy(values):
+    """Return a .npy file of an array as it is."""
+    stored = io.BytesIO()
+    np.save(stored, values, allow_pickle=False)
+    return stored.getvalue()
+
+
+def decode_numpy(path, content):
+    """
+    Return the one array (R, C) of numbers that a .npy or .npz file holds.
+
+    path: named in errors. Raises ValueError for another or damaged file.
+    """
+    try:
+        stored = np.load(io.BytesIO(content), allow_pickle=False)
+        if not isinstance(stored, np.ndarray):
+            if len(stored.files) != 1:
+                raise ValueError(f'it holds {len(stored.files)} arrays, one is allowed')
+            stored = stored[stored.files[0]]
+    except Exception as error:  # numpy raises many kinds for foreign bytes  # noqa: B902
+        raise ValueError(f'{path} is not a NumPy file with one array: {error}') from None
+    if stored.ndim != 2 or stored.dtype.kind not in 'fiu':
+        raise ValueError(f'{path} holds {stored.dtype} of shape {stored.shape}; '
+                         'allowed are two dimensions of numbers')
+    return stored
+
+
+def read_levels(path, scale, usual, unit):
+    """
+    Return a picture's grey levels over a scale: float32 (R, C), NaN where the level is 0.
+
+    A picture may be grey in three channels, as those of Middlebury are.
+    scale: levels per unit; None is the usual one for 16 bits; 8 bits must be told. unit: in words.
+    Raises ValueError for a picture in colour, and where the scale is needed or not allowed.
+    """
+    levels = read_image(path)
+    if levels.ndim == 3:
+        if (levels != levels[:, :, :1]).any():
+            raise ValueError(f'{path} is a colour picture; grey levels are needed')
+        levels = levels[:, :, 0]
+    if scale is None and levels.dtype == np.uint8:
+        raise ValueError(f'{path} has 8 bits: say how many grey levels one {unit} is')
+    if scale is not None and not 0 < scale < np.inf:
+        raise ValueError(f'scale is {scale}; allowed are numbers above 0')
+    values = (levels / (scale or usual)).astype(np.float32)
+    values[levels == 0] = np.nan
+    return values
+
+
+def read_values(path, scale, usual, unit, units, valid):
+    """
+    Return the values of a .pfm, .npy, .npz or picture: float32 (R, C), NaN where there is none.
+
+    scale, usual, unit: as of `read_levels`; other files hold units, in words, and take no scale.
+    valid(values): which values of such a file are some.
+    Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
+    """
+    decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
+        Path(path).suffix.lower())
+    if decode is None:
+        return read_levels(path, scale, usual, unit)
+    if scale is not None:
+        raise ValueError(f'{path} holds {units} already; a scale is for pictures')
+    values = decode(path, read_bytes(path)).astype(np.float32)
+    values[~valid(values)] = np.nan
+    return values
 
 
 def check_disparity_suffix(path):
@@ -75,3 +186,67 @@ def _encode_kitti(disparity):
 
 
 _ENCODERS = {'.pfm': _encode_pfm, '.npy': encode_numpy, '.png': _encode_kitti}
+
+
+def read_depth(path, scale=None):
+    """
+    Return the depth of a file: float32 (R, C), metres, NaN = invalid, infinite = too far.
+
+    Reads .pfm, .npy, .npz with a single array, and pictures; what is not above 0 is invalid.
+    scale: grey levels per metre; None is 1000 for 16 bits; 8 bits must be told.
+    Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
+    """
+    return read_values(path, scale, MILLIMETRES, 'metre', 'metres', lambda depth: depth > 0)
+
+
+def write_depth(path, depth):
+    """
+    Write depth in the format of the path's suffix; the file is there as a whole or not.
+
+    depth: float32 (R, C), metres. Raises ValueError for a suffix, OSError for the disk.
+    """
+    check_depth_suffix(path)
+    write_whole(path, _DEPTH_ENCODERS[Path(path).suffix.lower()](depth))
+
+
+def check_depth_suffix(path):
+    """Raise ValueError unless `write_depth` knows the suffix of the path."""
+    if Path(path).suffix.lower() not in _DEPTH_ENCODERS:
+        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; "
+                         f"allowed for depth are {', '.join(_DEPTH_ENCODERS)}")
+
+
+def write_point_file(path, depth, left, image=None):
+    """
+    Write the points of all pixels whose depth is finite as binary PLY; return how many.
+
+    depth: float32 (R, C), metres. left: Projection of the left camera. image: for the colours,
+    uint8 or uint16, (R, C) or (R, C, 3) BGR. Raises OSError where it cannot be written.
+    """
+    seen = np.isfinite(depth)
+    places = np.empty((*depth.shape, 3), np.float32)
+    write_points(depth, left, places)
+    names = dict.fromkeys('xyz', 'f4')
+    if image is not None:
+        names.update((name, 'u1') for name in reversed(COLOURS))
+    points = np.empty(np.count_nonzero(seen), [(name, f'<{kind}') for name, kind in names.items()])
+    for channel, name in enumerate('xyz'):
+        points[name] = places[seen, channel]
+    if image is not None:
+        image = in_eight_bits(image)
+        for channel, name in enumerate(COLOURS):
+            points[name] = (image if image.ndim == 2 else image[:, :, channel])[seen]
+    header = ['ply', 'format binary_little_endian 1.0',
+              'comment left optical frame: x right, y down, z forward, metres',
+              f'element vertex {len(points)}',
+              *(f'property {_PLY_TYPES[kind]} {name}' for name, kind in names.items()),
+              'end_header']
+    write_whole(path, ('\n'.join(header) + '\n').encode() + points.tobytes())
+    return len(points)
+
+
+def _encode_millimetres(depth):
+    return cv2.imencode('.png', millimetres_of(depth))[1].tobytes()
+
+
+_DEPTH_ENCODERS = {'.pfm': encode_pfm, '.npy': encode_numpy, '.png': _encode_millimetres}

@@ -8,7 +8,7 @@ A message is anything with the fields of its ROS type: rclpy's and those read fr
 from contextlib import suppress
 
 import cv2
-from fuzzy_stereo_ros.pairs.image_headers import is_cut_off, size_in_header
+from fuzzy_stereo_ros.pairs.image_files import is_cut_off, size_in_header
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, width_by_height
 import numpy as np
 

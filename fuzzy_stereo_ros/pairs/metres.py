@@ -12,8 +12,10 @@ def depth_of(disparity, calibration):
     Return the distance along the optical axis, as REP 118 wants it: float32 (R, C), metres.
 
     disparity: float32 (R, C), px, NaN = invalid, which stays NaN. A valid pixel whose disparity
-    is not above the calibration's offset is too far: infinite.
+    is not above the calibration's offset is too far: infinite. Without a baseline all is NaN.
     """
+    if not calibration.baseline:
+        return np.full_like(disparity, np.nan)
     depth = disparity - np.float32(calibration.offset)
     with np.errstate(divide='ignore', over='ignore'):
         np.divide(np.float32(calibration.focal * calibration.baseline), depth, out=depth)

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import content_of, expected_size, read_calibration
-from fuzzy_stereo_ros.pairs.cropping import whole_window
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
-from fuzzy_stereo_ros.pairs.rectification import has_source, source_places
+from fuzzy_stereo_ros.pairs.rectification import has_source, source_places, whole_window
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, StereoPair, width_by_height
 import numpy as np
 
@@ -22,11 +21,13 @@ class _Plan(NamedTuple):
 
     calibration: of the images as they come out. window: slices of rows and columns to be cut.
     maps: of the window, for each side what remap takes; None where nothing is rectified.
+    missing: as of a StereoPair.
     """
 
     calibration: Calibration
     window: tuple
     maps: tuple | None
+    missing: tuple | None
 
 
 class PairReader:
@@ -75,13 +76,13 @@ class PairReader:
         if self.scale != 1:
             images = [_reduced(image, self.scale) for image in images]
         return StereoPair(*map(np.ascontiguousarray, images), plan.calibration,
-                          stamp_of(left.header), left.header.frame_id)
+                          stamp_of(left.header), left.header.frame_id, plan.missing)
 
     def _plan_for(self, infos, rows, columns):
         calibration = read_calibration(*infos)
         remarks = self._remarks_on_size(infos, rows, columns)
         calibration = replace(calibration, remarks=(*calibration.remarks, *remarks))
-        window, maps = (slice(0, rows), slice(0, columns)), None
+        window, maps, missing = (slice(0, rows), slice(0, columns)), None, None
         if self._rectify or self._crop:
             places = [source_places(side, info, rows, columns)
                       for side, info in zip(SIDES, infos)]
@@ -90,11 +91,16 @@ class PairReader:
             if self._rectify:
                 maps = tuple(cv2.convertMaps(x[window], y[window], cv2.CV_16SC2)
                              for x, y in places)
+                missing = [~has_source(x[window], y[window], rows, columns) for x, y in places]
         calibration = calibration.cut(window[0].start, window[1].start)
         if self.scale != 1:
             _check_blocks(window, self.scale)
             calibration = calibration.scaled(self.scale)
-        return _Plan(calibration, window, maps)
+            if missing is not None:     # a block is, where one of its pixels is
+                missing = [_reduced(one.astype(np.float32), self.scale) > 0 for one in missing]
+        if missing is not None and not np.any(missing):
+            missing = None
+        return _Plan(calibration, window, maps, missing and tuple(missing))
 
     def _remarks_on_size(self, infos, rows, columns):
         """Return sentences on images of an unexpected size; refuse what depends on it."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where in the raw image of a camera each pixel of its rectified image comes from."""
+"""Where in the raw image each pixel of a rectified one comes from, and where none is missing."""
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import numbers_of, times_binned
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
@@ -122,3 +122,30 @@ def _distorted(model, distortion, radius):
     square = radius**2
     with np.errstate(divide='ignore', invalid='ignore'):
         return radius * np.polyval([k3, k2, k1, 1], square) / np.polyval([k6, k5, k4, 1], square)
+
+
+def whole_window(there):
+    """
+    Return the slices of rows and of columns of a large rectangle in which every pixel is there.
+
+    there: bool (R, C). While one is missing inside, the side that misses the largest share of
+    its pixels is dropped: not always the largest rectangle, but near it where what is missing
+    lies along the borders. Both slices are empty where nothing is left.
+    """
+    top, left, (bottom, right) = 0, 0, there.shape
+    absent = ~there
+    missing = np.count_nonzero(absent)
+    while missing:
+        rows, columns = slice(top, bottom), slice(left, right)
+        gone = [np.count_nonzero(side) for side in (
+            absent[top, columns], absent[bottom - 1, columns],
+            absent[rows, left], absent[rows, right - 1])]
+        width, height = right - left, bottom - top
+        worst = int(np.argmax([gone[0] / width, gone[1] / width,
+                               gone[2] / height, gone[3] / height]))
+        missing -= gone[worst]
+        top, bottom = top + (worst == 0), bottom - (worst == 1)
+        left, right = left + (worst == 2), right - (worst == 3)
+    if top == bottom or left == right:
+        return slice(0, 0), slice(0, 0)
+    return slice(top, bottom), slice(left, right)

@@ -1,23 +1,75 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What came of a pair into messages, without importing ROS.
+Results of a pair into messages, live and to a bag, without importing ROS.
 
 A message is anything with the fields of its ROS type: rclpy's and those written to a bag.
 """
 from array import array
 
 import cv2
-from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.colours import colour_disparity, in_eight_bits
 from fuzzy_stereo_ros.pairs.metres import depth_of, millimetres_of, write_points
 import numpy as np
 
+DISPARITY, POINTS = 'disparity', 'points2'
+# By the word of the parameter `outputs`: topics and their types.
+TOPICS = {
+    'disparity': ((DISPARITY, 'stereo_msgs/msg/DisparityImage'),),
+    'confidence': (('confidence', 'sensor_msgs/msg/Image'),),
+    'depth': (('depth/image_rect', 'sensor_msgs/msg/Image'),
+              ('depth/camera_info', 'sensor_msgs/msg/CameraInfo')),
+    'points2': ((POINTS, 'sensor_msgs/msg/PointCloud2'),),
+    'preview': (('preview', 'sensor_msgs/msg/Image'),),
+}
+METRIC = 'depth/image_rect', 'depth/camera_info', POINTS    # topics that need a baseline
 DISPARITY_STEP = 1 / 16     # px; what the matcher rounds its sub-pixel disparities to
 WHOLE_PIXEL = 1.0           # step of the paper's disparities
 FLOAT32 = 7                 # sensor_msgs/PointField's number for it
 # By (use_color, avoid_point_cloud_padding): 32-bit words of a point, and which one is the colour.
 POINT_LAYOUTS = {(True, False): (8, 4), (False, False): (4, None),
                  (True, True): (4, 3), (False, True): (3, None)}
+
+
+class ResultMessages:
+    """Makes the message of a topic; that of the points uses the same memory again."""
+
+    def __init__(self, make, settings):
+        """
+        Make nothing yet.
+
+        make(type name, **fields): returns a message, empty but for the fields.
+        settings: depth_encoding, use_color and avoid_point_cloud_padding, by name.
+        """
+        self._make, self._settings = make, settings
+        self._cloud = None      # new memory for each would cost more than its points
+
+    def of(self, topic, matched):
+        """Return the message of one of the `TOPICS` for a MatchedPair; None without metres."""
+        pair, match, config = matched.pair, matched.match, matched.config
+        if topic in METRIC and not pair.calibration.baseline:
+            return None
+        if topic == DISPARITY:
+            return fill_disparity(
+                self._make('stereo_msgs/msg/DisparityImage'), match, pair, config)
+        if topic == POINTS:
+            self._cloud = self._cloud or self._make('sensor_msgs/msg/PointCloud2')
+            return fill_points(
+                self._cloud, match, pair,
+                lambda **fields: self._make('sensor_msgs/msg/PointField', **fields),
+                use_color=self._settings['use_color'],
+                avoid_point_cloud_padding=self._settings['avoid_point_cloud_padding'])
+        if topic == 'depth/camera_info':
+            return fill_camera_info(self._make('sensor_msgs/msg/CameraInfo'), pair)
+        image = self._make('sensor_msgs/msg/Image')
+        if topic == 'confidence':
+            return fill_image(image, match.confidence, pair, '32FC1')
+        if topic == 'preview':
+            last = config.min_disparity + config.disparities - 1
+            return fill_image(image, colour_disparity(
+                match.disparity, config.min_disparity, last), pair, 'bgr8')
+        return fill_depth(image, depth_of(match.disparity, pair.calibration), pair,
+                          self._settings['depth_encoding'])
 
 
 def fill_disparity(message, match, pair, config):
@@ -38,7 +90,7 @@ def fill_disparity(message, match, pair, config):
     np.clip(values, smallest, largest, out=values)
     cv2.patchNaNs(values, float(smallest - np.float32(1)))
     _fill_header(message.header, pair)
-    _fill_image(message.image, values, pair, '32FC1')
+    fill_image(message.image, values, pair, '32FC1')
     message.f = pair.calibration.focal
     _set(message, 't', pair.calibration.baseline)
     message.min_disparity, message.max_disparity = float(smallest), float(largest)
@@ -51,31 +103,15 @@ def fill_disparity(message, match, pair, config):
     return message
 
 
-def fill_confidence(message, match, pair):
-    """Fill a sensor_msgs/Image, 32FC1, with match.confidence, float32 (R, C), 0 to 1."""
-    _fill_image(message, match.confidence, pair, '32FC1')
-    return message
-
-
 def fill_depth(message, depth, pair, encoding):
     """
     Fill a sensor_msgs/Image with a depth image as REP 118 wants it, and return it.
 
     depth: float32 (R, C), metres, NaN = invalid, infinite = too far, as `depth_of` makes it.
     encoding: '32FC1', depth as it is, or '16UC1', millimetres, 0 = invalid or beyond 65.535 m.
-    Raises ValueError for another encoding.
     """
-    if encoding not in ('32FC1', '16UC1'):
-        raise ValueError(f"encoding is '{encoding}'; allowed are 32FC1 (metres) and 16UC1 "
-                         '(millimetres)')
-    _fill_image(message, depth if encoding == '32FC1' else millimetres_of(depth), pair, encoding)
-    return message
-
-
-def fill_preview(message, picture, pair):
-    """Fill a sensor_msgs/Image, bgr8, with a picture of the disparities, uint8 (R, C, 3) BGR."""
-    _fill_image(message, picture, pair, 'bgr8')
-    return message
+    return fill_image(
+        message, millimetres_of(depth) if encoding == '16UC1' else depth, pair, encoding)
 
 
 def fill_camera_info(message, pair):
@@ -155,8 +191,8 @@ def _fill_header(header, pair):
     header.frame_id = pair.frame_id
 
 
-def _fill_image(message, values, pair, encoding):
-    """Fill a sensor_msgs/Image with (R, C) or (R, C, channels) of the encoding's dtype."""
+def fill_image(message, values, pair, encoding):
+    """Fill a sensor_msgs/Image, (R, C) or (R, C, channels) of the encoding's dtype; return it."""
     values = np.ascontiguousarray(values, values.dtype.newbyteorder('<'))
     _fill_header(message.header, pair)
     message.height, message.width = values.shape[:2]
@@ -166,3 +202,4 @@ def _fill_image(message, values, pair, encoding):
     data = array('B')
     data.frombytes(memoryview(values).cast('B'))
     message.data = data
+    return message

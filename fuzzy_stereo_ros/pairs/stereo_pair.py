@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A stereo pair as the matcher needs it, wherever it came from, and why one may be refused."""
 from dataclasses import dataclass, replace
+import re
 from typing import NamedTuple
 
 import numpy as np
+
+NUMBERS = re.compile(r'\d[\d.]*')
 
 
 class BadPair(ValueError):
@@ -17,6 +20,11 @@ class BadPair(ValueError):
     def __init__(self, reason, sentence):
         super().__init__(sentence)
         self.reason = reason
+
+
+def kind_of(sentence):
+    """Return a sentence without its numbers: what those that differ only there have in common."""
+    return NUMBERS.sub('#', sentence)
 
 
 def width_by_height(image):
@@ -38,7 +46,8 @@ class Calibration:
     """
     What turns a disparity of this pair into metres: Z = focal * baseline / (disparity - offset).
 
-    focal: px of the image as it is, whatever was done to it before. baseline: metres, > 0.
+    focal: px of the image as it is, whatever was done to it before. baseline: metres; 0: unknown,
+    there are no metres.
     offset: px, cx of the left image minus cx of the right one.
     left: the Projection of the left camera.
     remarks: sentences about a calibration that is usable but hardly right.
@@ -72,6 +81,8 @@ class StereoPair:
     left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype, contiguous;
     one may have colour where the other has none.
     stamp: ns. frame_id: the left camera's, empty where there is none.
+    missing: bool (R, C) of the left and of the right image, where a rectified pixel comes from
+    outside the raw image; None where no pixel does.
     """
 
     left: np.ndarray
@@ -79,3 +90,4 @@ class StereoPair:
     calibration: Calibration
     stamp: int
     frame_id: str = ''
+    missing: tuple | None = None

@@ -1,19 +1,20 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The tables of docs/parameters.md, made from the declaration.
+The files made of the table of parameters: docs/parameters.md and config/fuzzy_stereo.yaml.
 
-`python -m fuzzy_stereo_ros.parameters.page docs/parameters.md` renews them between their marks.
+`python -m fuzzy_stereo_ros.parameters.page docs/parameters.md config/fuzzy_stereo.yaml` renews
+them; in the page what stands between two marks.
 """
-from dataclasses import fields
 from pathlib import Path
 import re
 import sys
+import textwrap
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
-from fuzzy_stereo_ros.parameters.matcher_options import written_value
-from fuzzy_stereo_ros.parameters.table import field_names, listed, NODE_PARAMETERS, ros_name
+from fuzzy_stereo_ros.parameters.table import (
+    MATCHER_PARAMETERS, NODE_PARAMETERS, ROS_PARAMETERS, written)
 
 BEGIN, END = '<!-- parameters: begin -->', '<!-- parameters: end -->'
 
@@ -22,14 +23,12 @@ def parameter_page():
     """Return the two tables as Markdown: the matcher's parameters, and what the node adds."""
     configs = {name: MatcherConfig.from_profile(name) for name in PROFILES}
     matcher = [('parameter', *configs, 'allowed', 'meaning')]
-    for field in fields(MatcherConfig):
-        values = [_value(getattr(config, field.name)) for config in configs.values()]
-        matcher.append((_name(field), *values, _allowed(**field.metadata),
-                        field.metadata['sentence']))
-    node = [('parameter', 'default', 'allowed', 'meaning')]
-    node += [(f'`{row.name}`', _value(row.default),
-              _allowed(row.low, row.high, row.unit, row.choices), row.sentence)
-             for row in NODE_PARAMETERS]
+    for row in MATCHER_PARAMETERS:
+        values = [written(getattr(config, row.field)) for config in configs.values()]
+        matcher.append((_names(row), *values, row.allowed, row.sentence))
+    node = [('parameter', 'default', 'allowed', 'meaning'),
+            *((f'`{row.name}`', written(row.default), row.allowed, row.sentence)
+              for row in NODE_PARAMETERS)]
     return ('Of the matcher, with the values of the profiles:\n\n' + _markdown(matcher)
             + '\n\nOf the node alone:\n\n' + _markdown(node))
 
@@ -42,29 +41,39 @@ def renewed(text):
     return f'{text[:found.start()]}{BEGIN}\n{parameter_page()}\n{END}{text[found.end():]}'
 
 
-def _name(field):
+def parameter_file():
+    """
+    Return the text of config/fuzzy_stereo.yaml: every parameter, its sentence and its default.
+
+    What a profile presets is a comment, so that the file leaves it to the profile.
+    """
+    lines = ['# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
+             '# SPDX-License-Identifier: Apache-2.0',
+             '# Made from the table of parameters; a test holds the two equal.',
+             '# A name behind # is preset by the profile; without the # it overrides the profile.',
+             '/**:', '  ros__parameters:']
+    for row in ROS_PARAMETERS:
+        comment = row.described() + ('; fixed at start' if row.read_only else '')
+        lines += textwrap.wrap(comment, 99, initial_indent='    # ', subsequent_indent='    # ')
+        value = row.default if isinstance(row.default, float) else written(row.default)
+        lines.append(f"    {'# ' if row.preset else ''}{row.name}: {value}")
+    return '\n'.join(lines) + '\n'
+
+
+def _names(row):
     """Return what a parameter is called, and in ROS where that differs."""
-    if field.name not in field_names().values():
-        return f'`{field.name}` (not in ROS)'
-    ros = ros_name(field.name)
-    return f'`{field.name}`' if ros == field.name else f'`{field.name}` (ROS: `{ros}`)'
-
-
-def _value(value):
-    return str(value).lower() if isinstance(value, bool) else written_value(value)
-
-
-def _allowed(low=None, high=None, unit='', choices=(), sentence=''):
-    if choices:
-        return listed(choices)
-    return '' if low is None else f'{written_value(low)} to {written_value(high)} {unit}'.rstrip()
+    if row not in ROS_PARAMETERS:
+        return f'`{row.field}` (not in ROS)'
+    return f'`{row.field}`' if row.name == row.field else f'`{row.field}` (ROS: `{row.name}`)'
 
 
 def _markdown(lines):
-    written = [f"| {' | '.join(line)} |" for line in lines]
-    return '\n'.join([written[0], '|' + '---|' * len(lines[0]), *written[1:]])
+    rows = [f"| {' | '.join(line)} |" for line in lines]
+    return '\n'.join([rows[0], '|' + '---|' * len(lines[0]), *rows[1:]])
 
 
 if __name__ == '__main__':
-    for page in map(Path, sys.argv[1:]):
-        write_whole(page, renewed(page.read_text(encoding='utf-8')).encode())
+    for path in map(Path, sys.argv[1:]):
+        content = parameter_file() if path.suffix == '.yaml' else renewed(
+            path.read_text(encoding='utf-8'))
+        write_whole(path, content.encode())

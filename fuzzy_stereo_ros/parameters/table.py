@@ -1,19 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The node's parameters as one table, from which ROS declarations and config/*.yaml are made.
+The one table of parameters: ROS, command line, YAML, launch files and README are made from it.
 
-What concerns matching comes from `MatcherConfig`; here is only what the node adds. Names and
-defaults are those of stereo_image_proc where it has the parameter.
+Rows that concern matching are made from the fields of `MatcherConfig`, which checks them; here is
+what the node adds. Names and defaults are those of stereo_image_proc where it has the parameter.
 """
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
-import textwrap
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
-from fuzzy_stereo_ros.saved_pairs.format_versions import PARAMETERS
 
 ROS_NAMES = {'disparities': 'disparity_range'}      # the others are called as in MatcherConfig
 REFERENCE = 'left'      # what stereo_msgs/DisparityImage wants: no parameter of the node
@@ -25,7 +23,8 @@ class Parameter:
     """
     A row of the table; low and high are None where no range is asked for.
 
-    several: the value is a text of any number of the choices, as words.
+    several: the value is a text of any number of the choices, as words. read_only: fixed at the
+    start of the node. field: of MatcherConfig, '' for what the node adds.
     """
 
     name: str
@@ -37,17 +36,25 @@ class Parameter:
     choices: tuple = ()
     several: bool = False
     read_only: bool = False
-    preset: bool = False
+    field: str = ''
+
+    @property
+    def allowed(self):
+        """The choices or the range, as people write them; '' for any value."""
+        if self.choices:
+            return ', '.join(map(written, self.choices))
+        if self.low is None:
+            return ''
+        return f'{written(self.low)} to {written(self.high)} {self.unit}'.strip()
+
+    @property
+    def preset(self):
+        """Whether a profile sets it."""
+        return any(self.field in preset for preset in PROFILES.values())
 
     def described(self):
         """Return the sentence with what is allowed."""
-        if self.choices:
-            allowed = listed(self.choices)
-        elif self.low is not None:
-            allowed = f'{self.low:.10g} to {self.high:.10g} {self.unit}'.strip()
-        else:
-            allowed = ''
-        return f'{self.sentence} [{allowed}]' if allowed else self.sentence
+        return f'{self.sentence} [{self.allowed}]' if self.allowed else self.sentence
 
     def checked(self, value):
         """Return a value in the parameter's own type; raise ValueError where it is not allowed."""
@@ -58,17 +65,20 @@ class Parameter:
             raise ValueError(f'{self.name} is {value!r}; allowed are values like {self.default!r}')
         words = value.split() if self.several else [value]
         if self.choices and not set(words) <= set(self.choices):
-            raise ValueError(f"{self.name} is '{value}'; allowed are {listed(self.choices)}")
+            raise ValueError(f"{self.name} is '{value}'; allowed are {self.allowed}")
         if self.low is not None and not self.low <= value <= self.high:
             raise ValueError(f'{self.name} is {value!r}; allowed are numbers from '
-                             f'{self.low:.10g} to {self.high:.10g}')
+                             f'{written(self.low)} to {written(self.high)}')
         return value
 
 
-VERSION = Parameter(
-    'parameters_version', PARAMETERS,
-    'of the names and meanings of parameters; a file made for another one is refused',
-    read_only=True)
+def written(value):
+    """Return a value as people write it: true, 54 instead of 54.0."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'{value:.10g}' if isinstance(value, float) else str(value)
+
+
 OUTPUTS = 'disparity', 'confidence', 'depth', 'points2', 'preview'
 NODE_PARAMETERS = (
     Parameter('profile', 'realtime', 'preset of the matcher; single parameters override it',
@@ -124,8 +134,13 @@ NODE_PARAMETERS = (
     Parameter('no_pair_seconds', 5.0,
               'report what is missing when no pair has come for this long',
               0.1, 3600.0, 's', read_only=True),
-    VERSION,
 )
+MATCHER_PARAMETERS = tuple(
+    Parameter(ROS_NAMES.get(field.name, field.name), field.default, field=field.name,
+              **field.metadata)
+    for field in fields(MatcherConfig))
+ROS_PARAMETERS = (
+    *NODE_PARAMETERS, *(row for row in MATCHER_PARAMETERS if row.field != 'reference'))
 # Of stereo_image_proc's matchers; a launch file or parameter file that sets them still works.
 IGNORED_PARAMETERS = (
     'P1', 'P2', 'correlation_window_size', 'disp12_max_diff', 'full_dp', 'prefilter_cap',
@@ -139,41 +154,21 @@ def sync_tolerance(settings):
     return round(settings['approximate_sync_tolerance_seconds'] * 1e9)
 
 
-def listed(choices):
-    """Return choices as people write them."""
-    return ', '.join(f'{choice:g}' if isinstance(choice, float) else choice for choice in choices)
-
-
-def matcher_parameters(config):
-    """Return the rows of the matcher's parameters, with the values of a MatcherConfig."""
-    presets = {name for preset in PROFILES.values() for name in preset}
-    return tuple(
-        Parameter(ros_name(field.name), getattr(config, field.name), preset=field.name in presets,
-                  **field.metadata)
-        for field in fields(MatcherConfig) if field.name != 'reference')
-
-
 def ros_name(field_name):
     """Return what a field of MatcherConfig is called as a ROS parameter."""
     return ROS_NAMES.get(field_name, field_name)
 
 
-def field_names():
-    """Return a dict: the field of MatcherConfig by the name of its ROS parameter."""
-    return {ros_name(field.name): field.name
-            for field in fields(MatcherConfig) if field.name != 'reference'}
-
-
 def nearest(name, names=(), likeness=0.6):
     """
-    Return ' (is another_name meant?)' for a name that no parameter has, '' if none is near.
+    Return ' (did you mean another_name?)' for a name that no parameter has, '' if none is near.
 
     names: those it may be; none are those of the table. likeness: at least, 0 to 1.
     """
-    if name in ROS_NAMES:
-        return f' (is {ROS_NAMES[name]} meant?)'
-    names = names or [row.name for row in NODE_PARAMETERS] + list(field_names())
-    return ''.join(f' (is {near} meant?)' for near in get_close_matches(name, names, 1, likeness))
+    names = names or [row.name for row in ROS_PARAMETERS]
+    near = [ROS_NAMES[name]] if name in ROS_NAMES else get_close_matches(
+        name, names, 1, likeness)
+    return ''.join(f' (did you mean {one}?)' for one in near)
 
 
 def in_ros_words(sentence):
@@ -192,22 +187,3 @@ def preset_changes(old, new):
     config = profile_config(new)
     names = {*PROFILES.get(old, {}), *PROFILES[new]} - {'reference'}
     return {name: getattr(config, name) for name in names}
-
-
-def parameter_file():
-    """
-    Return the text of config/fuzzy_stereo.yaml: every parameter, its sentence and its default.
-
-    What a profile presets stands there as a comment, so that the file leaves profiles their say.
-    """
-    lines = ['# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
-             '# SPDX-License-Identifier: Apache-2.0',
-             '# Made from the declaration of the parameters; a test holds the two equal.',
-             '# A name behind # is preset by the profile; without the # it overrides the profile.',
-             '/**:', '  ros__parameters:']
-    for row in (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime'))):
-        comment = row.described() + ('; fixed at start' if row.read_only else '')
-        lines += textwrap.wrap(comment, 99, initial_indent='    # ', subsequent_indent='    # ')
-        value = str(row.default).lower() if isinstance(row.default, bool) else row.default
-        lines.append(f"    {'# ' if row.preset else ''}{row.name}: {value}")
-    return '\n'.join(lines) + '\n'

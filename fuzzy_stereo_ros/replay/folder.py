@@ -9,11 +9,11 @@ import shutil
 
 from fuzzy_stereo_ros.bags.reading import BagReader, read_stamped
 from fuzzy_stereo_ros.bags.writing import METADATA, SUFFIXES, UNFINISHED
+from fuzzy_stereo_ros.pairs.image_files import read_json
+from fuzzy_stereo_ros.pairs.result_messages import DISPARITY
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS
 from fuzzy_stereo_ros.replay.sinks import CALIBRATION
-from fuzzy_stereo_ros.result_topics import DISPARITY
-from fuzzy_stereo_ros.saved_pairs.checked_files import read_json
 
 RECORD = 'replay.json'      # what the outputs were made of; it marks a folder as a replay's
 

@@ -12,9 +12,9 @@ import signal
 import threading
 import time
 
-from fuzzy_stereo_ros.pair_matcher import Matched
+from fuzzy_stereo_ros.pair_matcher import MatchedPair, without_missing
+from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
 from fuzzy_stereo_ros.replay.source import Refusal, refusal_of
-from fuzzy_stereo_ros.reports import kind_of
 
 
 @dataclass
@@ -139,7 +139,7 @@ def _wait(writing, stats, log):
 
 
 def _counted(step, outcome, config, stats, log):
-    """Count a Step and return its Matched, None where it was not matched."""
+    """Count a Step and return its MatchedPair, None where it was not matched."""
     if step.went_back:
         log('timestamps jumped back; matcher reset')
     if isinstance(outcome, Refusal):
@@ -154,7 +154,7 @@ def _counted(step, outcome, config, stats, log):
     stats.again += step.again
     stats.matched += not step.again
     stats.logged, stats.stamp = step.logged, step.stamp
-    return Matched(step.pair, outcome, config, None)
+    return MatchedPair(step.pair, without_missing(outcome, step.pair.missing), config, None)
 
 
 class Interruption:

@@ -4,12 +4,12 @@
 import sys
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
+from fuzzy_stereo_ros.pairs.result_messages import DISPARITY
+from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS
 from fuzzy_stereo_ros.replay.segments import ClusterFault
 from fuzzy_stereo_ros.replay.sinks import BagSink
 from fuzzy_stereo_ros.replay.source import SECOND
-from fuzzy_stereo_ros.reports import kind_of
-from fuzzy_stereo_ros.result_topics import DISPARITY
 
 
 class ProgressBar:

@@ -3,7 +3,7 @@
 """
 Where the results of a replay go: into a bag, files, a video, the viewer.
 
-A sink has take(matched, logged), called with each Matched in the order of the bag until it raises
+A sink has take(matched, logged), with each MatchedPair in the order of the bag until it raises
 an exception, and close(), called in any case. All calls come from one thread, the one that made
 it. An OSError of a sink, as of a full disk, or a ValueError ends the replay.
 """
@@ -16,10 +16,10 @@ from fuzzy_stereo_ros.bags.copying import Copies
 from fuzzy_stereo_ros.bags.reading import slashed
 from fuzzy_stereo_ros.bags.writing import BagWriter, Messages
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, TOPICS
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.replay.options import VIEWER
 from fuzzy_stereo_ros.replay.source import refusal_of
-from fuzzy_stereo_ros.result_topics import DISPARITY, ResultMessages, TOPICS
 from fuzzy_stereo_ros.views.rerun_view import RerunSink
 from fuzzy_stereo_ros.views.video import RATES, VideoSink
 
@@ -49,7 +49,7 @@ class Outputs:
 
     def put(self, matched, logged):
         """
-        Give a Matched to the sinks; logged: ns, when its last message was recorded.
+        Give a MatchedPair to the sinks; logged: ns, when its last message was recorded.
 
         Returns the Refusal of a pair whose results cannot be made, None where they are written.
         """
@@ -169,10 +169,11 @@ class BagSink:
 
     def take(self, matched, logged):
         """Write the results of a pair, behind the copies that stand before it."""
-        contents = [self._messages.content(self._results.of(topic, matched))
-                    for topic, _ in self._topics]
+        results = [(topic, kind, self._results.of(topic, matched)) for topic, kind in self._topics]
+        contents = [(topic, kind, self._messages.content(message))
+                    for topic, kind, message in results if message is not None]
         self.copy(logged)
-        for (topic, kind), content in zip(self._topics, contents):
+        for topic, kind, content in contents:
             self.bag.write(f'/{topic}', kind, self._messages.typestore, content, logged)
         self.bag.commit()
 

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.pairs.camera_files import read_camera, rectified_cameras
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
-from fuzzy_stereo_ros.parameters.camera_options import CAMERA, given_calibration
+from fuzzy_stereo_ros.parameters.options import CAMERA, given_calibration
 from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
 SECOND = 1_000_000_000

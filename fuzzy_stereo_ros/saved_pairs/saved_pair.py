@@ -1,19 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A pair in a folder, with all that its match depends on and what came of it: a bug report.
+A pair in a folder, with all that its match depends on and the match itself: a bug report.
 
 | file | holds |
 |---|---|
 | left.png, right.png | the images, as the matcher was given them |
-| calibration.json | the rest of the StereoPair: stamp, frame_id, calibration |
-| parameters.json | the MatcherConfig |
-| state.npz | the FrameState before the match; missing where there was none |
-| disparity.npy, confidence.npy, history.json | the Match |
-| about.json | version of this format, what it ran on, and what else there was to tell |
+| pair.json | stamp, frame_id, calibration, parameters, history, versions, and what else to tell |
+| arrays.npz | disparity and confidence, and the FrameState before the match where there was one |
 | README.txt | how to match it again |
 
-`fuzzy-stereo match --saved FOLDER` matches it again.
+`fuzzy-stereo match --saved FOLDER` matches it again. The version that wrote it reads it.
 """
 from dataclasses import asdict, dataclass, field, fields, replace
 import io
@@ -27,11 +24,8 @@ from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
-from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
+from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.saved_pairs.checked_files import (
-    check_array, check_names, check_record, read_arrays, read_json, read_record)
-from fuzzy_stereo_ros.saved_pairs.format_versions import check_format, SAVED_PAIR
 from fuzzy_stereo_ros.saved_pairs.versions import versions
 import numpy as np
 
@@ -40,13 +34,14 @@ A stereo pair with its parameters, the previous frame and the match, saved by fu
 Matched again and compared with what is saved here, by this command in this folder:
 fuzzy-stereo match --saved .
 """
-STATE_NUMBERS = 'frame', 'disparities', 'min_disparity'
+RESULTS = 'disparity', 'confidence'
+STATE_NUMBERS = 'stamp', 'frame', 'disparities', 'min_disparity', 'reference'
 
 
 @dataclass(frozen=True)
 class SavedPair:
     """
-    What was matched, how, and what came of it; ValueError where these do not belong together.
+    A pair, how it was matched, and the match; ValueError where these do not belong together.
 
     pair: as it was given to the matcher, its stamp with it. config: what it was matched with.
     state: of the matcher before the match, or None.
@@ -63,8 +58,8 @@ class SavedPair:
     def __post_init__(self):
         checked_pair(self.pair.left, self.pair.right, self.config)
         shape = self.pair.left.shape[:2]
-        for name in ('disparity', 'confidence'):
-            check_array(name, getattr(self.match, name), np.float32, shape)
+        for name in RESULTS:
+            _check_array(name, getattr(self.match, name), np.float32, shape)
         if self.state is not None:
             _check_state(self.state, self.config)
         if self.match.warm and (self.state is None or not self.state.fits(
@@ -103,124 +98,107 @@ def read_saved_pair(folder):
     """
     Return the SavedPair of a folder.
 
-    Raises ValueError where a file is missing or damaged, or was saved by a version that has other
-    parameters.
+    Raises ValueError where a file is missing or damaged, or was saved by another version.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise ValueError(f'{folder} is no folder; give one that holds a saved pair')
-    parts = {**_read_about(folder), 'pair': _read_pair(folder),
-             'config': _read_config(folder / 'parameters.json')}
-    parts['state'] = _read_state(folder / 'state.npz', parts['config'])
-    parts['match'] = _read_match(folder)
+    record, arrays = read_json(folder / 'pair.json'), _arrays(folder)
+    left, right = (read_image(folder / f'{side}.png') for side in ('left', 'right'))
     try:
-        return SavedPair(**parts)
-    except ValueError as error:
-        raise ValueError(f'{folder} is damaged: {error}') from error
+        return _saved_pair(record, arrays, left, right)
+    except (ValueError, TypeError, KeyError) as error:
+        reason = f'it lacks {error}' if isinstance(error, KeyError) else error
+        raise ValueError(f'{folder} is damaged or of another version: {reason}; read it by the '
+                         'fuzzy_stereo_ros that wrote it') from error
 
 
 def _write_files(folder, saved):
-    pair, config, state, match = saved.pair, saved.config, saved.state, saved.match
+    pair, match, state = saved.pair, saved.match, saved.state
     write_image(folder / 'left.png', pair.left)
     write_image(folder / 'right.png', pair.right)
-    _write_record(folder / 'calibration.json', {
-        'stamp': int(pair.stamp), 'frame_id': pair.frame_id, **asdict(pair.calibration),
-        'left': pair.calibration.left._asdict()})
-    _write_record(folder / 'parameters.json', {
-        parameter.name: parameter.type(getattr(config, parameter.name))
-        for parameter in fields(config)})
+    arrays = {name: getattr(match, name) for name in RESULTS}
+    record = {
+        'stamp': int(pair.stamp), 'frame_id': pair.frame_id,
+        'calibration': {**asdict(pair.calibration), 'left': pair.calibration.left._asdict(),
+                        'remarks': list(pair.calibration.remarks)},
+        'parameters': {one.name: one.type(getattr(saved.config, one.name))
+                       for one in fields(MatcherConfig)},
+        'state': None, 'warm': match.warm, 'times': _floats(match.times),
+        'generations': [{**asdict(row), 'gains': _floats(row.gains)} for row in match.history],
+        'versions': saved.versions, 'about': saved.about}
     if state is not None:
-        stored = io.BytesIO()
-        stamp = [] if state.stamp is None else [state.stamp]
-        np.savez(stored, stamp=np.array(stamp, np.int64),
-                 **{name: getattr(state, name) for name in _layout(state)},
-                 **{name: np.int64(getattr(state, name)) for name in STATE_NUMBERS})
-        (folder / 'state.npz').write_bytes(stored.getvalue())
-    for name in ('disparity', 'confidence'):
-        stored = io.BytesIO()
-        np.save(stored, getattr(match, name), allow_pickle=False)
-        (folder / f'{name}.npy').write_bytes(stored.getvalue())
-    _write_record(folder / 'history.json', {
-        'warm': match.warm, 'times': _as_floats(match.times),
-        'generations': [{**asdict(row), 'gains': _as_floats(row.gains)}
-                        for row in match.history]})
-    _write_record(folder / 'about.json', {
-        'format': SAVED_PAIR, 'versions': saved.versions, 'about': saved.about})
+        record['state'] = {name: getattr(state, name) for name in STATE_NUMBERS}
+        arrays.update({name: getattr(state, name) for name in _layout(state)})
+    stored = io.BytesIO()
+    np.savez(stored, **arrays)
+    (folder / 'arrays.npz').write_bytes(stored.getvalue())
+    (folder / 'pair.json').write_text(json.dumps(record, indent=2) + '\n', encoding='ascii')
     (folder / 'README.txt').write_text(
         README.format(saved.versions['fuzzy_stereo_ros']), encoding='utf-8')
 
 
-def _write_record(path, record):
-    path.write_text(json.dumps(record, indent=2) + '\n', encoding='ascii')
-
-
-def _as_floats(numbers):
+def _floats(numbers):
     return {name: float(value) for name, value in numbers.items()}
 
 
-def _read_about(folder):
-    """Return versions and about of a folder; ValueError first where its format is another one."""
-    path = folder / 'about.json'
-    content = read_json(path)
-    if isinstance(content, dict) and 'versions' in content:
-        check_format(f'{folder}', content.get('format'), SAVED_PAIR)
-    record = check_record(path, content, {'format': int, 'versions': dict, 'about': dict})
-    del record['format']
-    for part in record.values():
-        check_record(path, part, dict.fromkeys(part, str))
-    return record
-
-
-def _read_pair(folder):
-    path = folder / 'calibration.json'
-    kinds = {'stamp': int, 'frame_id': str, 'focal': float, 'baseline': float, 'offset': float,
-             'left': dict, 'remarks': list}
-    record = read_record(path, kinds)
-    left = check_record(path, record['left'], dict.fromkeys(Projection._fields, float))
-    stamp, frame_id = record.pop('stamp'), record.pop('frame_id')
-    calibration = Calibration(**{
-        **record, 'left': Projection(**left), 'remarks': tuple(record['remarks'])})
-    return StereoPair(read_image(folder / 'left.png'), read_image(folder / 'right.png'),
-                      calibration, stamp, frame_id)
-
-
-def _read_config(path):
-    record = read_record(path, {
-        parameter.name: parameter.type for parameter in fields(MatcherConfig)})
+def _arrays(folder):
+    """Return {name: array} of the arrays of a folder; ValueError where they are damaged."""
+    path = folder / 'arrays.npz'
+    content = read_bytes(path)
     try:
-        return MatcherConfig(**record)
-    except ValueError as error:
-        raise ValueError(f'{path}: {error}') from error
+        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
+            return dict(stored)
+    except Exception as error:  # numpy raises many kinds for foreign bytes  # noqa: B902
+        raise ValueError(f'{path} is damaged: {error}') from error
 
 
-def _read_state(path, config):
-    """Return the FrameState of a file, whose reference is the MatcherConfig's; None without."""
-    if not path.exists():
-        return None
-    arrays = read_arrays(path)
-    if not isinstance(arrays, dict):
-        raise ValueError(f'{path} is damaged: it holds a single array')
-    check_names(path, arrays, [parameter.name for parameter in fields(FrameState)
-                               if parameter.name != 'reference'])
-    for name in STATE_NUMBERS:
-        check_array(f'{path}: {name}', arrays[name], np.int64, ())
-        arrays[name] = int(arrays[name])
-    stamp = arrays['stamp']
-    check_array(f'{path}: stamp', stamp, np.int64, (1,) if stamp.size else (0,))
-    return FrameState(**{**arrays, 'stamp': int(stamp[0]) if stamp.size else None},
-                      reference=config.reference)
+def _saved_pair(record, arrays, left, right):
+    """Return the SavedPair of what files hold; ValueError, TypeError or KeyError for others."""
+    def text(about):
+        return _checked('about', about, dict.fromkeys(about, str))
+
+    def floats(name, numbers):
+        return _checked(name, numbers, dict.fromkeys(numbers, float))
+
+    _checked('pair.json', record, {
+        'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
+        'state': object, 'warm': bool, 'times': dict, 'generations': list, 'versions': dict,
+        'about': dict})
+    calibration = _checked('calibration', record['calibration'], {
+        'focal': float, 'baseline': float, 'offset': float, 'left': dict, 'remarks': list})
+    projection = _checked('left', calibration['left'], dict.fromkeys(Projection._fields, float))
+    pair = StereoPair(left, right, Calibration(**{
+        **calibration, 'left': Projection(**projection),
+        'remarks': tuple(calibration['remarks'])}), record['stamp'], record['frame_id'])
+    config = MatcherConfig(**_checked('parameters', record['parameters'], {
+        one.name: one.type for one in fields(MatcherConfig)}))
+    kinds = {one.name: one.type for one in fields(Generation)}
+    history = [Generation(**{**_checked('generation', row, kinds),
+                             'gains': floats('gains', row['gains'])})
+               for row in record['generations']]
+    match = Match(*(arrays.pop(name) for name in RESULTS), history,
+                  floats('times', record['times']), record['warm'])
+    state = record['state']
+    if state is not None:
+        _checked('state', state, {'stamp': object, 'frame': int, 'disparities': int,
+                                  'min_disparity': int, 'reference': str})
+        state = FrameState(**arrays, **state)
+        if not isinstance(state.stamp, (int, type(None))):
+            raise ValueError('the stamp of the state is no number')
+    return SavedPair(pair, config, state, match, text(record['about']), text(record['versions']))
 
 
-def _read_match(folder):
-    path = folder / 'history.json'
-    record = read_record(path, {'warm': bool, 'times': dict, 'generations': list})
-    kinds = {parameter.name: parameter.type for parameter in fields(Generation)}
-    for row in record['generations']:
-        gains = check_record(path, row, kinds)['gains']
-        check_record(path, gains, dict.fromkeys(gains, float))
-    times = check_record(path, record['times'], dict.fromkeys(record['times'], float))
-    return Match(read_arrays(folder / 'disparity.npy'), read_arrays(folder / 'confidence.npy'),
-                 [Generation(**row) for row in record['generations']], times, record['warm'])
+def _checked(name, record, kinds):
+    """Return a record that has the names and types of kinds; a whole number does for a float."""
+    if not isinstance(record, dict) or set(record) != set(kinds):
+        raise ValueError(f"{name} is {record!r:.60}; needed are {', '.join(kinds)}")
+    for key, kind in kinds.items():
+        if not isinstance(record[key], kind) and not (
+                kind is float and isinstance(record[key], int)) or (
+                isinstance(record[key], bool) and kind in (int, float)):
+            raise ValueError(f'{key} is {record[key]!r:.60}, no {kind.__name__}')
+    return record
 
 
 def _layout(state):
@@ -232,10 +210,17 @@ def _layout(state):
 
 
 def _check_state(state, config):
+    """Raise ValueError for a state that kernels cannot take: they check no index."""
     for name, (kind, shape) in _layout(state).items():
-        check_array(f'{name} of the state', getattr(state, name), kind, shape)
+        _check_array(f'{name} of the state', getattr(state, name), kind, shape)
     if (state.labels >= state.disparities).any() or not (state.ages >= 1).all():
         raise ValueError('the state holds labels or ages that no frame has')
     if state.reference != config.reference:
         raise ValueError(f'the state is of the {state.reference} image, the match of the '
                          f'{config.reference} one')
+
+
+def _check_array(name, array, kind, shape):
+    if not isinstance(array, np.ndarray) or (array.dtype, array.shape) != (kind, shape):
+        raise ValueError(f'{name} is {array.dtype} {array.shape}; needed is '
+                         f'{np.dtype(kind)} {shape}')

@@ -1,32 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures to look at: colours for disparity, and a panel with everything about one match."""
+"""A panel with everything about one match, as a picture to look at."""
 import io
 from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.evaluation.scores import error_map
-from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.colours import in_eight_bits, INVALID_GREY
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
 
-INVALID_GREY = 32
 ERROR_LIMIT = 4.0
 PANEL_SUFFIXES = ('.png', '.pdf', '.svg')
-
-
-def colour_disparity(disparity, low, high):
-    """
-    Return disparities in the colours of Turbo, far blue and near red: uint8 (R, C, 3) BGR.
-
-    disparity: float (R, C), pixels, NaN or infinite = invalid, which is dark grey.
-    low, high: pixels, shown as the ends of the colours; what lies outside takes the end.
-    """
-    span = max(high - low, 1e-6)
-    levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)
-    picture = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
-    invalid = ~np.isfinite(disparity)
-    return cv2.copyTo(np.full_like(picture, INVALID_GREY), invalid.view(np.uint8), picture)
 
 
 def check_panel_suffix(path):

@@ -7,7 +7,7 @@ from pathlib import Path
 import sys
 
 import cv2
-from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.colours import in_eight_bits
 from fuzzy_stereo_ros.pairs.metres import depth_of, write_points
 from fuzzy_stereo_ros.pairs.whole_files import check_place
 import numpy as np
@@ -40,7 +40,7 @@ class RerunSink:
 
     def take(self, matched, logged=None):
         """
-        Show a Matched at its stamp.
+        Show a MatchedPair at its stamp.
 
         The points lie in the optical frame of the reference image's camera, metres.
         Raises OSError where a file cannot be begun.

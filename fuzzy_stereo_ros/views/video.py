@@ -5,9 +5,8 @@ import os
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.colours import colour_disparity, in_eight_bits, INVALID_GREY
 from fuzzy_stereo_ros.pairs.whole_files import check_place
-from fuzzy_stereo_ros.views.pictures import colour_disparity, INVALID_GREY
 import numpy as np
 
 CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
@@ -133,7 +132,7 @@ class VideoSink:
         self._video, self._range = VideoFile(path, rate), (low, high)
 
     def take(self, matched, logged=None):
-        """Append the frame of a Matched; raises ValueError as VideoFile.write does."""
+        """Append the frame of a MatchedPair; raises ValueError as VideoFile.write does."""
         self._video.write(side_by_side(matched, *self._range))
 
     def close(self):
@@ -143,7 +142,7 @@ class VideoSink:
 
 def side_by_side(matched, low, high):
     """
-    Return the reference image, the disparity and the confidence of a Matched beside each other.
+    Return the reference image, the disparity and the confidence of a pair beside each other.
 
     Titles stand above, with bars that explain the colours. The picture is uint8 (R, C, 3) BGR.
     low, high: px, the ends of the disparities' colours.

@@ -18,7 +18,7 @@ NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base'
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
 # Files that import ROS, or stand on those that do: nobody else imports them.
-ROS_FILES = ('node', 'demo', 'synthetic/fake_rig', 'benchmarks/live_benchmark',
+ROS_FILES = ('node', 'demo', 'synthetic/simulated_cameras', 'benchmarks/live_benchmark',
              'benchmarks/live_probe')
 INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'rerun', 'rosbags', 'skimage',
                               'tqdm', 'yaml'})
@@ -45,8 +45,8 @@ ROOMS = {
     'evaluation': Room(('matching', 'pairs', 'views/pictures'),
                        libraries_inside_functions=frozenset({'tqdm'})),
     'saved_pairs': Room(('matching', 'pairs'), frozenset({'cv2', 'numba', 'numpy'})),
-    'parameters': Room(('matching', 'pairs', 'saved_pairs/format_versions')),
-    'flat': Room(('flat', 'matching', 'pairs', 'parameters', 'views/pictures')),
+    'parameters': Room(('matching', 'pairs')),
+    'flat': Room(('flat', 'matching', 'pairs')),
     'replay': Room(('bags', 'flat', 'matching', 'pairs', 'parameters', 'saved_pairs', 'views'),
                    libraries_inside_functions=INSIDE_FUNCTIONS),
     'synthetic': Room(('pairs', 'parameters')),
@@ -57,8 +57,9 @@ ROOMS = {
                      libraries_inside_functions=INSIDE_FUNCTIONS),
     'node': Room(('flat', 'matching', 'pairs', 'parameters', 'saved_pairs'),
                  frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
-    'synthetic/fake_rig': Room(('bags', 'commands', 'node/log_folder', 'pairs', 'synthetic'),
-                               frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
+    'synthetic/simulated_cameras': Room(
+        ('bags', 'commands', 'node/run_node', 'pairs', 'parameters', 'synthetic'),
+        frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
     'demo': Room(('commands', 'evaluation', 'node', 'pairs', 'parameters', 'synthetic', 'views'),
                  frozenset({'cv2', 'numpy', 'tqdm'}), INSIDE_FUNCTIONS, ros=True),
     'benchmarks/live': Room(('benchmarks', 'commands', 'demo', 'evaluation', 'node', 'pairs'),
@@ -219,8 +220,8 @@ IN_NODE = f'{PACKAGE}/node/disparity_node.py'
     (IN_FLAT, f'from {PACKAGE} import matching, memory'),
     (IN_NODE, 'import rclpy'),
     (IN_NODE, 'from stereo_msgs.msg import DisparityImage'),
-    (f'{PACKAGE}/node/inputs.py', 'from rclpy.qos import QoSProfile'),
-    (IN_NODE, f'from {PACKAGE}.node.parameters import RosParameters'),
+    (f'{PACKAGE}/node/subscriptions.py', 'from rclpy.qos import QoSProfile'),
+    (IN_NODE, f'from {PACKAGE}.node.parameters import NodeParameters'),
     (IN_NODE, 'import yaml'),
     ('launch/disparity.launch.py', 'from launch_ros.actions import Node'),
     ('test/test_node.py', 'import rclpy'),
@@ -256,7 +257,7 @@ def test_an_import_of_its_own_room_is_accepted(path, line):
     (IN_BENCHMARKS, 'import skimage', 'only inside a function'),
     (IN_REPLAY, f'from {PACKAGE}.commands import parts', 'outside its room'),
     (IN_REPLAY, f'from {PACKAGE}.node.worker import Worker', 'outside its room'),
-    (IN_COMMANDS, f'from {PACKAGE}.synthetic.fake_rig import main', 'a ROS file'),
+    (IN_COMMANDS, f'from {PACKAGE}.synthetic.simulated_cameras import main', 'a ROS file'),
     (IN_COMMANDS, f'from {PACKAGE}.benchmarks import live_benchmark', 'a ROS file'),
     (IN_COMMANDS, 'import matplotlib', 'only inside a function'),
     (IN_FLAT, 'import rclpy', 'ROS outside the ROS files'),

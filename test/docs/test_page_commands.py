@@ -12,7 +12,7 @@ import sys
 
 from fuzzy_stereo_ros.commands import command_line
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.node.watchdog import FAST_DDS_VARIABLES
+from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
 from fuzzy_stereo_ros.pairs.image_files import write_image

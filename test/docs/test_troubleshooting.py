@@ -5,13 +5,13 @@ from collections import Counter
 from dataclasses import replace
 from functools import cache
 import re
+from unittest.mock import Mock
 
 from code_sentences import missing_parts
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.result_messages import TOPICS
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
-from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
-from fuzzy_stereo_ros.reports import change_values, counts_of, Figures
-from fuzzy_stereo_ros.result_topics import TOPICS
+from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 from pages import in_code_style, ROOT, said, text_of
@@ -19,8 +19,7 @@ import pytest
 
 INPUTS = 'image_rect', 'camera_info'
 NAME = 'docs/troubleshooting.md'
-PARAMETERS = {row.name for row in (
-    *NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))}
+PARAMETERS = {row.name for row in ROS_PARAMETERS}
 # Of ROS, numba and Fast DDS, not of this package.
 FOREIGN = {'__pycache__', '~/.cache/fuzzy_stereo_ros', 'image_proc', 'point_cloud_node',
            'image_raw', 'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST',
@@ -31,12 +30,13 @@ FOREIGN = {'__pycache__', '~/.cache/fuzzy_stereo_ros', 'image_proc', 'point_clou
 def keys_of_diagnostics():
     """Return the keys under which the node tells figures."""
     sides = [f'{side}/{name}' for side in ('left', 'right') for name in INPUTS]
-    figures, config = Figures(), MatcherConfig(disparities=8)
+    diagnostics = pytest.importorskip('fuzzy_stereo_ros.node.diagnostics')
+    made, config = diagnostics.Diagnostics(Mock(), 0.0), MatcherConfig(disparities=8)
     image = np.zeros((20, 40), np.uint8)
-    figures.matched(StereoMatcher(config).match(image, image),
-                    **dict.fromkeys(('latency', 'age', 'stamps apart'), 1.0))
-    keys = {*counts_of(Synchroniser(sides), Counter(), Counter()), *figures.values(),
-            *change_values(config, config, '')}
+    made.matched(StereoMatcher(config).match(image, image),
+                 **dict.fromkeys(('latency', 'age', 'stamps apart'), 1.0))
+    keys = {*diagnostics.counts_of(Synchroniser(sides), Counter(), Counter()), *made.figures(),
+            *diagnostics.change_values(config, config, '')}
     return {key.split(', ')[0] for key in keys}
 
 

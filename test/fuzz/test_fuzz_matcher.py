@@ -8,7 +8,7 @@ import math
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.checks import MOST_PIXELS
-from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
+from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -191,7 +191,7 @@ def test_a_profile_is_known_or_refused(name, changes):
     assert isinstance(config, MatcherConfig)
 
 
-ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+ROWS = ROS_PARAMETERS
 
 
 @examples(400)

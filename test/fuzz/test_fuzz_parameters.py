@@ -4,13 +4,13 @@
 import math
 
 from fuzzed import examples
-from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
+from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from hypothesis import example, given, strategies as st
 from node_process import shifted_pair
 import pytest
 
 PAIR = shifted_pair(7)
-ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+ROWS = ROS_PARAMETERS
 NAMES = [row.name for row in ROWS]
 ROW_OF = dict(zip(NAMES, ROWS))
 LARGEST = 2**63 - 1

@@ -78,7 +78,7 @@ def test_installed_into_a_clean_folder_its_files_are_where_ros_looks_for_them(pr
                 assert (share / folder / path.name).read_bytes() == path.read_bytes()
     assert (share / 'package.xml').read_bytes() == (ROOT / 'package.xml').read_bytes()
     assert (prefix / 'share/ament_index/resource_index/packages/fuzzy_stereo_ros').is_file()
-    for name in ('disparity_node', 'fake_rig'):
+    for name in ('disparity_node', 'simulated_cameras'):
         assert os.access(prefix / 'lib' / 'fuzzy_stereo_ros' / name, os.X_OK)
         assert os.access(prefix / 'bin' / name, os.X_OK)
 

@@ -6,12 +6,11 @@ from queue import SimpleQueue
 import subprocess
 import sys
 
-from fuzzy_stereo_ros import memory, pair_matcher as rig
+from fuzzy_stereo_ros import memory, pair_matcher
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
-from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from node_process import ROOT, shifted_pair, START
 from numba._dispatcher import compute_fingerprint
@@ -109,8 +108,8 @@ def test_without_such_a_call_nothing_happens(monkeypatch):
 
 def test_every_matcher_that_is_prepared_gives_back_what_was_freed(monkeypatch):
     called = []
-    monkeypatch.setattr(rig, 'give_back_memory', lambda: called.append(True))
-    made = rig.Rig(MatcherConfig(disparities=8), PairReader(), lambda config, error: None)
+    monkeypatch.setattr(pair_matcher, 'give_back_memory', lambda: called.append(True))
+    made = pair_matcher.PairMatcher(MatcherConfig(disparities=8))
     made.warm_up()
     assert called == [True]
     assert made.close()
@@ -118,19 +117,20 @@ def test_every_matcher_that_is_prepared_gives_back_what_was_freed(monkeypatch):
 
 def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(monkeypatch):
     called = []
-    told = SimpleQueue()
-    made = rig.Rig(MatcherConfig(disparities=8), PairReader(), lambda *news: told.put(news))
+    ready = SimpleQueue()
+    made = pair_matcher.PairMatcher(
+        MatcherConfig(disparities=8), on_ready=lambda *news: ready.put(news))
     made.warm_up()
-    monkeypatch.setattr(rig, 'give_back_memory', lambda: called.append(True))
+    monkeypatch.setattr(pair_matcher, 'give_back_memory', lambda: called.append(True))
 
     def match(rows):
         left, right = shifted_pair(3, rows)
-        made.match_pair(StereoPair(left, right, calibration=None, stamp=None, frame_id=''))
+        made.match(StereoPair(left, right, calibration=None, stamp=None, frame_id=''))
         return len(called)
 
     assert [match(rows) for rows in (40, 40, 60, 60)] == [1, 1, 2, 2]
-    made.use(MatcherConfig(disparities=16))
-    assert told.get(timeout=START)[1] is None
+    made.request(MatcherConfig(disparities=16))
+    assert ready.get(timeout=START)[1] is None
     assert [match(60), match(60)] == [4, 4]     # prepared, and taken
     assert made.close()
 

@@ -8,14 +8,13 @@ import sys
 
 import cv2
 from fuzzy_stereo_ros.matching import kernels
-from fuzzy_stereo_ros.node.log_folder import log_folder, NO_FILES, startable
 from mounted import as_stranger, mounting, READ_ONLY
 from node_process import NodeProcess, own_domain, ROOT, shifted_pair
 import pytest
 
 CODE = Path(kernels.__file__).parent / '__pycache__'
 COMMAND_LINE = 'fuzzy_stereo_ros.commands.command_line'
-LOGS = 'no folder for the files of logs can be written to ('
+LOGS = 'no folder for log files can be written to ('
 KERNELS = 'no folder for compiled kernels can be written to ('
 PLACES = 'HOME', 'NUMBA_CACHE_DIR', 'ROS_HOME', 'ROS_LOG_DIR', 'XDG_CACHE_HOME'
 
@@ -54,7 +53,7 @@ def test_the_node_starts_with_no_home_and_says_that_logs_go_to_no_file(ros, bare
     if home is not None:
         bare('HOME', home)
     log = started()
-    assert f'{LOGS}{reason}): logs are shown alone; set ROS_LOG_DIR' in told_once(log, LOGS)
+    assert f'{LOGS}{reason}): logs are only printed; set ROS_LOG_DIR' in told_once(log, LOGS)
     assert 'rcutils' not in log
 
 
@@ -122,19 +121,8 @@ def test_a_match_needs_no_home(bare, tmp_path):
     assert (tmp_path / 'found.pfm').exists()
 
 
-@pytest.mark.parametrize(('variables', 'folder'), [
-    ({'ROS_LOG_DIR': '/logs', 'ROS_HOME': '/ros', 'HOME': '/home'}, '/logs'),
-    ({'ROS_LOG_DIR': '', 'ROS_HOME': '/ros', 'HOME': '/home'}, '/ros/log'),
-    ({'ROS_LOG_DIR': '~/logs', 'HOME': '/home'}, '/home/logs'),
-    ({'HOME': '/home'}, '/home/.ros/log')])
-def test_the_folder_of_logs_is_that_of_ros(bare, variables, folder):
-    for name, value in variables.items():
-        bare(name, value)
-    assert log_folder() == Path(folder)
-
-
-def test_arguments_stay_where_logs_can_be_written_or_are_not_wanted(bare, tmp_path):
-    assert startable(['node', '--ros-args', NO_FILES]) == (['node', '--ros-args', NO_FILES], '')
+def test_arguments_stay_where_logs_can_be_written(bare, tmp_path):
+    log_arguments = pytest.importorskip('fuzzy_stereo_ros.node.run_node').log_arguments
     bare('ROS_LOG_DIR', str(tmp_path / 'made'))
-    assert startable(['node']) == (['node'], '')
+    assert log_arguments(['node']) == (['node'], '')
     assert os.listdir(tmp_path) == ['made']

@@ -78,13 +78,13 @@ def test_the_paper_profile_can_be_tried_and_has_no_warm_column(tmp_path):
 def test_a_pair_that_is_lost_without_being_counted_makes_the_demo_fail(tmp_path):
     """The right image of the fourth pair (two are probes) gets a stamp that no other has."""
     before = """
-class TornRig(stage.FakeRig):
+class TornRig(stage.SimulatedCameras):
     def publish(self, left, right):
         def tear(messages):
             messages['right/image_rect'].header.stamp.sec += 1
         return super().publish(left, right, change=tear if len(self.sent) == 3 else None)
 
-stage.FakeRig, stage.PATIENCE = TornRig, 1.0"""
+stage.SimulatedCameras, stage.PATIENCE = TornRig, 1.0"""
     code, out, err = run_demo(tmp_path, *QUICK, before=before)
     assert code == 1
     assert rows_of(out)['pairs lost'] == ('1', '0')

@@ -4,8 +4,7 @@
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.parameters.table import (
-    IGNORED_PARAMETERS, matcher_parameters, NODE_PARAMETERS, profile_config)
+from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, ROS_PARAMETERS
 from launched import actions, FOLDER, launch_ros, PROFILES_FILE, visited
 from node_process import ros_environment
 import pytest
@@ -49,7 +48,7 @@ def argument_names(file):
 
 
 def test_every_parameter_and_every_argument_of_the_peers_launch_file_is_an_argument():
-    rows = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+    rows = ROS_PARAMETERS
     names = argument_names(FUZZY_STEREO)
     assert names >= {*(row.name for row in rows), *IGNORED_PARAMETERS, *PEER, *OUR_OWN}
 

@@ -9,7 +9,7 @@ import pytest
 
 @pytest.mark.launch_test
 def generate_test_description():
-    return launched_rigs.rigs(one_process='false')
+    return launched_rigs.rigs()
 
 
 class TestTheLaunchedNodes(launched_rigs.TwoRigs):

@@ -3,9 +3,8 @@
 """The real node while changed parameters are prepared, which here takes until it is told."""
 from queue import SimpleQueue
 
-from fuzzy_stereo_ros import pair_matcher as rig
+from fuzzy_stereo_ros import pair_matcher
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.node.worker import Worker
 from node_process import own_domain, shifted_pair, SOON, START
 import pytest
 
@@ -35,7 +34,7 @@ class Gate:
 @pytest.fixture
 def gate(monkeypatch, ros):
     gate = Gate()
-    monkeypatch.setattr(rig, 'StereoMatcher', gate.matcher_type())
+    monkeypatch.setattr(pair_matcher, 'StereoMatcher', gate.matcher_type())
     return gate
 
 
@@ -62,7 +61,6 @@ def bench(gate):
         def close(self):
             assert self.node.destroy_node()
             Surroundings.close(self)
-            assert Worker.of_this_process().stop(SOON)
 
         def said(self, text):
             return self.until(lambda: text in self.counts()['change of parameters'], text)

@@ -67,7 +67,7 @@ def test_what_the_middleware_loses_in_a_flood_is_counted_and_logged(make_bench):
             return counts[f'lost {topic}']
 
         bench.until(lost, 'a queue of one message overflows')
-        bench.node.logged(f'since such a line: lost {topic} ')
+        bench.node.logged(f'since the last report: lost {topic} ')
 
 
 def test_an_incompatible_qos_is_named(make_bench):
@@ -114,9 +114,9 @@ def test_qos_overrides_that_no_topic_has_are_told_with_what_may_be_meant(make_be
     with make_bench(*SMALL, *(word for name in names for word in ('-p', f'{name}:=2'))) as bench:
         bench.listen()
         bench.connect()
-        line = bench.node.logged('no topic of this node has these QoS')
-        assert line.endswith(f'they change nothing: {names[3]}, {names[1]} (is {names[0]} '
-                             f'meant?), {names[4]}')
+        line = bench.node.logged('no topic of this node has these QoS, they are ignored')
+        assert line.endswith(f'ignored: {names[3]}, {names[1]} (did you mean {names[0]}?), '
+                             f'{names[4]}')
         assert bench.node.log().count('no topic of this node') == 1
 
 

@@ -8,7 +8,7 @@ import pytest
 SHIFT, OFFSET = 7, 3.0
 PAIR = shifted_pair(SHIFT)
 SMALL = ('--ros-args', '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=600.0')
-DEPTH = 200.0 * 0.12 / (SHIFT - OFFSET)     # m; the fake rig's focal length and baseline
+DEPTH = 200.0 * 0.12 / (SHIFT - OFFSET)     # m; the simulated cameras's focal length and baseline
 
 
 @pytest.fixture(scope='module')
@@ -119,7 +119,7 @@ def test_points_that_another_node_publishes_are_left_to_it(bench):
     bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
     mark, messages = bench.node.mark(), {}
     bench.collect(PointCloud2, 'points2', messages)
-    bench.node.logged('/points2 is published by another node as well and left to it', mark)
+    bench.node.logged('another node publishes /points2, too, and this node leaves it', mark)
     assert not bench.rig.subscribed()
     bench.listener.destroy_publisher(other)
     bench.until(lambda: bench.rig.publish(*PAIR) and messages, 'points of this node')

@@ -3,10 +3,8 @@
 """Parameters of the real node: one declaration, files that load, changes whole or not at all."""
 
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.parameters.table import (
-    IGNORED_PARAMETERS, matcher_parameters, nearest, NODE_PARAMETERS, parameter_file,
-    profile_config)
-from fuzzy_stereo_ros.saved_pairs.versions import package_version
+from fuzzy_stereo_ros.parameters.page import parameter_file
+from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
 from migration_page import block
 from node_process import shifted_pair, values_of
 import numpy as np
@@ -14,7 +12,7 @@ import pytest
 from repository import ROOT
 
 PAIR = shifted_pair(7)
-ROWS = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+ROWS = ROS_PARAMETERS
 
 
 @pytest.fixture(scope='module')
@@ -30,7 +28,7 @@ def bench(make_bench):
 
 def test_the_file_of_parameters_is_the_declaration():
     assert (ROOT / 'config' / 'fuzzy_stereo.yaml').read_text() == parameter_file(), (
-        'write what parameter_table.parameter_file() returns into the file')
+        'renew it: python -m fuzzy_stereo_ros.parameters.page config/fuzzy_stereo.yaml')
 
 
 def test_the_node_has_the_parameters_of_the_table_and_the_peer_s(bench):
@@ -164,8 +162,6 @@ def test_the_paper_s_profile_at_start_gives_left_referenced_disparities(make_ben
     ('disparity_range:=wide', "disparity_range is 'wide'; allowed are whole numbers from 1"),
     ('profile:=fast', "profile is 'fast'; allowed are "),
     ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),
-    ('parameters_version:=2', 'the file of parameters has version 2 of its format, '
-                              f'fuzzy_stereo_ros {package_version()} reads version 1; take a'),
     ('queue_size:=0', 'queue_size is 0; allowed are numbers from 1 to'),
     ('approximate_sync:=1', 'approximate_sync is 1; allowed are values like False'),
     ('scale:=0.3', "scale is '0.3'; allowed are 1, 0.5, 0.25"),
@@ -181,14 +177,6 @@ def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(
     assert 'Traceback' not in node.log()
 
 
-def test_a_newer_file_is_refused_for_its_version_whatever_else_is_new_in_it(start_node, tmp_path):
-    file = tmp_path / 'newer.yaml'
-    file.write_text('/**:\n  ros__parameters:\n    profile: turbo\n    parameters_version: 7\n')
-    node = start_node('--ros-args', '--params-file', str(file))
-    assert node.finish(number=None) == 2
-    assert 'the file of parameters has version 7 of its format' in node.log()
-
-
 def test_names_that_no_parameter_has_are_told_in_one_warning_with_what_may_be_meant(start_node):
     names = ('disparity_rang', 'disparities', 'unheard', 'fill',
              'qos_overrides./left/image_rect.subscription.depth')
@@ -197,15 +185,15 @@ def test_names_that_no_parameter_has_are_told_in_one_warning_with_what_may_be_me
     node.logged('loading the kernels')
     warning, = (line for line in node.log().splitlines() if 'WARN' in line)
     assert warning.endswith(
-        'no parameters of this node are called so, and they change nothing: disparities (is '
-        'disparity_range meant?), disparity_rang (is disparity_range meant?), unheard')
+        'unknown parameters are ignored: disparities (did you mean disparity_range?), '
+        'disparity_rang (did you mean disparity_range?), unheard')
 
 
 @pytest.mark.parametrize('name, meant', [
     ('disparities', 'disparity_range'), ('aproximate_sync', 'approximate_sync'),
     ('speckle_window_size', 'speckle_size'), ('zzz', None)])
 def test_the_nearest_name_is_suggested(name, meant):
-    assert nearest(name) == (f' (is {meant} meant?)' if meant else '')
+    assert nearest(name) == (f' (did you mean {meant}?)' if meant else '')
 
 
 def test_every_parameter_of_the_matcher_but_the_reference_is_one_of_the_node():

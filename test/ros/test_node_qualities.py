@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The real node's quality of service: one word for inputs, one for outputs, overrides, latches."""
+from types import SimpleNamespace
+
 from node_process import shifted_pair, values_of
 import numpy as np
 import pytest
@@ -40,11 +42,18 @@ def test_a_word_chooses_the_quality_of_inputs_and_overrides_have_the_last_word(
 
 
 def test_use_system_default_qos_leaves_the_inputs_to_the_middleware(ros):
-    from fuzzy_stereo_ros.node.quality_of_service import input_quality
+    from fuzzy_stereo_ros.node.subscriptions import Subscriptions, TOPICS
+    from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
     from rclpy.qos import QoSPresetProfiles
     for settings in ({'use_system_default_qos': True, 'input_qos': 'sensor_data'},
                      {'use_system_default_qos': False, 'input_qos': 'system_default'}):
-        assert input_quality(settings) == QoSPresetProfiles.SYSTEM_DEFAULT.value
+        asked = []
+        Subscriptions(
+            SimpleNamespace(  # called at once
+                create_subscription=lambda *of, **_: asked.append(of[3])),  # noqa: B023
+            {**settings, 'image_transport': 'raw', 'cache_camera_info': False},
+            Synchroniser(TOPICS), None).serve(True)
+        assert asked == 4 * [QoSPresetProfiles.SYSTEM_DEFAULT.value]
 
 
 def test_inputs_are_sensor_data_and_outputs_reliable_unless_told_otherwise(make_bench):
@@ -135,14 +144,14 @@ def test_an_override_of_one_topic_changes_no_other_one(make_bench):
 
 
 def test_best_available_takes_what_cameras_that_start_later_offer(make_bench):
-    from fuzzy_stereo_ros.synthetic.fake_rig import FakeRig
+    from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
     with make_bench(*SMALL, '-p', 'input_qos:=best_available', best_effort=True,
                     reliable=True) as bench:
         bench.listen()
         bench.connect()
         bench.first_match(*PAIR)
         assert subscribed_with(bench, '/left/image_rect')[0] == 'RELIABLE'
-        late = FakeRig('late', '', [], 200.0, 0.12, 30.0, context=bench.context)
+        late = SimulatedCameras('late', '', [], 200.0, 0.12, 30.0, context=bench.context)
         bench.until(lambda: late.publish(*PAIR) and set(late.sent) & set(bench.disparities),
                     'a pair of the later cameras')
         late.destroy_node()

@@ -4,10 +4,11 @@
 from contextlib import closing
 from functools import partial
 import json
+import threading
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.commands.command_line import main
-from node_process import NodeProcess, own_domain, ROOT, shifted_pair, values_of
+from node_process import NodeProcess, own_domain, ROOT, shifted_pair, SOON, values_of
 import numpy as np
 import pytest
 
@@ -49,7 +50,7 @@ def test_a_saved_pair_is_matched_again_bit_for_bit(bench, tmp_path, capsys):
     valid = published >= message.min_disparity
     np.testing.assert_array_equal(valid, np.isfinite(again))
     np.testing.assert_array_equal(published[valid], np.maximum(again, 0)[valid])
-    about = json.dumps(json.loads((folder / 'about.json').read_text()))
+    about = json.dumps(json.loads((folder / 'pair.json').read_text()))
     assert '"parameter disparity_range": "16"' in about
 
 
@@ -66,7 +67,7 @@ def test_a_pair_is_saved_where_the_node_runs_too(make_bench, tmp_path, monkeypat
         done, sentence = bench.trigger('save')
     assert done, sentence
     (folder,) = tmp_path.glob('disparity_node_*')
-    assert (folder / 'about.json').exists()
+    assert (folder / 'pair.json').exists()
 
 
 def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, tmp_path):
@@ -106,6 +107,36 @@ def test_a_fault_while_a_pair_is_saved_is_an_answer_too(ros, monkeypatch, tmp_pa
         node.destroy_node()
 
 
+def test_one_pair_is_saved_at_a_time_and_the_next_caller_is_told(ros, monkeypatch, tmp_path):
+    from fuzzy_stereo_ros.node import services
+    import rclpy
+    from ros_bench import Surroundings
+    from std_srvs.srv import Trigger
+
+    go_on = threading.Event()
+    monkeypatch.setattr(services, 'SavedPair', lambda **_: go_on.wait(SOON))
+    monkeypatch.setattr(services, 'write_saved_pair', lambda folder, saved: None)
+    last = SimpleNamespace(pair=None, config=None, before=None, match=None)
+    with own_domain() as domain, closing(Surroundings(domain)) as around:
+        node = rclpy.create_node('asked', context=around.context)
+        services.Services(node, SimpleNamespace(last=last), str(tmp_path), dict)
+        around.executor.add_node(node)
+        client = around.listener.create_client(Trigger, '/asked/save')
+        around.until(client.service_is_ready, 'the service')
+
+        def answered(future):
+            around.until(future.done, 'an answer')
+            return future.result().success, future.result().message.split(';')[0]
+
+        first = client.call_async(Trigger.Request())
+        assert answered(client.call_async(Trigger.Request())) == (
+            False, 'another pair is being saved')
+        go_on.set()
+        assert answered(first)[0]
+        assert answered(client.call_async(Trigger.Request()))[0]
+        node.destroy_node()
+
+
 def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
     bench.listen()
     bench.connect()
@@ -121,6 +152,6 @@ def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
     assert (matched() != alone).any()
     assert bench.counts()['warm'] == 'true'
     bench.match(*noisy(2), stamp=before)
-    assert bench.trigger('reset') == (True, 'the next pair is matched from nothing')
+    assert bench.trigger('reset') == (True, 'the next pair is matched without the previous frame')
     np.testing.assert_array_equal(matched(), alone)
     assert bench.counts()['warm'] == 'false'

@@ -3,8 +3,8 @@
 """The `ros2` commands of the pages, by what they stand for, with the real node."""
 import ast
 
-from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
-from fuzzy_stereo_ros.result_topics import TOPICS
+from fuzzy_stereo_ros.pairs.result_messages import TOPICS
+from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from node_process import shifted_pair
 from pages import commands, pages_with_commands, ROOT
 import pytest
@@ -13,7 +13,7 @@ import yaml
 ALL = [words for page in pages_with_commands() for words in commands(page, 'ros2')]
 LAUNCHES = [words for words in ALL if words[1] == 'launch']
 OTHERS = [words for words in ALL if words[1] != 'launch']
-ROWS = {row.name for row in (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))}
+ROWS = {row.name for row in ROS_PARAMETERS}
 PAIR = shifted_pair(7)
 
 
@@ -35,7 +35,7 @@ def bench(make_bench, tmp_path_factory):
 def type_of(topic):
     """Return the message class of a topic of the node or of the cameras."""
     from diagnostic_msgs.msg import DiagnosticArray
-    from fuzzy_stereo_ros.node.outputs import TYPES
+    from fuzzy_stereo_ros.node.publications import TYPES
     from sensor_msgs.msg import CameraInfo
 
     outputs = {f'/{name}': TYPES[kind] for several in TOPICS.values() for name, kind in several}

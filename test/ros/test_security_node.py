@@ -5,7 +5,7 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros.parameters.table import matcher_parameters, NODE_PARAMETERS, profile_config
+from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from node_process import NodeProcess, own_domain, shifted_pair
 from pages import text_of
 import pytest
@@ -66,7 +66,7 @@ def test_the_node_has_no_sockets_but_those_of_the_middleware(bench):
 
 
 def test_no_parameter_that_holds_a_path_can_be_changed_from_outside(bench, place):
-    rows = (*NODE_PARAMETERS, *matcher_parameters(profile_config('realtime')))
+    rows = ROS_PARAMETERS
     paths = [row.name for row in rows if isinstance(row.default, str)
              and ('/' in row.default or 'directory' in row.name) and not row.choices]
     assert paths == ['save_directory']

@@ -4,9 +4,8 @@
 import threading
 import time
 
-from fuzzy_stereo_ros.node.losses import Losses
-from fuzzy_stereo_ros.node.worker import Lane
-from fuzzy_stereo_ros.pair_matcher import Rig
+from fuzzy_stereo_ros.node.worker import Worker
+from fuzzy_stereo_ros.pair_matcher import PairMatcher
 
 FAULT = 'FUZZY_STEREO_ROS_SOAK_FAULT'   # environment variable
 FAR_BETWEEN = 10    # calls of a method
@@ -32,25 +31,25 @@ def _keep_an_image():
         if number % FAR_BETWEEN == 0:
             kept.append(pair.left.copy())
 
-    _before(Rig, 'match_pair', keep)
+    _before(PairMatcher, 'match', keep)
 
 
 def _leave_a_thread():
     def leave(number, config):
         threading.Thread(target=threading.Event().wait, name='left over', daemon=True).start()
 
-    _before(Rig, 'use', leave)
+    _before(PairMatcher, 'request', leave)
 
 
 def _drop_a_pair():
-    offer, calls = Lane.offer, []
+    submit, calls = Worker.submit, []
 
     def lossy(self, pair):
         calls.append(None)
         if len(calls) % FAR_BETWEEN:
-            offer(self, pair)
+            submit(self, pair)
 
-    Lane.offer = lossy
+    Worker.submit = lossy
 
 
 def _scan_a_list():
@@ -61,12 +60,13 @@ def _scan_a_list():
         for _ in range(FAR_BETWEEN):
             seen.count(None)
 
-    _before(Rig, 'match_pair', scan)
+    _before(PairMatcher, 'match', scan)
 
 
 def _lose_a_line():
-    lines = Losses.lines
-    Losses.lines = lambda *arguments: lines(*arguments)[1:]
+    from fuzzy_stereo_ros.node.diagnostics import LossReports    # needs ROS
+    lines = LossReports.lines
+    LossReports.lines = lambda *arguments: lines(*arguments)[1:]
 
 
 def _hang_once():
@@ -74,7 +74,7 @@ def _hang_once():
         if number == FAR_BETWEEN - 1:
             time.sleep(HANG)
 
-    _before(Rig, 'use', hang)
+    _before(PairMatcher, 'request', hang)
 
 
 FAULTS = {

@@ -11,8 +11,8 @@ import numpy as np
 
 PAIRS = 'pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused', 'pairs waiting'
 PLACE = re.compile(r'-\d+_\d+$')     # in the name of a thread of a pool: which pool and thread
-LOST = re.compile(r'(pairs dropped|unmatched \S+|lost \S+) (\d+)')
-REFUSED = re.compile(r'\]: pair dropped: .*?(?:\((\d+) times in the last \d+ s\))?$')
+LOST = re.compile(r'(pairs dropped|pairs refused|unmatched \S+|lost \S+) (\d+)')
+REFUSED = ']: pair refused: '
 
 
 class Sample(NamedTuple):
@@ -128,10 +128,8 @@ def losses_told(log):
     """Return a Counter of the losses that the lines of a log tell, by the keys of diagnostics."""
     told = Counter()
     for line in log.splitlines():
-        if 'since such a line: ' in line:
+        if 'since the last report: ' in line:
             told.update({key: int(number) for key, number in LOST.findall(line)})
-        elif found := REFUSED.search(line):
-            told['pairs refused'] += int(found[1] or 1)
     return told
 
 
@@ -155,8 +153,8 @@ def is_under_way(counts, sent):
 def faults_of(log):
     """Return the lines of a log that tell of a fault, not of what was refused."""
     return [line for line in log.splitlines() if 'Traceback' in line or '[FATAL]' in line
-            or 'by a fault of this package' in line
-            or ('[ERROR]' in line and not REFUSED.search(line))]
+            or 'internal error' in line
+            or ('[ERROR]' in line and REFUSED not in line)]
 
 
 def broken_sums(counts, sent):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What can happen in a soak: each kind of event as a method that returns when it is over."""
-from fuzzy_stereo_ros.synthetic.fake_rig import FakeRig
+from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 from node_process import NodeProcess
 from ros_bench import BASELINE, FOCAL
 from soak_bench import DEPTH, SoakBench
@@ -29,8 +29,9 @@ class SoakStage(SoakBench):
         self.settle()
         self.executor.remove_node(self.rig)
         self.rig.destroy_node()
-        self.rig = FakeRig(f'rig_{self._domain}', '', [], FOCAL, BASELINE, self._rate,
-                           reliable=not self._best_effort, depth=DEPTH, context=self.context)
+        self.rig = SimulatedCameras(
+            f'rig_{self._domain}', '', [], FOCAL, BASELINE, self._rate,
+            reliable=not self._best_effort, depth=DEPTH, context=self.context)
         self.executor.add_node(self.rig)
         self.until(self.rig.subscribed, 'the node finds the camera again')
         self.meet()
@@ -42,7 +43,7 @@ class SoakStage(SoakBench):
             self._domain, '--columns', str(self._size[1]), '--rows', str(self._size[0]),
             '--frames', '4', '--rate', str(self._rate),
             *([] if self._best_effort else ['--reliable']),
-            module='fuzzy_stereo_ros.synthetic.fake_rig')
+            module='fuzzy_stereo_ros.synthetic.simulated_cameras')
         try:
             enough = before['pairs matched'] + 4
             self.until(lambda: int(self.counts_now()['pairs matched']) >= enough,

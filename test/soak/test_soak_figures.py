@@ -23,11 +23,11 @@ COUNTS = {'pairs synchronised': 28, 'pairs matched': 20, 'pairs dropped': 5, 'pa
 UNMATCHED = ', '.join(f'unmatched {topic} 2' for topic in TOPICS)
 LOG = f"""\
 [INFO] [1.5] [disparity_node]: ready: the kernels are warm after 2.0 s
-[INFO] [2.5] [disparity_node]: since such a line: pairs dropped 1; newer ones came
-[ERROR] [3.5] [disparity_node]: pair dropped: the left image is 2x3, the right one 4x3
-[ERROR] [9.5] [disparity_node]: pair dropped: no encoding (2 times in the last 5 s)
-[INFO] [9.6] [disparity_node]: since such a line: pairs dropped 4; newer ones came
-[INFO] [9.6] [disparity_node]: since such a line: {UNMATCHED}; their stamps"""
+[INFO] [2.5] [disparity_node]: since the last report: pairs dropped 1; newer ones came
+[ERROR] [3.5] [disparity_node]: pair refused: the left image is 2x3, the right one 4x3
+[INFO] [3.6] [disparity_node]: since the last report: pairs refused 3; they cannot
+[INFO] [9.6] [disparity_node]: since the last report: pairs dropped 4; newer ones came
+[INFO] [9.6] [disparity_node]: since the last report: {UNMATCHED}; their stamps"""
 SAMPLES = [Sample(100.0, 9000, 150.0, 25.0, 2.0, 20.0)] * 6
 WAITS = {'a pair': Wait(9.9, 'flood'), 'diagnostics': Wait(1.1, 'save')}
 
@@ -68,7 +68,7 @@ def test_what_waits_for_others_is_not_lost_but_never_more_than_the_queue():
 def test_a_message_that_the_middleware_lost_counts_and_needs_its_line():
     counts = {**COUNTS, 'lost left/image_rect': 3, 'received left/image_rect': 30}
     assert broken_sums(counts, {**SENT, 'left/image_rect': 33}) == []
-    line = '[INFO] [1.0] [disparity_node]: since such a line: lost left/image_rect 3; they'
+    line = '[INFO] [1.0] [disparity_node]: since the last report: lost left/image_rect 3; they'
     assert verdicts(counts=counts) == ['every loss']
     assert verdicts(counts=counts, log=f'{LOG}\n{line}') == []
 
@@ -78,7 +78,7 @@ def test_the_losses_that_lines_tell_are_added_up():
         'pairs dropped': 5, 'pairs refused': 3, **{f'unmatched {topic}': 2 for topic in TOPICS}}
 
 
-@pytest.mark.parametrize('place', [1, 2, 3, 4, 5])
+@pytest.mark.parametrize('place', [1, 3, 4, 5])
 def test_a_loss_without_its_line_breaks_a_promise(place):
     lines = LOG.splitlines()
     del lines[place]
@@ -86,14 +86,14 @@ def test_a_loss_without_its_line_breaks_a_promise(place):
 
 
 @pytest.mark.parametrize('line', [
-    'Traceback (most recent call last):', '[FATAL] [1.0] [disparity_node]: the kernels',
+    'Traceback (most recent call last):', '[FATAL] [1.0] [disparity_node]: kernel warm-up failed',
     '[ERROR] [1.0] [disparity_node]: cannot be prepared: disparity_range'])
 def test_a_fault_in_the_log_breaks_a_promise(line):
     assert verdicts(log=f'{LOG}\n{line}') == ['nothing is']
 
 
 def test_a_pair_lost_by_a_fault_of_the_package_breaks_a_promise():
-    line = '[ERROR] [1.0] [disparity_node]: pair dropped by a fault of this package: KeyError'
+    line = '[ERROR] [1.0] [disparity_node]: pair refused: internal error: KeyError'
     assert verdicts(log=f'{LOG}\n{line}') == ['nothing is']
 
 

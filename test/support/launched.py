@@ -76,7 +76,7 @@ def small(**arguments):
 
 @contextmanager
 def surroundings(**rig):
-    """Give a `ros_bench.Surroundings` in the domain of the launch; rig: options of the FakeRig."""
+    """Give `ros_bench.Surroundings` in the domain of the launch; rig: as there."""
     from ros_bench import Surroundings
     around = Surroundings(int(os.environ['ROS_DOMAIN_ID']), reliable=True, **rig)
     try:

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Two rigs of one file, in a process each or in one: what must hold of both."""
+"""Two rigs of one file, in a process each: what must hold of both."""
 from pathlib import Path
 
 from launched import (
     check_disparity, description, included, Launched, PAIR, surroundings, written)
 from node_process import shifted_pair
 
-RIGS = """one_process: {one_process}
+RIGS = """
 rigs:
   front:
-    parameters: {{disparity_range: 16, input_qos: reliable}}
+    parameters: {disparity_range: 16, input_qos: reliable}
   rear:
     namespace: /robot/rear
     node_name: stereo
@@ -20,14 +20,14 @@ rigs:
     parameters:
       min_disparity: 3
       input_qos: reliable
-      qos_overrides: {{/robot/rear/disparity: {{publisher: {{depth: 4}}}}}}
-    remappings: {{left/image_rect: /cameras/left/image_mono}}
+      qos_overrides: {/robot/rear/disparity: {publisher: {depth: 4}}}
+    remappings: {left/image_rect: /cameras/left/image_mono}
 """
 
 
-def rigs(one_process):
+def rigs():
     """Return the LaunchDescription of two rigs from a file."""
-    file = written('rigs.yaml', RIGS.format(one_process=one_process))
+    file = written('rigs.yaml', RIGS)
     Path(file).with_name('rear.yaml').write_text(
         '/**:\n  ros__parameters:\n    disparity_range: 24\n    min_disparity: 0\n')
     return description(included('rigs.launch.py', rigs_file=file))

@@ -3,7 +3,7 @@
 """Made pairs that are matched as the truth has it: what sinks of matched pairs are tested with."""
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.match import Match
-from fuzzy_stereo_ros.pair_matcher import Matched
+from fuzzy_stereo_ros.pair_matcher import MatchedPair
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
@@ -15,13 +15,13 @@ CALIBRATION = Calibration(focal=400.0, baseline=0.1, offset=-1.5,
 
 def made_matched(rows=60, columns=330, stamp=1_250_000_000, reference='left', **options):
     """
-    Return a Matched with the true disparities, invalid where hidden, and a ramp as confidence.
+    Return a MatchedPair with the true disparities, invalid where hidden, and a ramp as confidence.
 
     options: those of `made_pair`.
     """
     made = made_pair(rows, columns, DISPARITIES, **options)
     disparity = np.where(made.visible, made.truth, np.nan).astype(np.float32)
     confidence = np.tile(np.linspace(0, 1, columns, dtype=np.float32), (rows, 1))
-    return Matched(StereoPair(made.left, made.right, CALIBRATION, stamp),
-                   Match(disparity, confidence, [], {}, False),
-                   MatcherConfig(disparities=DISPARITIES, reference=reference), None)
+    return MatchedPair(StereoPair(made.left, made.right, CALIBRATION, stamp),
+                       Match(disparity, confidence, [], {}, False),
+                       MatcherConfig(disparities=DISPARITIES, reference=reference), None)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The real node in its own process between a fake rig and a listener, all over real DDS."""
+"""The real node in its own process between simulated cameras and a listener, all over real DDS."""
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.synthetic.fake_rig import FakeRig
+from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 from node_process import NodeProcess, SOON, START
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
 import rclpy
@@ -21,14 +21,14 @@ RELIABLE = '--ros-args', '-p', 'input_qos:=reliable'
 
 
 class Surroundings:
-    """A fake rig and a listener: publishes pairs, collects answers by stamp, awaits events."""
+    """Simulated cameras and a listener: publishes pairs, collects answers, awaits events."""
 
     def __init__(self, domain, **rig):
-        """Join a domain; rig: options of the FakeRig."""
+        """Join a domain; rig: options of the SimulatedCameras."""
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
-        self.rig = FakeRig(f'rig_{domain}', '', [], FOCAL, BASELINE, 30.0,
-                           context=self.context, **rig)
+        self.rig = SimulatedCameras(f'rig_{domain}', '', [], FOCAL, BASELINE, 30.0,
+                                    context=self.context, **rig)
         self.listener = rclpy.create_node(f'listener_{domain}', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.rig)
@@ -115,7 +115,7 @@ class Bench(Surroundings):
 
     def __init__(self, domain, *arguments, best_effort=False, **rig):
         """
-        Start the node in a domain with command-line arguments; rig: options of the FakeRig.
+        Start the node in a domain with command-line arguments; rig: of the SimulatedCameras.
 
         best_effort: as between real cameras and the node's defaults, where DDS may lose a message
         on a busy machine; else nothing is lost.

@@ -14,8 +14,8 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
-from fuzzy_stereo_ros.parameters.matcher_options import (
-    add_matcher_options, matcher_config, option_name, written_value)
+from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, option_name
+from fuzzy_stereo_ros.parameters.table import written
 from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
@@ -104,10 +104,12 @@ def test_the_help_of_an_option_has_sentence_range_unit_and_default(name, capsys,
     parameter = PARAMETERS[name]
     assert parameter.metadata['sentence'] in told
     if 'low' in parameter.metadata:
-        low, high = (written_value(parameter.metadata[end]) for end in ('low', 'high'))
+        low, high = (written(parameter.metadata[end]) for end in ('low', 'high'))
         assert f"; {low} to {high} {parameter.metadata['unit']}".rstrip() in told
     if name != 'disparities':
-        assert f'default: {written_value(parameter.default)}' in told
+        default = parameter.default
+        shown = ('off', 'on')[default] if isinstance(default, bool) else written(default)
+        assert f'default: {shown}' in told
 
 
 @pytest.mark.parametrize('suffix', ['.pfm', '.npy', '.png'])
@@ -286,12 +288,17 @@ def figures_of(capsys, *arguments, code=0):
     return json.loads(capsys.readouterr().out)
 
 
-def plant(path, *changes):
-    """Change single pixels of a saved map: (row, column, what is added)."""
-    array = np.load(path)
+def plant(report, name, *changes):
+    """Change single pixels of a map of a saved pair: (row, column, what is added)."""
+    array = maps(report)[name]
     for row, column, added in changes:
         array[row, column] += np.float32(added)
-    np.save(path, array)
+    np.savez(report / 'arrays.npz', **{**maps(report), name: array})
+
+
+def maps(report):
+    """Return {name: array} of a saved pair."""
+    return dict(np.load(report / 'arrays.npz'))
 
 
 @pytest.mark.parametrize('frame', [0, 2])
@@ -313,7 +320,7 @@ def test_a_saved_pair_comes_out_the_same_bit_for_bit(
 
 def test_a_saved_pair_needs_no_profile_of_its_own_and_writes_what_is_asked_for(report, capsys):
     found = figures_of(capsys, '--output', 'out.npy', '--picture', 'out.png')
-    assert np.load('out.npy').tobytes() == np.load(report / 'disparity.npy').tobytes()
+    assert np.load('out.npy').tobytes() == maps(report)['disparity'].tobytes()
     assert read_image('out.png').shape == (60, 100, 3)
     assert found['profile'] is None and found['disparities'] == 24
     assert found['saved'] == {
@@ -323,9 +330,9 @@ def test_a_saved_pair_needs_no_profile_of_its_own_and_writes_what_is_asked_for(r
 
 
 def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsys):
-    valid = np.argwhere(np.isfinite(np.load(report / 'disparity.npy')))
-    plant(report / 'disparity.npy', (*valid[0], 0.5), (*valid[1], -2.25), (*valid[2], np.nan))
-    plant(report / 'confidence.npy', (0, 0, 2.0))
+    valid = np.argwhere(np.isfinite(maps(report)['disparity']))
+    plant(report, 'disparity', (*valid[0], 0.5), (*valid[1], -2.25), (*valid[2], np.nan))
+    plant(report, 'confidence', (0, 0, 2.0))
     found = figures_of(capsys, code=1)['saved']
     assert not found['same']
     assert found['differences']['disparity'] == {'pixels': 3, 'largest': 2.25, 'valid_in_one': 1}
@@ -338,18 +345,17 @@ def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsy
 
 
 def test_the_last_bit_makes_a_difference(report, capsys):
-    array = np.load(report / 'confidence.npy')
-    array[5, 5] = np.nextafter(array[5, 5], np.float32(2))
-    np.save(report / 'confidence.npy', array)
+    value = maps(report)['confidence'][5, 5]
+    plant(report, 'confidence', (5, 5, np.nextafter(value, np.float32(2)) - value))
     assert figures_of(capsys, code=1)['saved']['differences']['confidence']['pixels'] == 1
 
 
 def test_where_bits_differ_it_is_told_what_else_does(report, capsys):
-    about = json.loads((report / 'about.json').read_text(encoding='utf-8'))
+    about = json.loads((report / 'pair.json').read_text(encoding='utf-8'))
     about['versions'].update(numba='0.1', processor='abacus')
-    (report / 'about.json').write_text(json.dumps(about), encoding='utf-8')
+    (report / 'pair.json').write_text(json.dumps(about), encoding='utf-8')
     assert figures_of(capsys)['saved']['versions'] == ['numba', 'processor']
-    plant(report / 'confidence.npy', (0, 0, 2.0))
+    plant(report, 'confidence', (0, 0, 2.0))
     assert main(['match', '--saved', 'report']) == 1
     assert capsys.readouterr().out.splitlines()[-1] == (
         'saved where these were others: numba, processor')
@@ -387,7 +393,7 @@ def test_a_profile_keeps_the_saved_range_of_disparities(tmp_path, monkeypatch, c
 
 def test_an_option_that_says_what_is_saved_changes_nothing(report, capsys):
     assert figures_of(capsys, '--seed', '0', '--profile', 'realtime')['saved']['changed'] == {}
-    plant(report / 'confidence.npy', (0, 0, 2.0))
+    plant(report, 'confidence', (0, 0, 2.0))
     figures_of(capsys, '--seed', '0', '--profile', 'realtime', code=1)
 
 
@@ -409,7 +415,7 @@ def test_what_was_saved_with_a_deadline_is_matched_without_one(tmp_path, monkeyp
 
 
 def test_a_saved_pair_is_compared_with_ground_truth(report, capsys):
-    write_disparity('truth.npy', np.load(report / 'disparity.npy'))
+    write_disparity('truth.npy', maps(report)['disparity'])
     assert figures_of(capsys, '--ground-truth', 'truth.npy')['ground_truth']['average_error'] == 0
 
 
@@ -429,8 +435,7 @@ def test_what_a_saved_pair_brings_is_not_given_again(report, capsys, case):
 
 @pytest.mark.parametrize('words, told', [
     (['--saved', 'none'], 'none is no folder; give one that holds a saved pair'),
-    (['--saved', '.'], 'about.json cannot be read: No such file'),
-    (['--saved', 'report', '--output', 'report/disparity.npy'], 'which is an input too'),
+    (['--saved', '.'], 'pair.json cannot be read: No such file'),
     (['--saved', 'report', '--picture', './report/left.png'], 'which is an input too'),
     (['--saved', 'report', '--elite', '2'], 'elite is 2.0; allowed are numbers from 0'),
     (['--saved', 'report', '--mask', 'report/left.png'], '--mask needs --ground-truth'),

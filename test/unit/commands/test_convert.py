@@ -10,8 +10,8 @@ import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera, write_middlebury_calibration)
-from fuzzy_stereo_ros.pairs.depth_files import read_depth, write_depth
-from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
+from fuzzy_stereo_ros.pairs.disparity_files import (
+    read_depth, read_disparity, write_depth, write_disparity)
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from hypothesis import given, HealthCheck, settings, strategies as st
 from hypothesis.extra import numpy as arrays

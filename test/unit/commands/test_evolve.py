@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
-from fuzzy_stereo_ros.parameters.matcher_options import option_name
+from fuzzy_stereo_ros.parameters.options import option_name
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from fuzzy_stereo_ros.views.evolution import STAY
 import numpy as np

@@ -17,8 +17,8 @@ from fuzzy_stereo_ros.pairs.camera_files import read_calibration_files
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
-from fuzzy_stereo_ros.synthetic.scene_options import BASELINE, CAMERA, FOCAL, SCENE_PARAMETERS
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import (
+    BASELINE, CAMERA, FOCAL, made_sequence, SCENE_PARAMETERS)
 import numpy as np
 import pytest
 from repository import ROOT

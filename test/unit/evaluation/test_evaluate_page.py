@@ -10,8 +10,9 @@ from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.gallery import colour_error, Gallery, NOTHING_FOUND, UNKNOWN_GREY
 from fuzzy_stereo_ros.evaluation.ground_truth import KnownPair
 from fuzzy_stereo_ros.evaluation.small_pictures import drawing, indexed_png, photograph, WIDTH
+from fuzzy_stereo_ros.pairs.colours import colour_disparity, INVALID_GREY
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.views.pictures import colour_disparity, ERROR_LIMIT, INVALID_GREY
+from fuzzy_stereo_ros.views.pictures import ERROR_LIMIT
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np

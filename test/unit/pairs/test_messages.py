@@ -244,17 +244,14 @@ def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline(
 @pytest.mark.parametrize('left, right, sentence', [
     ({}, {'tx': 24.0}, 'the baseline is -0.12 m: left and right are swapped, or Tx stands in'),
     ({'tx': -24.0}, {}, 'the baseline is -0.12 m: left and right are swapped, or Tx stands in'),
-    ({}, {}, 'the baseline is 0 m: P[3] of the right camera_info must be -fx * baseline'),
     ({}, {'p': projection(p3=-24.0, p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted'),
     ({}, {'p': projection(p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted one above'),
-    ({'p': [0.0] * 12}, {'tx': -24.0}, 'left camera_info: the camera is not calibrated (K[0] is '),
-    ({}, {'k': [0.0] * 9, 'tx': -24.0}, 'right camera_info: the camera is not calibrated (K[0] '),
-    ({}, {'p': projection(p0=0.0)}, 'right camera_info: the camera is not calibrated (K[0] is '),
+    ({'p': [0.0] * 12}, {'tx': -24.0}, 'left camera_info: the camera is not calibrated (P[0] is '),
+    ({}, {'p': projection(p0=0.0)}, 'right camera_info: the camera is not calibrated (P[0] is '),
     ({}, {'p': projection(p0=5e-324), 'binning_x': 9}, 'right camera_info: the camera is not ca'),
-    ({}, {'p': projection(p5=0.0)}, 'right camera_info: the camera is not calibrated (K[0] is '),
-    ({}, {'k': [float('nan')] * 9, 'tx': -24.0}, 'right camera_info: the camera is not calib'),
+    ({}, {'p': projection(p5=0.0)}, 'right camera_info: the camera is not calibrated (P[0] is '),
+    ({}, {'k': [0.0] * 9, 'tx': 24.0}, 'the baseline is -0.12 m: left and right are swapped'),
     ({}, {'p': [float('nan')] * 12}, 'right camera_info: P is not twelve finite numbers'),
-    ({}, {'k': [], 'tx': -24.0}, 'right camera_info: the camera is not calibrated (K[0] is 0, '),
     ({}, {'p': projection(p0=float('nan'))}, 'right camera_info: P is not twelve finite numbers'),
     ({}, {'p': projection(p3=float('inf'))}, 'right camera_info: P is not twelve finite numbers'),
     ({}, {'p': []}, 'right camera_info: P is not twelve finite numbers'),
@@ -265,6 +262,23 @@ def test_a_calibration_that_cannot_be_right_is_refused(left, right, sentence):
     refusal = refusal_of(read_calibration, info(**left), info(**right))
     assert refusal.reason == 'calibration'
     assert str(refusal).startswith(sentence)
+
+
+@pytest.mark.parametrize('left, right, sentence', [
+    ({}, {}, 'the baseline is 0 m, as P[3] of the right camera_info is not -fx * baseline'),
+    ({'k': [0.0] * 9}, {'tx': -24.0}, 'K of the left camera_info is not that of a calibrated'),
+    ({}, {'k': [0.0] * 9, 'tx': -24.0}, 'K of the right camera_info is not that of a calibrated'),
+    ({}, {'k': [float('nan')] * 9, 'tx': -24.0}, 'K of the right camera_info is not'),
+    ({}, {'k': [], 'tx': -24.0}, 'K of the right camera_info is not that of a calibrated'),
+    ({'p': [1.0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 1, 0], 'k': [0.0] * 9},
+     {'p': [1.0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 1, 0], 'k': [0.0] * 9}, 'K of the right'),
+])
+def test_without_k_or_a_baseline_a_calibration_has_no_metres_and_one_remark(left, right, sentence):
+    calibration = read_calibration(info(**left), info(**right))
+    assert calibration.baseline == 0
+    (remark,) = calibration.remarks
+    assert remark.startswith(sentence)
+    assert 'depth and points are left out; calibrate the two cameras as a pair' in remark
 
 
 def test_rounding_of_a_calibration_is_not_a_vertical_rig():

@@ -224,6 +224,18 @@ def test_a_cut_pair_has_no_pixel_without_source():
     assert cut.left.size > 0.8 * whole.left.size
 
 
+@pytest.mark.parametrize('scale', [1.0, 0.5])
+def test_a_rectified_pair_names_the_pixels_without_source_and_a_cut_one_has_none(scale):
+    messages = white_pair()
+    whole = PairReader(rectify=True, scale=scale).read(*messages)
+    for image_read, missing in zip((whole.left, whole.right), whole.missing):
+        assert missing.shape == image_read.shape[:2] and missing.dtype == bool
+        assert missing[image_read < 255].all()
+        assert 0 < missing.mean() < 0.3
+    assert PairReader(rectify=True, crop=True, scale=scale).read(*messages).missing is None
+    assert PairReader(scale=scale).read(*messages).missing is None
+
+
 def test_cutting_leaves_the_pixels_and_moves_the_centre():
     _, messages = raw_pair()
     whole = PairReader(rectify=True).read(*messages)

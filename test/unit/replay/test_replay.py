@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from fuzzy_stereo_ros.pairs.result_messages import fill_disparity
+from fuzzy_stereo_ros.pairs.result_messages import fill_disparity, ResultMessages
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.result_topics import ResultMessages
-from fuzzy_stereo_ros.views.pictures import colour_disparity
 from made_bags import (
     BagOf, BASELINE, BEGIN, COLUMNS, content, DISPARITIES, disparities, FOCAL, FORMATS, LATER,
     open_bag, pixels_of, ROWS, same, scene, stamps, STEP, TOPICS, write_bag)

@@ -22,8 +22,7 @@ import numpy as np
 import pytest
 from saved_scene import running
 
-FILES = {'left.png', 'right.png', 'calibration.json', 'parameters.json', 'disparity.npy',
-         'confidence.npy', 'history.json', 'about.json', 'README.txt'}
+FILES = {'left.png', 'right.png', 'pair.json', 'arrays.npz', 'README.txt'}
 
 
 def through_files(saved):
@@ -190,17 +189,14 @@ def test_genes_of_more_than_256_disparities_are_read_back():
 
 
 def test_a_folder_holds_what_people_and_programs_look_for(tmp_path):
-    cold, _, warm = running()
-    write_saved_pair(tmp_path / 'cold', cold)
+    *_, warm = running()
     write_saved_pair(tmp_path / 'warm', warm)
-    assert set(os.listdir(tmp_path / 'cold')) == FILES
-    assert set(os.listdir(tmp_path / 'warm')) == FILES | {'state.npz'}
-    told = (tmp_path / 'warm' / 'README.txt').read_text(encoding='utf-8').splitlines()
-    assert len(told) == 3 and told[2] == 'fuzzy-stereo match --saved .'
-    assert json.loads((tmp_path / 'warm' / 'about.json').read_text(encoding='utf-8')) == {
-        'format': 1, 'versions': versions(), 'about': warm.about}
-    parameters_told = (tmp_path / 'warm' / 'parameters.json').read_text(encoding='utf-8')
-    assert len(parameters_told.splitlines()) == len(fields(MatcherConfig)) + 2
+    assert set(os.listdir(tmp_path / 'warm')) == FILES
+    lines = (tmp_path / 'warm' / 'README.txt').read_text(encoding='utf-8').splitlines()
+    assert len(lines) == 3 and lines[2] == 'fuzzy-stereo match --saved .'
+    record = json.loads((tmp_path / 'warm' / 'pair.json').read_text(encoding='utf-8'))
+    assert (record['versions'], record['about']) == (versions(), warm.about)
+    assert set(record['parameters']) == {one.name for one in fields(MatcherConfig)}
 
 
 def test_the_versions_name_what_decides_about_bits():
@@ -269,8 +265,9 @@ def report(whole, tmp_path):
     return Path(shutil.copytree(whole, tmp_path / 'report'))
 
 
-def rewritten(path, *route, **changes):
-    """Change entries of the record that a route leads to in a JSON file; None drops one."""
+def rewritten(folder, *route, **changes):
+    """Change entries of the record that a route leads to in pair.json; None drops one."""
+    path = folder / 'pair.json'
     record = inner = json.loads(path.read_text(encoding='utf-8'))
     for step in route:
         inner = inner[step]
@@ -281,10 +278,11 @@ def rewritten(path, *route, **changes):
     path.write_text(json.dumps(record), encoding='utf-8')
 
 
-def restored(path, **changes):
-    """Change arrays of the state; None drops one."""
-    arrays_there = {**np.load(path), **changes}
-    np.savez(path, **{name: array for name, array in arrays_there.items() if array is not None})
+def restored(folder, **changes):
+    """Change arrays; None drops one."""
+    there = {**np.load(folder / 'arrays.npz'), **changes}
+    np.savez(folder / 'arrays.npz', **{
+        name: array for name, array in there.items() if array is not None})
 
 
 @pytest.mark.parametrize('name', sorted(FILES - {'README.txt'}))
@@ -294,27 +292,21 @@ def test_a_missing_file_is_named(report, name):
         read_saved_pair(report)
 
 
-@pytest.mark.parametrize('content', [b'', b'{', b'[]', b'nonsense \xff', b'[' * 100_000, b'7'])
-@pytest.mark.parametrize('name', sorted(FILES - {'README.txt'} | {'state.npz'}))
+@pytest.mark.parametrize('content', [b'', b'{', b'nonsense \xff', b'[' * 100_000])
+@pytest.mark.parametrize('name', sorted(FILES - {'README.txt'}))
 def test_a_file_of_something_else_is_named(report, name, content):
     (report / name).write_bytes(content)
     with pytest.raises(ValueError, match=f'{name} is (damaged|not an image)'):
         read_saved_pair(report)
 
 
-@pytest.mark.parametrize('name', ['disparity.npy', 'confidence.npy', 'state.npz'])
-def test_half_an_array_and_a_pickle_are_refused(report, name):
-    whole_content = (report / name).read_bytes()
-    (report / name).write_bytes(whole_content[:len(whole_content) // 2])
-    with pytest.raises(ValueError, match=f'{name} is damaged'):
+def test_half_an_array_and_a_pickle_are_refused(report):
+    whole_content = (report / 'arrays.npz').read_bytes()
+    (report / 'arrays.npz').write_bytes(whole_content[:len(whole_content) // 2])
+    with pytest.raises(ValueError, match='arrays.npz is damaged'):
         read_saved_pair(report)
-    pickled = np.array([{'an': 'object'}])
-    if name == 'state.npz':
-        restored_state = {'labels': pickled}
-        np.savez(report / name, **restored_state)
-    else:
-        np.save(report / name, pickled)
-    with pytest.raises(ValueError, match=f'{name} is damaged: .*allow_pickle'):
+    np.savez(report / 'arrays.npz', labels=np.array([{'an': 'object'}]))
+    with pytest.raises(ValueError, match='arrays.npz is damaged: .*allow_pickle'):
         read_saved_pair(report)
 
 
@@ -323,52 +315,34 @@ def maps(rows, columns, kind=np.float32):
 
 
 DAMAGES = {
-    'a newer format': (
-        lambda folder: (rewritten(folder / 'about.json', format=2, more={}),
-                        rewritten(folder / 'parameters.json', shiny=1)),
-        'report has version 2 of its format, fuzzy_stereo_ros .* reads version 1; take a newer '),
-    'an older format': (
-        lambda folder: rewritten(folder / 'about.json', format=0),
-        'has version 0 of its format, .*; take the fuzzy_stereo_ros that it was made with, or '),
-    'no format': (
-        lambda folder: rewritten(folder / 'about.json', format=None),
-        'has no version of its format, .*; take the fuzzy_stereo_ros that it was made with'),
-    'a format that is no number': (
-        lambda folder: rewritten(folder / 'about.json', format='1'),
-        "has version '1' of its format"),
+    'a newer entry': (lambda folder: rewritten(folder, more={}), 'pair.json is .*; needed are'),
+    'no record': (lambda folder: (folder / 'pair.json').write_text('7'), 'pair.json is 7; needed'),
     'a newer parameter': (
-        lambda folder: rewritten(folder / 'parameters.json', shiny=1),
-        'parameters.json has shiny, as no file of version .* take the version that wrote it'),
+        lambda folder: rewritten(folder, 'parameters', shiny=1), 'parameters is .*; needed are'),
     'an older parameter': (
-        lambda folder: rewritten(folder / 'parameters.json', elite=None),
-        'parameters.json lacks elite'),
+        lambda folder: rewritten(folder, 'parameters', elite=None), 'parameters is .*; needed'),
     'a parameter out of range': (
-        lambda folder: rewritten(folder / 'parameters.json', elite=7.0),
-        'parameters.json: elite is 7.0; allowed are numbers from 0.0 to 1.0'),
+        lambda folder: rewritten(folder, 'parameters', elite=7.0),
+        'elite is 7.0; allowed are numbers from 0.0 to 1.0'),
     'a parameter of another type': (
-        lambda folder: rewritten(folder / 'parameters.json', fill=1),
-        'parameters.json is damaged: fill is 1, no bool'),
-    'no stamp': (
-        lambda folder: rewritten(folder / 'calibration.json', stamp=1.5),
-        'calibration.json is damaged: stamp is 1.5, no int'),
+        lambda folder: rewritten(folder, 'parameters', fill=1), 'fill is 1, no bool'),
+    'a number that is none': (
+        lambda folder: rewritten(folder, 'parameters', seed=True), 'seed is True, no int'),
+    'no stamp': (lambda folder: rewritten(folder, stamp=1.5), 'stamp is 1.5, no int'),
     'another camera': (
-        lambda folder: rewritten(folder / 'calibration.json', 'left', fx='wide'),
-        "calibration.json is damaged: fx is 'wide', no float"),
+        lambda folder: rewritten(folder, 'calibration', 'left', fx='wide'),
+        "fx is 'wide', no float"),
     'no projection': (
-        lambda folder: rewritten(folder / 'calibration.json', 'left', cy=None),
-        'calibration.json lacks cy'),
+        lambda folder: rewritten(folder, 'calibration', 'left', cy=None), 'left is .*; needed'),
     'another row of the history': (
-        lambda folder: rewritten(folder / 'history.json', 'generations', 0, gains=3),
-        'history.json is damaged: gains is 3, no dict'),
+        lambda folder: rewritten(folder, 'generations', 0, gains=3), 'gains is 3, no dict'),
     'a gain that is none': (
-        lambda folder: rewritten(folder / 'history.json', 'generations', 0, 'gains', crossover=''),
-        "history.json is damaged: crossover is '', no float"),
+        lambda folder: rewritten(folder, 'generations', 0, 'gains', crossover=''),
+        "crossover is '', no float"),
     'a time that is none': (
-        lambda folder: rewritten(folder / 'history.json', 'times', total='long'),
-        "history.json is damaged: total is 'long', no float"),
+        lambda folder: rewritten(folder, 'times', total='long'), "total is 'long', no float"),
     'more to tell than text': (
-        lambda folder: rewritten(folder / 'about.json', 'about', rate=3),
-        'about.json is damaged: rate is 3, no str'),
+        lambda folder: rewritten(folder, 'about', rate=3), 'rate is 3, no str'),
     'an image of another size': (
         lambda folder: write_image(folder / 'right.png', maps(60, 99, np.uint8)),
         'the left image is 100 x 60, the right one 99 x 60'),
@@ -376,52 +350,45 @@ DAMAGES = {
         lambda folder: write_image(folder / 'right.png', maps(60, 100, np.uint16)),
         'the left image is uint8, the right one uint16'),
     'disparities of another size': (
-        lambda folder: np.save(folder / 'disparity.npy', maps(60, 99)),
+        lambda folder: restored(folder, disparity=maps(60, 99)),
         r'disparity is float32 \(60, 99\); needed is float32 \(60, 100\)'),
     'confidence of another kind': (
-        lambda folder: np.save(folder / 'confidence.npy', maps(60, 100, np.float64)),
+        lambda folder: restored(folder, confidence=maps(60, 100, np.float64)),
         r'confidence is float64 \(60, 100\); needed is float32'),
-    'several maps': (
-        lambda folder: (folder / 'disparity.npy').write_bytes(
-            (folder / 'state.npz').read_bytes()),
-        'disparity is no array'),
+    'no disparity': (lambda folder: restored(folder, disparity=None), "it lacks 'disparity'"),
     'a state that is missing': (
-        lambda folder: (folder / 'state.npz').unlink(),
+        lambda folder: (folder / 'pair.json').write_text(json.dumps(
+            {**json.loads((folder / 'pair.json').read_text()), 'state': None})),
         'the previous frame took part in the match, but the state is missing'),
     'a state of another size': (
         lambda folder: restored(
-            folder / 'state.npz', labels=maps(60, 90, np.uint8), verdict=maps(60, 90, np.uint8),
+            folder, labels=maps(60, 90, np.uint8), verdict=maps(60, 90, np.uint8),
             pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32)),
         'took part in the match, but the state is of another frame'),
     'a state of the future': (
-        lambda folder: restored(folder / 'state.npz', stamp=np.array([2**60])),
+        lambda folder: rewritten(folder, 'state', stamp=2**60),
         'took part in the match, but the state is of another frame'),
-    'a part of a state': (
-        lambda folder: restored(folder / 'state.npz', ages=None), 'state.npz lacks ages'),
-    'more than a state': (
-        lambda folder: restored(folder / 'state.npz', more=maps(1, 1)), 'state.npz has more'),
+    'a part of a state': (lambda folder: restored(folder, ages=None), "argument: 'ages'"),
+    'more than a state': (lambda folder: restored(folder, more=maps(1, 1)), "argument 'more'"),
     'labels in a row': (
-        lambda folder: restored(folder / 'state.npz', labels=np.zeros(60, np.uint8)),
+        lambda folder: restored(folder, labels=np.zeros(60, np.uint8)),
         r'labels of the state is uint8 \(60,\)'),
     'labels of another type': (
-        lambda folder: restored(folder / 'state.npz', labels=maps(60, 100, np.uint16)),
+        lambda folder: restored(folder, labels=maps(60, 100, np.uint16)),
         r'labels of the state is uint16 \(60, 100\); needed is uint8'),
     'labels beyond the range': (
-        lambda folder: restored(folder / 'state.npz', labels=maps(60, 100, np.uint8) + 24),
+        lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24),
         'labels or ages that no frame has'),
     'ages that are not numbers': (
-        lambda folder: restored(folder / 'state.npz',
-                                ages=np.full((2, 4, 7), np.nan, np.float32)),
+        lambda folder: restored(folder, ages=np.full((2, 4, 7), np.nan, np.float32)),
         'labels or ages that no frame has'),
     'too few tiles': (
-        lambda folder: restored(folder / 'state.npz', ages=np.ones((2, 4, 6), np.float32)),
+        lambda folder: restored(folder, ages=np.ones((2, 4, 6), np.float32)),
         'ages of the state is'),
-    'a frame number in a row': (
-        lambda folder: restored(folder / 'state.npz', frame=np.array([1, 2])),
-        r'state.npz: frame is int64 \(2,\)'),
-    'two stamps': (
-        lambda folder: restored(folder / 'state.npz', stamp=np.array([1, 2])),
-        r'state.npz: stamp is int64 \(2,\); needed is int64 \(1,\)'),
+    'a frame number of another type': (
+        lambda folder: rewritten(folder, 'state', frame='2'), "frame is '2', no int"),
+    'a stamp that is none': (
+        lambda folder: rewritten(folder, 'state', stamp='now'), 'the stamp of the state'),
 }
 
 
@@ -432,6 +399,7 @@ def test_what_does_not_belong_together_is_refused_with_a_sentence(report, case):
     with pytest.raises(ValueError, match=words) as caught:
         read_saved_pair(report)
     assert str(caught.value).startswith(str(report)) and '\n' not in str(caught.value)
+    assert str(caught.value).endswith('read it by the fuzzy_stereo_ros that wrote it')
 
 
 def test_no_folder_at_all_is_refused(tmp_path):

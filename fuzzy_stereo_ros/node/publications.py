@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The topics that go out, each made only while it has a subscriber."""
-from fuzzy_stereo_ros.node.quality_of_service import output_quality, OVERRIDABLE
-from fuzzy_stereo_ros.result_topics import POINTS, ResultMessages, TOPICS
+"""Publish the results of a pair, each topic only while it has a subscriber."""
+from fuzzy_stereo_ros.node.parameters import OVERRIDABLE, quality_of
+from fuzzy_stereo_ros.pairs.result_messages import POINTS, ResultMessages, TOPICS
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.qos import qos_policy_name_from_kind
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
@@ -11,55 +11,56 @@ from stereo_msgs.msg import DisparityImage
 # By the name that a bag has for a type.
 TYPES = {f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}': kind
          for kind in (CameraInfo, DisparityImage, Image, PointCloud2, PointField)}
-LEFT_TO_OTHERS = POINTS     # where stereo_image_proc's point_cloud_node already publishes
+SHARED = POINTS     # stereo_image_proc's point_cloud_node publishes it, too
 
 
-class Outputs:
+class Publications:
     """The publishers; `publish` may be called by any thread."""
 
-    def __init__(self, node, settings, matched):
+    def __init__(self, node, settings, subscribers_changed):
         """
-        Advertise what the settings ask for.
+        Advertise the topics of the setting `outputs`.
 
-        settings: of the node, by name. matched(): called when subscribers come or go.
+        settings: of the node, by name. subscribers_changed(): called when subscribers come or go.
         """
-        self._node, self._settings, self._matched = node, settings, matched
-        self._messages = ResultMessages(
-            lambda kind, **fields: TYPES[kind](**fields), settings)
+        self._node, self._settings, self._changed = node, settings, subscribers_changed
+        self._messages = ResultMessages(lambda kind, **fields: TYPES[kind](**fields), settings)
         self._publishers = {
             topic: self._publisher(TYPES[kind], topic)
             for word in dict.fromkeys(settings['outputs'].split())
             for topic, kind in TOPICS[word]}
-        self._told_of_others = False
+        self._warned = False
 
     def wanted(self):
-        """Return whether anything that goes out has a subscriber."""
+        """Return whether any topic has a subscriber."""
         return any(self._serves(topic) for topic in self._publishers)
 
     def publish(self, matched):
-        """Publish what has a subscriber of a Matched."""
+        """Publish the topics with a subscriber, made of a MatchedPair."""
         for topic, publisher in self._publishers.items():
-            if self._serves(topic):
-                publisher.publish(self._messages.of(topic, matched))
+            message = self._messages.of(topic, matched) if self._serves(topic) else None
+            if message is not None:
+                publisher.publish(message)
 
     def _serves(self, topic):
         publisher = self._publishers[topic]
         if not publisher.get_subscription_count():
             return False
-        if topic != LEFT_TO_OTHERS or self._node.count_publishers(publisher.topic_name) == 1:
+        if topic != SHARED or self._node.count_publishers(publisher.topic_name) == 1:
             return True
-        if not self._told_of_others:
-            self._told_of_others = True
+        if not self._warned:
+            self._warned = True
             self._node.get_logger().warning(
-                f'{publisher.topic_name} is published by another node as well and left to it; to '
-                'have it from here, with colours at any scale, end the other one')
+                f'another node publishes {publisher.topic_name}, too, and this node leaves it to '
+                'that one; end the other node to get the points from here, with colours at any '
+                'scale')
         return False
 
     def _publisher(self, kind, topic):
         return self._node.create_publisher(
-            kind, topic, output_quality(self._settings),
+            kind, topic, quality_of(self._settings['output_qos'], depth=1),
             event_callbacks=PublisherEventCallbacks(
-                matched=lambda event: self._matched(),
+                matched=lambda event: self._changed(),
                 incompatible_qos=lambda event: self._node.get_logger().warning(
                     f'a subscriber of {self._node.resolve_topic_name(topic)} asks for an '
                     f'incompatible QoS ({qos_policy_name_from_kind(event.last_policy_kind)}); '

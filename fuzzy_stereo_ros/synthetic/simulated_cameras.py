@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A stereo rig that is not there: it publishes given pairs as two cameras would."""
+"""A node that publishes pairs as two cameras do."""
 from array import array
 from functools import partial
 import sys
@@ -8,10 +8,10 @@ import sys
 import cv2
 from fuzzy_stereo_ros.bags.sequences import encoding_of
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
-from fuzzy_stereo_ros.node.log_folder import startable
+from fuzzy_stereo_ros.node.run_node import log_arguments
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
-from fuzzy_stereo_ros.synthetic.scene_options import (
-    add_scene_options, scene_calibration, scene_pairs, scene_values)
+from fuzzy_stereo_ros.parameters.options import add_options, option_values
+from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
 import numpy as np
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -25,7 +25,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
 SIDES = ('left', 'right')
 
 
-class FakeRig(Node):
+class SimulatedCameras(Node):
     """
     Publishes <side>/image_rect and <side>/camera_info of both sides, with equal stamps.
 
@@ -146,11 +146,11 @@ def compressed_message(image):
 
 
 def main(arguments=None):
-    """Publish a made scene that moves, for trying the node, until SIGINT; return an exit code."""
-    parser = Parser(prog='fake_rig', description=(
-        'A stereo rig that is not there: a made scene with exact ground truth moves before two '
-        'cameras, forth and back. `fuzzy-stereo synthesise` writes the same to files.'))
-    add_scene_options(parser)
+    """Publish a synthetic scene that moves until SIGINT or SIGTERM; return an exit code."""
+    parser = Parser(prog='simulated_cameras', description=(
+        'Publish a synthetic scene that moves back and forth before two cameras. '
+        '`fuzzy-stereo synthesise` writes the same scene, with its truth, to files.'))
+    add_options(parser.add_argument_group('the scene and the cameras'), SCENE_PARAMETERS.values())
     parser.add_argument('--reliable', action='store_true', help='reliable QoS, not best effort')
     arguments = sys.argv if arguments is None else arguments
     parser.set_defaults(run=partial(run, ros_arguments=arguments))
@@ -159,25 +159,25 @@ def main(arguments=None):
 
 def run(chosen, ros_arguments):
     """Publish until SIGINT and return 0; ValueError for a scene that cannot be made."""
-    values = scene_values(chosen)
+    values = option_values(chosen, SCENE_PARAMETERS.values())
     scene = [(pair.left, pair.right) for pair in scene_pairs(values)]
     calibration = scene_calibration(values)
     try:
-        ros_arguments, remark = startable(ros_arguments)
+        ros_arguments, warning = log_arguments(ros_arguments)
         rclpy.init(args=ros_arguments)
-        rig = FakeRig('fake_rig', '', scene + scene[-2:0:-1], calibration.focal,
-                      calibration.baseline, values['rate'], chosen.reliable, calibration.offset,
-                      repeat=True)
-        if remark:
-            rig.get_logger().warning(remark)
-        rig.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
-                              f"{values['rate']:g} pairs/s")
-        rig.start()
-        rclpy.spin(rig)
+        cameras = SimulatedCameras(
+            'simulated_cameras', '', scene + scene[-2:0:-1], calibration.focal,
+            calibration.baseline, values['rate'], chosen.reliable, calibration.offset, repeat=True)
+        if warning:
+            cameras.get_logger().warning(warning)
+        cameras.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
+                                  f"{values['rate']:g} pairs/s")
+        cameras.start()
+        rclpy.spin(cameras)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except RuntimeError:
-        if rclpy.ok():      # otherwise it is the end that a message failed of
+        if rclpy.ok():      # else shutting down
             raise
     finally:
         rclpy.try_shutdown()

@@ -1,16 +1,23 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The report when no pair comes: what came, and what to do."""
-from fuzzy_stereo_ros.node.watchdog import FAST_DDS_VARIABLES, no_pair_report, TopicState
+"""Subscriptions: what the middleware lost, and why no pair comes."""
+from types import SimpleNamespace
+
+from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
+from hypothesis import given, strategies
 import pytest
+
+subscriptions = pytest.importorskip('fuzzy_stereo_ros.node.subscriptions')
+FAST_DDS_VARIABLES, TOPICS = subscriptions.FAST_DDS_VARIABLES, subscriptions.TOPICS
 
 NAMES = ('/left/image_rect', '/left/camera_info', '/right/image_rect', '/right/camera_info')
 
 
 def states(**changes):
     """Return four topics with messages and a publisher; changes by place, as in at2={...}."""
-    return [TopicState(**{'name': name, 'received': 9, 'publishers': 1,
-                          **changes.get(f'at{place}', {})}) for place, name in enumerate(NAMES)]
+    return [subscriptions.TopicState(**{
+        'name': name, 'received': 9, 'publishers': 1, **changes.get(f'at{place}', {})})
+        for place, name in enumerate(NAMES)]
 
 
 @pytest.mark.parametrize('topics, options, expected', [
@@ -45,7 +52,41 @@ def test_the_report_ends_with_what_to_do(topics, options, expected, monkeypatch)
         monkeypatch.delenv(name, raising=False)
     if 'profile' in options:
         monkeypatch.setenv(FAST_DDS_VARIABLES[options['profile']], 'a file')
-    report = no_pair_report(5.4, topics, 1_500_000, options.get('approximate', False))
+    report = subscriptions.no_pair_report(
+        5.4, topics, 1_500_000, options.get('approximate', False))
     counts = ', '.join(f'{topic.name} {topic.received}' for topic in topics)
     assert report == (f'no stereo pair for 5 s; messages since then: {counts}; the latest stamps '
                       f'differ by up to 1.500 ms; {expected}')
+
+
+def received(numbers, publishers=1, publisher_changes_before=None):
+    """Return {topic: lost} after messages with numbers on one topic."""
+    node = SimpleNamespace(count_publishers=lambda name: publishers,
+                           create_subscription=lambda kind, name, *_, **__: SimpleNamespace(
+                               topic_name=name))
+    settings = {'cache_camera_info': False, 'image_transport': 'raw', 'input_qos': 'reliable',
+                'use_system_default_qos': False, 'no_pair_seconds': 5.0}
+    made = subscriptions.Subscriptions(
+        node, settings, Synchroniser(TOPICS), lambda topic, message: None)
+    made.serve(True)
+    for number in numbers:
+        if number == publisher_changes_before:
+            made._note_publisher(TOPICS[0], SimpleNamespace(current_count=1))
+        made._receive_numbered(TOPICS[0], None, {'publication_sequence_number': number})
+    return made.lost
+
+
+@given(strategies.lists(strategies.booleans()), strategies.integers(1, 10**9))
+def test_every_message_that_is_missing_between_two_others_is_counted(arrived, first):
+    numbers = [number for number, there in enumerate([True, *arrived, True], first) if there]
+    assert received(numbers) == {**dict.fromkeys(TOPICS, 0), TOPICS[0]: arrived.count(False)}
+
+
+@pytest.mark.parametrize('numbers, options', [
+    ([7, 1, 2], {}),                                    # a camera that was started again
+    ([7, None, 90], {}),                                # a middleware that does not count
+    ([7, 90, 8, 91], {'publishers': 2}),
+    ([7, 90], {'publisher_changes_before': 90}),
+    ([7, 7, 8], {})])
+def test_what_need_not_be_a_loss_is_not_counted_as_one(numbers, options):
+    assert received(numbers, **options)[TOPICS[0]] == 0

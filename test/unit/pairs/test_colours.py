@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Images of 16 bits, shown with 8."""
-from fuzzy_stereo_ros.pairs.brightness import in_eight_bits
+from fuzzy_stereo_ros.pairs.colours import in_eight_bits
 import numpy as np
 import pytest
 

@@ -11,7 +11,7 @@ from node_process import NodeProcess, own_domain
 import numpy as np
 import pytest
 
-MODULE = 'fuzzy_stereo_ros.synthetic.fake_rig'
+MODULE = 'fuzzy_stereo_ros.synthetic.simulated_cameras'
 
 
 def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_options(ros):
@@ -60,4 +60,4 @@ def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_op
 def test_a_scene_that_cannot_be_made_is_one_sentence_and_code_2(ros, arguments, sentence):
     done = subprocess.run([sys.executable, '-m', MODULE, *arguments], capture_output=True,
                           text=True, check=False)
-    assert (done.returncode, done.stderr) == (2, f'fake_rig: {sentence}\n')
+    assert (done.returncode, done.stderr) == (2, f'simulated_cameras: {sentence}\n')

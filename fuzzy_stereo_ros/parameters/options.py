@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Options of the command line, made from the table of parameters, and of the cameras."""
+import argparse
+from dataclasses import replace
+import math
+from pathlib import Path
+
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
+from fuzzy_stereo_ros.pairs.camera_files import (
+    centred_calibration, read_calibration_files, YAML_SUFFIXES)
+from fuzzy_stereo_ros.pairs.stereo_pair import Projection
+from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETERS, written
+
+USUAL_PROFILE = 'realtime'
+SHORT = {'approximate_sync': '--approximate',
+         'approximate_sync_tolerance_seconds': '--tolerance'}
+METAVARS = {int: 'N', float: 'NUMBER', str: 'WORD'}
+ABOVE_ZERO = 'focal', 'baseline'
+NUMBERS = (*ABOVE_ZERO, 'offset')
+IN_CAMERA_INFO = (*NUMBERS, 'principal_point')
+CAMERA = ('camera_info', *IN_CAMERA_INFO)     # all options, as parsed
+
+
+def option_name(name):
+    """Return the option that sets a parameter: `min_disparity` is --min-disparity."""
+    return '--' + name.replace('_', '-')
+
+
+def add_options(group, rows, required=()):
+    """
+    Add an option for each row of a table.
+
+    required: names of rows that must be given. An option of the matcher that is not given is not
+    among the parsed ones: its value is that of the profile.
+    """
+    for row in rows:
+        name = row.field or row.name
+        needed, facts = name in required, [row.sentence]
+        options = {'default': argparse.SUPPRESS if row.field else row.default}
+        if isinstance(row.default, bool):
+            options['action'] = argparse.BooleanOptionalAction
+        elif isinstance(row.default, str) and row.field:
+            options['choices'] = row.choices
+        else:
+            options.update(type=type(row.default), metavar=METAVARS[type(row.default)])
+            facts.append(row.allowed)
+        if not needed:
+            facts.append(f'default: {_default(row)}')
+        group.add_argument(*filter(None, (option_name(name), SHORT.get(name))), dest=name,
+                           required=needed, help='; '.join(facts).replace('%', '%%'), **options)
+
+
+def option_values(arguments, rows):
+    """Return {name: value} of parsed options; ValueError for a value that is not allowed."""
+    return {row.name: row.checked(getattr(arguments, row.name)) for row in rows}
+
+
+def add_node_options(parser, title, names):
+    """Add a group of options for parameters of the node, for `node_settings`."""
+    add_options(parser.add_argument_group(
+        title, 'as the parameters of the node that are called so'), _node_rows(names))
+
+
+def node_settings(arguments, names):
+    """Return {name: value} of parsed options; ValueError for a value that is not allowed."""
+    return option_values(arguments, _node_rows(names))
+
+
+def add_matcher_options(parser, required=(), left_out=()):
+    """
+    Add --profile and an option for each parameter of the matcher, for `matcher_config`.
+
+    required, left_out: names of parameters that must be given, and that have no option.
+    """
+    group = parser.add_argument_group(
+        'the matcher', 'a profile sets all parameters, an option changes one of them')
+    group.add_argument('--profile', choices=tuple(PROFILES), default=USUAL_PROFILE,
+                       help=f'default: {USUAL_PROFILE}')
+    add_options(group, [row for row in MATCHER_PARAMETERS if row.field not in left_out], required)
+
+
+def matcher_config(arguments, saved=None):
+    """
+    Return the MatcherConfig that parsed options ask for; ValueError where it is not allowed.
+
+    saved: MatcherConfig that they change; a profile then keeps its range of disparities.
+    """
+    changes = matcher_changes(arguments)
+    if saved is None:
+        return MatcherConfig.from_profile(arguments.profile, **changes)
+    if arguments.profile is not None:
+        saved = MatcherConfig.from_profile(arguments.profile, disparities=saved.disparities,
+                                           min_disparity=saved.min_disparity)
+    return replace(saved, **changes)
+
+
+def matcher_changes(arguments):
+    """Return {field: value} of the matcher's parameters that were given as options."""
+    return {row.field: getattr(arguments, row.field)
+            for row in MATCHER_PARAMETERS if hasattr(arguments, row.field)}
+
+
+def add_camera_options(parser):
+    """Add the options, for `given_calibration`."""
+    group = parser.add_argument_group('the cameras, where metres are needed')
+    group.add_argument('--camera-info', metavar='FILE', nargs='+',
+                       help='calib.txt of Middlebury 2014; or YAML as camera_calibration writes '
+                            'it: RIGHT.yaml, or LEFT.yaml RIGHT.yaml')
+    group.add_argument('--focal', type=float, metavar='PX', help='focal length')
+    group.add_argument('--baseline', type=float, metavar='METRES',
+                       help='how far the cameras are apart')
+    group.add_argument('--offset', type=float, metavar='PX',
+                       help='cx of the left camera minus that of the right one; default: 0')
+    group.add_argument('--principal-point', type=float, metavar=('CX', 'CY'), nargs=2,
+                       help='of the left camera; default: the middle of the image')
+
+
+def given_calibration(arguments, shape, needed, purpose):
+    """
+    Return the Calibration that the options give.
+
+    shape: (R, C) of the image. needed: those of focal and baseline that matter. purpose: what
+    needs them, for the sentence where one is missing.
+    Raises ValueError where an option is missing, wrong, or said twice, and as
+    `read_calibration_files`; also for a file of cameras of another size.
+    """
+    for name in NUMBERS:
+        value = getattr(arguments, name)
+        if value is not None and not math.isfinite(value):
+            raise ValueError(f'--{name} is {value:g}; allowed are finite numbers')
+        if value is not None and name in ABOVE_ZERO and value <= 0:
+            raise ValueError(f'--{name} is {value:g}; allowed are numbers above 0')
+    if arguments.camera_info is not None:
+        return _of_files(arguments, shape)
+    missing = [f'--{name}' for name in needed if getattr(arguments, name) is None]
+    if missing:
+        raise ValueError(f"{purpose} needs the cameras: give {' and '.join(missing)}, or "
+                         '--camera-info with a calib.txt or the YAML of the right camera')
+    calibration = centred_calibration(arguments.focal, arguments.baseline or math.nan,
+                                      arguments.offset or 0.0, *shape)
+    if arguments.principal_point is None:
+        return calibration
+    focal = calibration.focal
+    return replace(calibration, left=Projection(focal, focal, *arguments.principal_point))
+
+
+def _of_files(arguments, shape):
+    """Return the Calibration of --camera-info."""
+    first, *others = arguments.camera_info
+    one_camera = not others and Path(first).suffix.lower() in YAML_SUFFIXES
+    for name in IN_CAMERA_INFO:
+        if getattr(arguments, name) is not None and not (one_camera and name == 'offset'):
+            raise ValueError(f"--{name.replace('_', '-')} stands in --camera-info already; leave "
+                             'one of the two out')
+    calibration, size = read_calibration_files(arguments.camera_info, arguments.offset or 0.0)
+    if size not in (None, shape):
+        raise ValueError(f'{arguments.camera_info[-1]} is of {size[1]}x{size[0]} pixels, but '
+                         f'there are {shape[1]}x{shape[0]}')
+    return calibration
+
+
+def _node_rows(names):
+    return [row for row in NODE_PARAMETERS if row.name in names]
+
+
+def _default(row):
+    """Return the default of a row, of each profile where they differ; switches are on or off."""
+    def text(value):
+        return ('off', 'on')[value] if isinstance(value, bool) else written(value)
+
+    if not row.field:
+        return text(row.default)
+    values = {name: text(getattr(MatcherConfig.from_profile(name), row.field))
+              for name in PROFILES}
+    if len(set(values.values())) == 1:
+        return values[USUAL_PROFILE]
+    return ', '.join(f'{value} ({name})' for name, value in values.items())

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the node says about itself: status, figures, lines about losses."""
+from collections import Counter
+import re
+from types import SimpleNamespace
+
+from hypothesis import given, strategies
+import numpy as np
+import pytest
+
+diagnostics = pytest.importorskip('fuzzy_stereo_ros.node.diagnostics')
+LossReports = diagnostics.LossReports
+KEYS = 'pairs dropped', 'unmatched left/image_rect', 'unmatched right/camera_info'
+NODE = SimpleNamespace(create_publisher=lambda *_: None)
+
+
+def test_rates_count_per_second_since_the_call_before():
+    made = diagnostics.Diagnostics(NODE, 10.0)
+    assert made.rates(12.0, {'pairs': 6}) == {'pairs': 3.0}
+    assert made.rates(16.0, {'pairs': 6}) == {'pairs': 0.0}
+
+
+def test_figures_tell_the_times_and_what_the_newest_match_was_like():
+    made = diagnostics.Diagnostics(NODE, 0.0)
+    assert made.figures() == {}
+    for milliseconds in (10.0, 20.0, 30.0):
+        made.matched(SimpleNamespace(
+            times={'total': milliseconds / 2}, generations=2, warm=True,
+            disparity=np.float32([[1, np.nan]]), confidence=np.float32([[0.5, 0.0]])),
+            latency=milliseconds)
+    made.refuse('size')
+    assert made.figures() == {
+        'refused: size': '1', 'latency, last': '30.0 ms', 'latency, median': '20.0 ms',
+        'latency, 95th percentile': '29.0 ms', 'time of total, last': '15.0 ms',
+        'time of total, median': '10.0 ms', 'time of total, 95th percentile': '14.5 ms',
+        'generations': '2', 'warm': 'true', 'mean confidence': '0.250', 'valid share': '0.500'}
+
+
+@pytest.mark.parametrize('ready, subscribed, quiet, rates, expected', [
+    (False, False, 0, {}, ('STALE', 'loading the kernels')),
+    (True, False, 0, {}, ('OK', 'idle: no output has a subscriber')),
+    (True, True, 6.2, {}, ('ERROR', 'no stereo pair for 6 s')),
+    (True, True, 0, {'refused': 2}, ('WARN', 'refusing 2.0 pairs/s')),
+    (True, True, 0, {'refused': 2, 'matched': 0}, ('ERROR', 'refusing 2.0 pairs/s')),
+    (True, True, 0, {'dropped': 9.4}, ('OK', 'matching 9.5 pairs/s')),
+    (True, True, 0, {'dropped': 20.5}, (
+        'WARN', 'matching 9.5 pairs/s and dropping 20.5: they come faster than they can be '
+        'matched; see scale and disparity_range')),
+])
+def test_the_status_is_the_worst_that_is_true(ready, subscribed, quiet, rates, expected):
+    rates = {f'pairs {how}': {'refused': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
+             for how in ('refused', 'dropped', 'matched')}
+    assert diagnostics.status_of(ready, subscribed, quiet, rates) == expected
+
+
+def reported(lines):
+    """Return a Counter of the numbers in lines."""
+    found = Counter()
+    for line in lines:
+        for key, number in re.findall(rf"({'|'.join(KEYS)}) (\d+)", line):
+            found[key] += int(number)
+    return found
+
+
+def test_the_first_loss_is_reported_at_once_then_one_line_a_period_with_what_came_since():
+    losses = LossReports(period=60.0)
+    assert losses.lines(10.0, {'pairs dropped': 0, 'pairs matched': 9}) == []
+    assert losses.lines(11.0, {'pairs dropped': 2}) == [
+        'since the last report: pairs dropped 2; newer pairs came before they were matched, see '
+        'scale and disparity_range']
+    assert losses.lines(70.9, {'pairs dropped': 7}) == []
+    assert reported(losses.lines(71.0, {'pairs dropped': 8})) == {'pairs dropped': 6}
+    assert losses.lines(200.0, {'pairs dropped': 8}) == []
+
+
+def test_one_kind_does_not_hold_back_another_and_topics_share_a_line():
+    losses = LossReports()
+    losses.lines(0.0, {'pairs dropped': 1})
+    line, = losses.lines(1.0, {'pairs dropped': 2, 'unmatched left/image_rect': 3,
+                               'unmatched right/camera_info': 4})
+    assert line.startswith('since the last report: unmatched left/image_rect 3, '
+                           'unmatched right/camera_info 4; the other topics had not come')
+
+
+@given(strategies.lists(strategies.tuples(
+    strategies.floats(0, 100), strategies.sampled_from(KEYS), strategies.integers(0, 9))))
+def test_the_numbers_of_all_lines_add_up_to_the_counts(steps):
+    losses, now, counts, lines = LossReports(), 0.0, Counter(dict.fromkeys(KEYS, 0)), []
+    for seconds, key, number in steps:
+        now += seconds
+        counts[key] += number
+        lines += losses.lines(now, counts)
+    lines += losses.lines(now, counts, last=True)
+    assert reported(lines) == +counts

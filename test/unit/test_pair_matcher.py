@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A matcher of pairs whose configuration changes: the newest request wins, faults are reported."""
+from dataclasses import replace
+from queue import SimpleQueue
+
+from fuzzy_stereo_ros import pair_matcher
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.pair_matcher import FAILED, PairMatcher, PREPARING, READY
+from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from node_process import shifted_pair
+import numpy as np
+import pytest
+from repository import ROOT
+
+SOON = 60.0     # s; nothing here takes long, events are awaited: when to give up
+KERNELS = ROOT / 'fuzzy_stereo_ros'
+PAIR = StereoPair(*shifted_pair(3), calibration=None, stamp=None)
+
+
+class Gated:
+    """A StereoMatcher for a PairMatcher; warming up waits for a permit, None or an error."""
+
+    state = None
+    begun, permits = SimpleQueue(), SimpleQueue()
+
+    def __init__(self, config):
+        self.config = config
+
+    def warm_up(self, rows, columns):
+        self.begun.put((self.config.disparities, rows, columns))
+        error = self.permits.get(timeout=SOON)
+        if error is not None:
+            raise error
+
+    def match(self, left, right, stamp):
+        return self.config.disparities
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    monkeypatch.setattr(pair_matcher, 'StereoMatcher', Gated)
+    monkeypatch.setattr(Gated, 'begun', SimpleQueue())
+    monkeypatch.setattr(Gated, 'permits', SimpleQueue())
+    ready = SimpleQueue()
+    matcher = PairMatcher(MatcherConfig(disparities=8), 0.5,
+                          lambda config, error: ready.put((config.disparities, error)))
+    matcher.ready = ready
+    Gated.permits.put(None)
+    matcher.warm_up()
+    assert Gated.begun.get() == (5, 64, 96)
+    yield matcher
+    Gated.permits.put(None)
+    assert matcher.close(SOON)
+
+
+def request(matcher, disparities):
+    matcher.request(MatcherConfig(disparities=disparities))
+
+
+def matched(matcher):
+    """Return the disparities that a pair is matched with, at the scale of one half."""
+    return matcher.match(PAIR).match
+
+
+def test_pairs_are_matched_as_before_until_a_request_is_prepared_for_images_of_their_size(bench):
+    assert (bench.change, matched(bench)) == ('', 5)
+    request(bench, 16)
+    assert Gated.begun.get(timeout=SOON) == (9, *PAIR.left.shape)
+    assert (bench.change, matched(bench), bench.config.disparities) == (PREPARING, 5, 8)
+    Gated.permits.put(None)
+    assert bench.ready.get(timeout=SOON) == (16, None)
+    assert bench.change == READY
+    assert (matched(bench), bench.config.disparities, bench.change) == (9, 16, '')
+
+
+def test_the_newest_request_replaces_those_that_wait_are_prepared_or_are_ready(bench):
+    request(bench, 16)
+    Gated.begun.get(timeout=SOON)
+    request(bench, 20)
+    request(bench, 24)
+    Gated.permits.put(None)
+    assert Gated.begun.get(timeout=SOON)[0] == 13
+    Gated.permits.put(None)
+    assert bench.ready.get(timeout=SOON) == (24, None)
+    request(bench, 32)
+    assert matched(bench) == 5
+    Gated.permits.put(None)
+    assert bench.ready.get(timeout=SOON) == (32, None)
+    assert matched(bench) == 17
+
+
+def test_an_error_is_reported_and_the_next_request_is_prepared(bench):
+    error = MemoryError('too large')
+    Gated.permits.put(error)
+    request(bench, 16)
+    assert bench.ready.get(timeout=SOON) == (16, error)
+    assert (bench.change, matched(bench)) == (FAILED, 5)
+    Gated.permits.put(None)
+    request(bench, 24)
+    assert bench.ready.get(timeout=SOON) == (24, None)
+    assert matched(bench) == 13
+
+
+def test_a_report_that_raises_leaves_the_next_request_to_be_prepared(bench):
+    report = bench._on_ready
+    raised = SimpleQueue()
+
+    def broken(config, error):
+        raised.put(config.disparities)
+        raise RuntimeError('no log')
+
+    bench._on_ready = broken
+    Gated.permits.put(None)
+    request(bench, 16)
+    assert raised.get(timeout=SOON) == 16
+    bench._on_ready = report
+    Gated.permits.put(None)
+    request(bench, 24)
+    assert bench.ready.get(timeout=SOON) == (24, None)
+
+
+def test_closing_waits_for_what_is_prepared_and_drops_it(bench):
+    request(bench, 16)
+    Gated.begun.get(timeout=SOON)
+    assert not bench.close(0.01)
+    Gated.permits.put(None)
+    assert bench.close(SOON)
+    assert bench.ready.empty()
+    assert matched(bench) == 5
+
+
+def test_what_a_missing_pixel_takes_part_in_is_invalid_but_not_what_is_filled():
+    left, right = shifted_pair(3, 40, 60)
+    missing = np.zeros((2, 40, 60), bool)
+    missing[0, :, 50:] = missing[1, :, 20:25] = True
+    for fill in (False, True):
+        matcher = PairMatcher(MatcherConfig(disparities=8, fill=fill))
+        matcher.warm_up()
+        pair = StereoPair(left, right, calibration=None, stamp=None)
+        plain = matcher.match(pair).match
+        matcher.reset()
+        matched = matcher.match(replace(pair, missing=tuple(missing)))
+        found = matched.match
+        invalid = np.isnan(found.disparity)
+        assert invalid[:, 50:].all()
+        others = np.rint(np.arange(60) - np.where(np.isnan(plain.disparity), 99, plain.disparity))
+        expected = missing[0] | np.isnan(plain.disparity) | (
+            (others >= 20) & (others < 25) & (plain.confidence > 0))
+        np.testing.assert_array_equal(invalid, expected)
+        assert expected[:, 23:28].mean() > 0.9
+        assert (found.confidence[invalid] == 0).all()
+        np.testing.assert_array_equal(found.disparity[~invalid], plain.disparity[~invalid])
+        np.testing.assert_array_equal(matcher.last.match.disparity, plain.disparity)
+        assert matcher.close()
+
+
+def test_no_kernel_is_parallel_as_two_threads_call_them():
+    for path in KERNELS.rglob('*.py'):
+        text = path.read_text(encoding='utf-8')
+        assert 'parallel=True' not in text, path
+        assert 'prange' not in text, path
