@@ -26,6 +26,7 @@ setup(
     maintainer=maintainer.text,
     maintainer_email=maintainer.get('email'),
     packages=find_packages(include=[package_name, f'{package_name}.*']),
+    package_data={f'{package_name}.evaluation': ['page.html']},
     python_requires='>=3.10',
     # Why these bounds: SECURITY.md.
     install_requires=['numba>=0.58,<1', 'numpy>=1.26,<3', 'opencv-python-headless>=4.6,<6',
@@ -34,6 +35,8 @@ setup(
         'bags': ['rosbags>=0.11,<0.12', 'tqdm>=4.60,<5'],
         'cluster': ['distributed>=2024.1,<2028'],
         'demo': ['matplotlib>=3.6,<4', 'scikit-image>=0.22,<1', 'tqdm>=4.60,<5'],
+        'evaluate': ['Jinja2>=3.0,<4', 'pandas>=2.1,<4', 'psutil>=5.9,<8', 'scipy>=1.11,<2',
+                     'tabulate>=0.9,<1'],
         'ros': [
             'ros-jazzy-common-interfaces>=5.3,<6',
             'ros-jazzy-rclpy>=7.1,<8',

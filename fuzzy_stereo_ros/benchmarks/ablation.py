@@ -5,54 +5,22 @@ Ablation: the matcher as it is, and with each part removed or replaced, on scene
 
 Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
 """
-from dataclasses import dataclass
 from functools import partial
 
-from fuzzy_stereo_ros.benchmarks import ablation_picture, ablation_tables
-from fuzzy_stereo_ros.benchmarks.correlation import Point
-from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.picture import as_svg
-from fuzzy_stereo_ros.benchmarks.sequences import Sequence
+from fuzzy_stereo_ros.benchmarks.correlation import correlation_table
+from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_ablation
+from fuzzy_stereo_ros.benchmarks.request import mean_flicker, scored_error, Trial
 from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
-from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME, Trial
-from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
+from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_3way
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
-from fuzzy_stereo_ros.evaluation.report import environment, Report
-from fuzzy_stereo_ros.evaluation.scores import flicker
-from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.evaluation.matchers import Ours
+from fuzzy_stereo_ros.evaluation.report import environment, mean, Report, signed, Table
 import numpy as np
+import pandas as pd
 
-TURNS = 3       # of which the fastest counts
-RIVAL = '3WAY'
-
-
-@dataclass(frozen=True)
-class StillResult:
-    """
-    What was found on a scene.
-
-    trials: {name of variant or rival: `Trial`}. points: of all different chromosomes that came
-    up; truth: the two figures of `truth_beside_result`.
-    """
-
-    scene: Scene
-    trials: dict
-    points: list
-    truth: tuple
-
-
-@dataclass(frozen=True)
-class MovingResult:
-    """
-    What was found on a sequence.
-
-    trials: {name of variant: `Trial`}, means of the scored frames, the time a median.
-    flickers: {name of variant: percent}.
-    """
-
-    sequence: Sequence
-    trials: dict
-    flickers: dict
+TURNS = 3           # of which the fastest counts
+NOTABLE = 0.05      # points of error by which a scene counts as better or worse
 
 
 def run(request):
@@ -61,14 +29,22 @@ def run(request):
     sequences, missing = request.sequences(scenes)
     sequences = [one for one in sequences if len(one.scored)]
     with opencv_threads(1):
-        still = [on_scene(scene, request) for scene in request.follow(scenes, 'scenes')]
-        moving = [on_sequence(sequence, request)
-                  for sequence in request.follow(sequences, 'sequences')]
-    settings = {
+        of_scenes = {scene: on_scene(scene, request)
+                     for scene in request.follow(scenes, 'scenes')}
+        of_sequences = {sequence: on_sequence(sequence, request)
+                        for sequence in request.follow(sequences, 'sequences')}
+    made = scene_tables({scene: trials for scene, (trials, *_) in of_scenes.items()})
+    if of_sequences:
+        made += sequence_tables(of_sequences)
+    made.append(correlation_table(
+        {scene.path: points for scene, (_, points, _) in of_scenes.items()},
+        {scene.path: truth for scene, (*_, truth) in of_scenes.items()}))
+    pictures, lacking = as_svg('ablation.svg', partial(draw_ablation, made))
+    return Report('ablation', 'Ablation', {
         **environment('one each'),
         'as it is': f'{request.subject}, filled; on single scenes cold',
-        'rival': f'{RIVAL}, tuned for the family, dense; its fitness is that of its map in whole '
-                 'pixels',
+        'baseline': '3WAY, tuned for the family, dense; its fitness is that of its map in whole '
+                    'pixels',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth); after the same refinement',
         'fitness': 'of the best chromosome before refinement, by the fitness of the matcher as it '
@@ -77,18 +53,18 @@ def run(request):
                 'frames after the first; the replaced possibility is written to compare, not to '
                 'be fast: no times of it',
         'sequences': 'those of the benchmark `warm`, scored as there',
-    }
-    found = ablation_tables.tables(still, moving, REALTIME)
-    pictures, lacking = as_svg('ablation.svg', partial(ablation_picture.draw, found))
-    return Report('ablation', 'Ablation', settings, found, [*skipped, *missing, *lacking],
-                  pictures)
+    }, made, [*skipped, *missing, *lacking], pictures)
 
 
 def on_scene(scene, request):
-    """Return the `StillResult` of one scene."""
-    known = scene.read()
-    matchers = {variant.name: _matcher(variant, scene, request)
-                for variant in REALTIME if variant.still}
+    """
+    Return what the variants and a baseline reach on a scene.
+
+    {name: `Trial`}; [(fitness, error)] of all different chromosomes that came up; the two figures
+    of `truth_beside_result`.
+    """
+    pair = scene.read()
+    matchers = _matchers(request, scene, [one for one in REALTIME if one.still])
     seen, matches = {}, {name: [] for name in matchers}
 
     def observe(_, population):
@@ -97,61 +73,117 @@ def on_scene(scene, request):
     for turn in range(TURNS + 1):       # the first takes memory and looks, the others are timed
         for name, matcher in matchers.items():
             matcher.reset()
-            matches[name].append(matcher.match(known.left, known.right,
+            matches[name].append(matcher.match(pair.left, pair.right,
                                                observe=None if turn else observe))
-    judge = matchers[DEFAULT.name]
+    default = matchers[DEFAULT.name]
+    fitness_of = default.algorithm.fitness_of
     trials = {}
     for name, matcher in matchers.items():
         observe(None, matcher.algorithm.population.genes[:1])
         trials[name] = Trial(
-            bad_percent(matches[name][-1].disparity, known, scene.limit),
-            judge.algorithm.fitness_of(matcher.algorithm.population.genes[0]),
+            bad_percent(matches[name][-1].disparity, pair, scene.limit),
+            fitness_of(matcher.algorithm.population.genes[0]),
             min(match.times['total'] for match in matches[name][1:]))
-    rival, trials[rival.name] = _rival(scene, known, judge)
-    points = [Point(judge.algorithm.fitness_of(genes),
-                    bad_percent(genes.astype(np.float32), known, scene.limit))
+    baseline = tuned_3way(scene.family)
+    disparity = dense(baseline.match(pair.left, pair.right, scene.disparities))
+    trials[baseline.name] = Trial(bad_percent(disparity, pair, scene.limit),
+                                  fitness_of(genes_of(disparity, default)))
+    points = [(fitness_of(genes), bad_percent(genes.astype(np.float32), pair, scene.limit))
               for genes in seen.values()]
-    return StillResult(scene, trials, points, truth_beside_result(scene, known, judge))
-
-
-def _rival(scene, known, judge):
-    """Return OpenCV's matcher and its `Trial`."""
-    rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == RIVAL)
-    found = dense(rival.match(known.left, known.right, scene.disparities))
-    return rival, Trial(bad_percent(found, known, scene.limit),
-                        judge.algorithm.fitness_of(genes_of(found, judge)))
+    return trials, points, truth_beside_result(scene, pair, default)
 
 
 def on_sequence(sequence, request):
-    """Return the `MovingResult` of one sequence."""
+    """Return {name of a variant: (`Trial`, flicker in percent)}: means, the time a median."""
     frames = sequence.read()
-    matchers = {variant.name: _matcher(variant, sequence, request)
-                for variant in REALTIME if variant.moving}
-    judge = matchers[DEFAULT.name]
+    matchers = _matchers(request, sequence, [one for one in REALTIME if one.moving])
     matches, fitness = ({name: [] for name in matchers} for _ in range(2))
-    for known in frames:
+    for pair in frames:
         for name, matcher in matchers.items():
-            matches[name].append(matcher.match(known.left, known.right))
-            fitness[name].append(judge.algorithm.fitness_of(matcher.algorithm.population.genes[0]))
+            matches[name].append(matcher.match(pair.left, pair.right))
+            fitness[name].append(matchers[DEFAULT.name].algorithm.fitness_of(
+                matcher.algorithm.population.genes[0]))
     scored = [number for number in sequence.scored if frames[number].truth is not None]
-    first = max(1, sequence.scored.start)
-    return MovingResult(
-        sequence,
-        {name: Trial(_mean(bad_percent(found[number].disparity, frames[number], sequence.limit)
-                           for number in scored),
-                     _mean(fitness[name][number] for number in scored),
-                     float(np.median([match.times['total'] for match in found[1:]])))
-         for name, found in matches.items()},
-        {name: _mean(flicker(found[number - 1].disparity, found[number].disparity,
-                             (0, -sequence.pan))
-                     for number in range(first, len(frames)) if sequence.flickers)
-         for name, found in matches.items()})
+    trials = {}
+    for name, several in matches.items():
+        maps = [match.disparity for match in several]
+        trials[name] = (Trial(
+            scored_error(sequence, frames, maps), mean(fitness[name][number] for number in scored),
+            float(np.median([match.times['total'] for match in several[1:]]))),
+            mean_flicker(sequence, maps))
+    return trials
 
 
-def _matcher(variant, scene, request):
-    return StereoMatcher(request.config(scene.disparities, **variant.changes), variant.stages)
+def _matchers(request, subject, variants):
+    """Return {name of a variant: its `StereoMatcher`} for a scene or a sequence."""
+    return {one.name: Ours(one.name, request.profile, {**request.changes, **one.changes},
+                           one.stages).matcher(subject.disparities) for one in variants}
 
 
-def _mean(values):
-    values = list(values)
-    return float(np.mean(values)) if values else float('nan')
+def scene_tables(found):
+    """Return the tables of errors, fitness and times of {`Scene`: {name: `Trial`}}."""
+    trials = pd.DataFrame([(scene.group, scene.path, name, one.error, one.fitness,
+                            one.milliseconds) for scene, named in found.items()
+                           for name, one in named.items()],
+                          columns=['group', 'scene', 'name', 'error', 'fitness', 'milliseconds'])
+    counts = trials.groupby('group', sort=False).scene.nunique()
+    names = trials.name.unique()
+
+    def means(figure, rows=names):
+        table = trials.groupby(['name', 'group'])[figure].mean().unstack()
+        return table.loc[list(rows), list(counts.index)].rename(
+            columns=lambda group: f'{group} ({counts[group]})')
+
+    errors = means('error')
+    every = trials.pivot(index='name', columns='scene', values='error').loc[names]
+    more = every - every.loc[DEFAULT.name]
+    errors['mean of groups'] = errors.mean(axis=1)
+    errors['than as it is'] = _compared(more.mean(axis=1))
+    for heading, which in (('worse on', more > NOTABLE), ('better on', more < -NOTABLE)):
+        errors[heading] = which.sum(axis=1).astype(object).mask(errors.index == DEFAULT.name, None)
+    made = [Table.of('Scenes: mean error of the groups in percent', errors,
+                     f'*Worse on*, *better on*: scenes of {len(found)} whose error is larger or '
+                     'smaller than that of the matcher as it is by more than '
+                     f'{NOTABLE} points.')]
+    place = trials.groupby(['group', 'name']).cumcount()
+    halves = trials.assign(half=place.mod(2).map({0: 'odd', 1: 'even'})).groupby(
+        ['name', 'group', 'half']).error.mean().unstack(['group', 'half'])
+    several = [(group, half) for group in counts[counts > 1].index for half in ('odd', 'even')]
+    if several:
+        made.append(Table.of('Scenes: odd and even ones of each group, mean error in percent',
+                             halves.loc[names, several].set_axis(map(', '.join, several), axis=1)))
+    made.append(Table.of('Scenes: mean fitness of the groups', means('fitness'), digits=4))
+    times = means('milliseconds', [one.name for one in REALTIME if one.still and one.timed])
+    times['of that as it is'] = (times / times.loc[DEFAULT.name]).mean(axis=1)
+    return [*made, Table.of('Scenes: mean time of the groups in milliseconds', times)]
+
+
+def sequence_tables(found):
+    """Return the tables of {`Sequence`: {name: (`Trial`, flicker)}}; a noise shares a column."""
+    trials = pd.DataFrame([(sequence.kind.split(', pan')[0], sequence.path, name, one.error,
+                            flickers, one.fitness, one.milliseconds)
+                           for sequence, named in found.items()
+                           for name, (one, flickers) in named.items()],
+                          columns=['kind', 'sequence', 'name', 'error', 'flicker', 'fitness',
+                                   'milliseconds'])
+    counts = trials.groupby('kind', sort=False).sequence.nunique()
+    names = trials.name.unique()
+    errors, flickers = (trials.groupby(['name', 'kind'])[figure].mean().unstack().loc[
+        names, counts.index].rename(columns=lambda kind: f'{kind} ({counts[kind]})')
+        for figure in ('error', 'flicker'))
+    for table in (errors, flickers):
+        table['mean of kinds'] = table.mean(axis=1)
+        table['than as it is'] = _compared(table['mean of kinds']
+                                           - table['mean of kinds'][DEFAULT.name])
+    errors['fitness'] = trials.groupby('name').fitness.mean().map('{:.4f}'.format)
+    times = trials.pivot(index='name', columns='sequence', values='milliseconds')
+    errors['time, of that as it is'] = (times / times.loc[DEFAULT.name]).median(axis=1)
+    errors.loc[[one.name for one in REALTIME if one.moving and not one.timed],
+               'time, of that as it is'] = None
+    return [Table.of('Sequences: mean error in percent', errors),
+            Table.of('Sequences: mean flicker in percent', flickers)]
+
+
+def _compared(differences):
+    """Return differences with their signs as words, None for the matcher as it is."""
+    return differences.map(signed).astype(object).mask(differences.index == DEFAULT.name, None)

@@ -10,12 +10,12 @@ can be checked on the other.
 from dataclasses import dataclass, replace
 from functools import partial
 
-from fuzzy_stereo_ros.benchmarks import accuracy_picture
 from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
-from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.picture import as_svg
+from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_accuracy
+from fuzzy_stereo_ros.benchmarks.request import grouped
 from fuzzy_stereo_ros.evaluation.baselines import (
-    default_rivals, dense, opencv_threads, strictest_rival, tuned_rivals)
+    default_baselines, dense, opencv_threads, strictest_baseline, tuned_baselines)
+from fuzzy_stereo_ros.evaluation.datasets import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 import numpy as np
@@ -65,7 +65,7 @@ def run(request):
                       'and is not covered by a surface nearer by more than 1 px',
     }
     found = tables(results)
-    pictures, missing = as_svg('accuracy.svg', partial(accuracy_picture.draw, found))
+    pictures, missing = as_svg('accuracy.svg', partial(draw_accuracy, found))
     return Report('accuracy', 'Accuracy', settings, found, [*skipped, *missing], pictures)
 
 
@@ -77,7 +77,8 @@ def measure(scene, request):
     quality = replace(request, profile='quality', changes={}).matcher(scene.disparities).match(
         known.left, known.right)
     maps = {OURS: match.disparity, QUALITY: quality.disparity}
-    for rival in (*default_rivals(), *tuned_rivals(scene.family), strictest_rival(scene.family)):
+    for rival in (*default_baselines(), *tuned_baselines(scene.family),
+                  strictest_baseline(scene.family)):
         maps[rival.name] = dense(rival.match(known.left, known.right, scene.disparities))
 
     def figures(pair, limit):
@@ -101,7 +102,7 @@ def measure(scene, request):
 def tables(results):
     """Return the tables of a list of `Result`s."""
     contestants = (OURS, QUALITY, *(rival.name for rival in (
-        *default_rivals(), *tuned_rivals(MIDDLEBURY), strictest_rival(MIDDLEBURY))))
+        *default_baselines(), *tuned_baselines(MIDDLEBURY), strictest_baseline(MIDDLEBURY))))
     tuned = tuple(name for name in contestants if 'tuned' in name)
     groups = grouped(results)
     columns = ('', *contestants)
@@ -140,14 +141,6 @@ def tables(results):
                                       (0.5, 'rounded', 'fine'), (0.5, 'as it comes', 'raw_fine'))]
         ))
     return made
-
-
-def grouped(results):
-    """Return {group: results}, both in the order of their scenes."""
-    groups = {}
-    for result in results:
-        groups.setdefault(result.scene.group, []).append(result)
-    return groups
 
 
 def _confidence(groups):

@@ -7,15 +7,15 @@ And, for the profiles that evolve for seconds, each of their parts removed or re
 """
 from dataclasses import dataclass
 
-from fuzzy_stereo_ros.benchmarks.ablation_tables import signed
-from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.sequences import Sequence
-from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME, Trial
+from fuzzy_stereo_ros.benchmarks.request import scored_error, Trial
+from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
+from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.evaluation.matchers import Ours
+from fuzzy_stereo_ros.evaluation.report import environment, Report, signed, Table
 import numpy as np
+import pandas as pd
 
 PARTS = 'population', 'crossover', 'mutation', 'previous best'
 CLASSIC = 'middv2'
@@ -36,10 +36,8 @@ class Work:
 
     @property
     def path(self):
-        """What is shown while it runs."""
-        name = (self.subject.path if isinstance(self.subject, Scene)
-                else f'{self.subject.kind}, {self.subject.name}')
-        return f'{self.profile}, {name}'
+        """Profile and scene or sequence, as progress shows them."""
+        return f'{self.profile}, {self.subject.path}'
 
 
 def run(request):
@@ -49,7 +47,7 @@ def run(request):
     works = _works(scenes, [one for one in sequences if len(one.scored)], request.quick)
     with opencv_threads(1):
         found = [(work, _trials(work)) for work in request.follow(works, 'balance')]
-    settings = {
+    return Report('balance', 'The balance', {
         **environment('one each'),
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth); dense',
@@ -57,22 +55,20 @@ def run(request):
                  'place',
         'previous best': 'on the sequences of the benchmark `warm` with noise; the others on '
                          'single scenes, cold',
-    }
-    tables = [balance_table(found), *(
-        table for profile in ('quality', 'paper')
-        for table in evolution_tables(profile, found))]
-    return Report('balance', 'The balance', settings, tables, [*skipped, *missing])
+    }, [balance_table(found), *(table for profile in ('quality', 'paper')
+                                for table in evolution_tables(profile, found))],
+        [*skipped, *missing])
 
 
 def _works(scenes, sequences, quick):
     """Return the `Work`s: the variants of each profile on the scenes that can tell them apart."""
-    still = tuple(variant for variant in REALTIME if variant.still)
+    single = tuple(variant for variant in REALTIME if variant.still)
     moving = tuple(variant for variant in REALTIME if variant.part == 'previous best')
     shown = [scene for scene in scenes if scene.group == CLASSIC or scene.path in SHOWN]
     classic = [scene for scene in scenes if scene.group == CLASSIC]
     if quick or not shown:
         shown = classic = scenes[:1]
-    return [*(Work('realtime', scene, still) for scene in scenes),
+    return [*(Work('realtime', scene, single) for scene in scenes),
             *(Work('realtime', sequence, (DEFAULT, *moving)) for sequence in sequences
               if sequence.kind.startswith(NOISY)),
             *(Work('quality', scene, QUALITY) for scene in shown),
@@ -80,44 +76,22 @@ def _works(scenes, sequences, quick):
 
 
 def _trials(work):
-    """Return {name of variant: `Trial`}."""
-    on = _on_scene if isinstance(work.subject, Scene) else _on_sequence
-    return {variant.name: on(work, variant) for variant in work.variants}
-
-
-def _matcher(work, variant):
-    return StereoMatcher(MatcherConfig.from_profile(work.profile, **{
-        'disparities': work.subject.disparities, 'reference': 'left', 'threads': 1, 'fill': True,
-        **variant.changes}), variant.stages)
-
-
-def _on_scene(work, variant):
-    """Return the `Trial` of a cold match."""
-    known, matcher = work.subject.read(), _matcher(work, variant)
-    matcher.warm_up(*known.left.shape[:2])
-    match = matcher.match(known.left, known.right)
-    return Trial(bad_percent(match.disparity, known, work.subject.limit),
-                 _best_fitness(matcher), match.times['total'])
-
-
-def _on_sequence(work, variant):
-    """Return the `Trial` of a sequence, the mean of its scored frames."""
-    frames, matcher = work.subject.read(), _matcher(work, variant)
-    matches, fitness = [], []
-    for known in frames:
-        matches.append(matcher.match(known.left, known.right))
-        fitness.append(_best_fitness(matcher))
-    scored = [number for number in work.subject.scored if frames[number].truth is not None]
-    return Trial(
-        float(np.mean([bad_percent(matches[number].disparity, frames[number], work.subject.limit)
-                       for number in scored])),
-        float(np.mean([fitness[number] for number in scored])),
-        float(np.median([match.times['total'] for match in matches])))
-
-
-def _best_fitness(matcher):
-    population = matcher.algorithm.population
-    return float(population.fitness[population.best])
+    """Return {name of variant: `Trial`}: of a scene cold, of a sequence the error alone."""
+    trials, frames = {}, work.subject.read()
+    for variant in work.variants:
+        matcher = Ours(variant.name, work.profile, variant.changes, variant.stages).matcher(
+            work.subject.disparities)
+        if isinstance(work.subject, Sequence):
+            trials[variant.name] = Trial(scored_error(work.subject, frames, [
+                matcher.match(pair.left, pair.right).disparity for pair in frames]))
+        else:
+            matcher.warm_up(*frames.left.shape[:2])
+            match = matcher.match(frames.left, frames.right)
+            population = matcher.algorithm.population
+            trials[variant.name] = Trial(
+                bad_percent(match.disparity, frames, work.subject.limit),
+                float(population.fitness[population.best]), match.times['total'])
+    return trials
 
 
 def balance_table(found):
@@ -152,22 +126,21 @@ def _balance_row(profile, part, variant, found):
 
 
 def evolution_tables(profile, found):
-    """Return the tables of errors, and of times and fitness, of a profile's variants."""
-    chosen = [(work, trials) for work, trials in found if work.profile == profile]
+    """Return the table of errors, times and fitness of a profile's variants, as a list."""
+    chosen = [(work.subject.name, trials) for work, trials in found if work.profile == profile]
     if not chosen:
         return []
-    names = [variant.name for variant in chosen[0][0].variants]
-    errors = {name: [trials[name].error for _, trials in chosen] for name in names}
-    seconds, fitness = ({name: float(np.mean([figure(trials[name]) for _, trials in chosen]))
-                         for name in names}
-                        for figure in (lambda trial: trial.milliseconds / 1000,
-                                       lambda trial: trial.fitness))
-    usual = np.mean(errors[DEFAULT.name])
-    return [Table(
-        f'{profile}: error in percent', (
-            '', *(work.subject.name for work, _ in chosen), 'mean', 'than as it is', 'seconds',
-            'fitness of its best'),
-        [(name, *errors[name], float(np.mean(errors[name])),
-          None if name == DEFAULT.name else signed(np.mean(errors[name]) - usual), seconds[name],
-          f'{fitness[name]:.4f}') for name in names],
+
+    def figures(figure):
+        return pd.DataFrame({scene: {name: getattr(one, figure) for name, one in trials.items()}
+                             for scene, trials in chosen})
+
+    table = figures('error')
+    table['mean'] = table.mean(axis=1)
+    table['than as it is'] = [None if name == DEFAULT.name else signed(more) for name, more in (
+        table['mean'] - table['mean'][DEFAULT.name]).items()]
+    table['seconds'] = figures('milliseconds').mean(axis=1) / 1000
+    table['fitness of its best'] = figures('fitness').mean(axis=1).map('{:.4f}'.format)
+    return [Table.of(
+        f'{profile}: error in percent', table,
         'Fitness compares only where the fitness itself is that of the profile as it is.')]

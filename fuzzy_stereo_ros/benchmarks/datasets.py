@@ -1,67 +1,48 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Scenes with ground truth: folders of the data directory, and what every machine can make.
+The scenes and sequences of the benchmarks: of the data folder, and synthetic ones.
 
-The truth belongs to the left image; the matching pixel of the right image is x - d.
+Sequences: real pairs that move and are noisy, drives, hard cuts, synthetic ones. The truth belongs
+to the left image; the matching pixel of the right image is x - d.
 """
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
+from itertools import pairwise
 import os
 from pathlib import Path
 
-from fuzzy_stereo_ros.evaluation.grey_scales import MIDDLEBURY_FOLDERS
+from fuzzy_stereo_ros.evaluation.datasets import MIDDLEBURY_FOLDERS, Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import (
-    KITTI, KnownPair, LIMITS, MIDDLEBURY, read_mask, read_truth, WHOLE_PIXEL_TRUTH)
-from fuzzy_stereo_ros.evaluation.visibility import cross_checked, seen_by_both, warped_to_right
-from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
-from fuzzy_stereo_ros.pairs.image_files import read_pair
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+    GroundTruthPair, KITTI, MIDDLEBURY, seen_by_both)
+from fuzzy_stereo_ros.evaluation.layouts import (
+    files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR)
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
 import numpy as np
 
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'
 USUAL_DATA = Path('../shared/data')
-
-# folder: (suffix of the images' names, truth of all pixels, disparities)
-KITTI_FOLDERS = {
-    'kitti2015/000000': ('', 'disp_occ_0.png', 66),
-    'kitti2012_color/000000': ('', 'disp_occ.png', 71),
-    'kitti2012_seq/000027': ('_10', 'disp_occ_10.png', 96),
-    'kitti2012_seq/000138': ('_10', 'disp_occ_10.png', 73),
-}
-MOTORCYCLE = 'midd2014/Motorcycle'
-MOTORCYCLE_DISPARITIES = 64
-MADE_SCENES = 4
-MADE_SIZE = 240, 320, 48      # rows, columns, disparities
+# folder: (number of the frame, disparities)
+KITTI_FOLDERS = {'kitti2015/000000': ('', 66), 'kitti2012_color/000000': ('', 71),
+                 'kitti2012_seq/000027': ('10', 96), 'kitti2012_seq/000138': ('10', 73)}
+MOTORCYCLE, MOTORCYCLE_DISPARITIES = 'midd2014/Motorcycle', 64
+MADE_SCENES, MADE_SIZE = 4, (240, 320, 48)      # rows, columns, disparities
 QUICK_SCENES, QUICK_SIZE = 2, (48, 80, 16)
 
-
-@dataclass(frozen=True)
-class Scene:
-    """
-    A scene of a group; `read()` returns its `KnownPair`.
-
-    family: whose settings the rivals take. disparities: searched, from 0. limit: pixels, an
-    error above it is bad.
-    """
-
-    group: str
-    name: str
-    family: str
-    disparities: int
-    read: Callable
-
-    @property
-    def limit(self):
-        """Errors above so many pixels are bad."""
-        return LIMITS[self.family]
-
-    @property
-    def path(self):
-        """Group and name, as they are written in tables."""
-        return f'{self.group}/{self.name}'
+NOISES = (0, 3, 6, 12)
+PANS = (0, 2, 8)
+WINDOW_FRAMES, FIRST_SCORED = 6, 2
+KITTI_DRIVE = 'kitti2012_seq/000027'
+KITTI_FRAMES, KITTI_DISPARITIES = ('07', '08', '09', '10'), 96
+EUROC, EUROC_DISPARITIES = 'euroc_v101_rect', 64
+EUROC_FRAMES = tuple(f'{number:04}' for number in range(10))
+MADE = {'rows': 240, 'columns': 320, 'disparities': 48, 'colour': True}
+MADE_KINDS = {'made, moving': {'motion': 3.0},
+              'made, moving, noise 6': {'motion': 3.0, 'noise': 6},
+              'made, exposure swings': {'motion': 1.0, 'noise': 3, 'flicker': 0.3}}
+MADE_SEEDS = 1, 2, 3
+APPEARS = 3
 
 
 def data_folder(given=None):
@@ -84,13 +65,12 @@ def available_scenes(data, only='', quick=False):
     """
     Return the scenes that can be read here, and a sentence for each group that cannot.
 
-    data: Path or None. only: scenes whose group/name contains this word. quick: small made scenes
-    alone. Raises ValueError where no scene is left.
+    data: Path or None. only: scenes whose group/name contains this word. quick: small synthetic
+    scenes alone. Raises ValueError where no scene is left.
     """
     scenes, missing = [], {}
-    listed = _made_scenes(QUICK_SCENES, QUICK_SIZE) if quick else (
-        *_folder_scenes(data), _motorcycle(data), *_made_scenes(MADE_SCENES, MADE_SIZE))
-    for scene, reason in listed:
+    for scene, reason in _made_scenes(QUICK_SCENES, QUICK_SIZE) if quick else (
+            *_folder_scenes(data), *_made_scenes(MADE_SCENES, MADE_SIZE)):
         if only not in scene.path:
             continue
         if reason is None:
@@ -107,81 +87,149 @@ def available_scenes(data, only='', quick=False):
 
 def _folder_scenes(data):
     """Return each scene that has a folder of its own, and why it cannot be read or None."""
-    listed = [(group, name, MIDDLEBURY, disparities, f'{group}/{name}',
-               partial(read_middlebury, scale=scale))
+    listed = [(group, name, MIDDLEBURY, disparities, f'{group}/{name}', '')
               for group, named in MIDDLEBURY_FOLDERS.items()
-              for name, (scale, disparities) in named.items()]
-    listed += [('kitti', folder, KITTI, disparities, folder,
-                partial(_read_kitti, suffix=suffix, truth=truth))
-               for folder, (suffix, truth, disparities) in KITTI_FOLDERS.items()]
-    return [(Scene(group, name, family, disparities, partial(read, Path(data or '', folder))),
-             None if _is_there(data, folder) else 'no folder')
-            for group, name, family, disparities, folder, read in listed]
+              for name, (_, disparities) in named.items()]
+    listed += [('kitti', folder, KITTI, disparities, folder, number)
+               for folder, (number, disparities) in KITTI_FOLDERS.items()]
+    listed.append((*MOTORCYCLE.split('/'), MIDDLEBURY, MOTORCYCLE_DISPARITIES, MOTORCYCLE, ''))
+    for group, name, family, disparities, folder, number in listed:
+        there = data is not None and (data / folder).is_dir()
+        files, _ = files_of(data / folder, FRAMES if number else ONE_PAIR, number) if there else (
+            None, None)
+        scene = Scene(group, name, family, disparities, partial(_read, files), files=files)
+        if there or folder != MOTORCYCLE:
+            yield scene, None if there else 'no folder'
+        else:
+            yield (replace(scene, read=_read_motorcycle),
+                   None if find_spec('skimage') else 'neither folder nor scikit-image')
 
 
-def _is_there(data, folder):
-    return data is not None and (data / folder).is_dir()
+def _read(files):
+    """Return the `GroundTruthPair` of files; of KITTI all pixels with a truth count."""
+    pair = files.read()
+    return replace(pair, counts=None) if files.family == KITTI else pair
 
 
-def read_middlebury(folder, scale):
-    """
-    Return the `KnownPair` of a folder with left, right, groundtruth and a mask of nonocc pixels.
+def _read_motorcycle():
+    """Return the Motorcycle pair of scikit-image."""
+    from skimage.data import stereo_motorcycle  # takes a second: only where it is read
 
-    scale: grey levels per pixel of disparity. Raises ValueError where a file is missing.
-    """
-    left, right = read_pair(folder / 'left.png', folder / 'right.png')
-    official = folder / 'nonocc.png'
-    mask = read_mask(official if official.exists() else folder / 'nonocc_derived.png')
-    return KnownPair(left, right, read_truth(folder / 'groundtruth.png', scale), mask,
-                     folder.name in WHOLE_PIXEL_TRUTH)
-
-
-def read_middlebury_from_right(folder, scale):
-    """
-    Return the `KnownPair` of a Middlebury folder for matching from the right image.
-
-    left and right stay as they are; truth and counts belong to the right image. Without a
-    groundtruth_right the left truth is carried over, and what no left pixel meets is unknown.
-    """
-    known = read_middlebury(folder, scale)
-    own = folder / 'groundtruth_right.png'
-    truth = read_truth(own, scale) if own.exists() else warped_to_right(known.truth)
-    return KnownPair(known.left, known.right, truth, cross_checked(truth, known.truth),
-                     known.whole_pixel)
-
-
-def _read_kitti(folder, suffix, truth):
-    left, right = read_pair(folder / f'left{suffix}.png', folder / f'right{suffix}.png')
-    return KnownPair(left, right, read_disparity(folder / truth))
-
-
-def _motorcycle(data):
-    """Return the Motorcycle pair, from its folder or from scikit-image, and why not or None."""
-    scene = Scene(*MOTORCYCLE.split('/'), MIDDLEBURY, MOTORCYCLE_DISPARITIES,
-                  partial(_read_motorcycle, data))
-    there = _is_there(data, MOTORCYCLE) or find_spec('skimage') is not None
-    return scene, None if there else 'neither folder nor scikit-image'
-
-
-def _read_motorcycle(data):
-    if _is_there(data, MOTORCYCLE):
-        folder = data / MOTORCYCLE
-        left, right = read_pair(folder / 'left.png', folder / 'right.png')
-        truth = read_disparity(folder / 'groundtruth.npz')
-    else:
-        from skimage.data import stereo_motorcycle  # takes a second: only where it is read
-
-        left, right, truth = stereo_motorcycle()
-        left, right = (np.ascontiguousarray(image[:, :, ::-1]) for image in (left, right))
-        truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
-    return KnownPair(left, right, truth, seen_by_both(truth))
+    left, right, truth = stereo_motorcycle()
+    truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
+    return GroundTruthPair(*(np.ascontiguousarray(image[:, :, ::-1]) for image in (left, right)),
+                           truth, seen_by_both(truth))
 
 
 def _made_scenes(count, size):
-    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], partial(_read_made, seed, size)),
-             None) for seed in range(1, count + 1)]
+    """Return synthetic scenes of a size (rows, columns, disparities), None behind each."""
+    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: known_pair(
+        made_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
+            for seed in range(1, count + 1)]
 
 
-def _read_made(seed, size):
-    made = made_pair(*size, seed, objects=6, noise=1.5, colour=True)
-    return KnownPair(made.left, made.right, made.truth, made.visible)
+def known_pair(made):
+    """Return a synthetic `MadePair` as a `GroundTruthPair`."""
+    return GroundTruthPair(made.left, made.right, made.truth, made.visible)
+
+
+def available_sequences(data, scenes):
+    """
+    Return the sequences that can be made here, and a sentence for each that cannot.
+
+    data: Path or None. scenes: of the benchmarks; windows move over the four classic pairs, else
+    over what there is.
+    """
+    def sequence(kind, name, read, scored, disparities=MADE['disparities'], **more):
+        return Sequence(kind, name, more.pop('family', MIDDLEBURY), disparities, read, scored,
+                        **more)
+
+    skipped = [f'no folder: {folder}' for folder in (KITTI_DRIVE, EUROC)
+               if data is None or not (data / folder).is_dir()]
+    single = [scene for scene in scenes if scene.family == MIDDLEBURY]
+    classic = [scene for scene in single if scene.group == 'middv2']
+    real = [scene for scene in single if scene.group in ('middv2', 'midd2006_third')]
+    found = [
+        *(sequence(f'window, noise {noise}, pan {pan}', scene.name,
+                   partial(window, scene, noise, pan), range(FIRST_SCORED, WINDOW_FRAMES),
+                   scene.disparities, pan=pan)
+          for noise in NOISES for pan in PANS for scene in classic or single),
+        *(sequence('hard cut', f'{before.name} to {after.name}', partial(hard_cut, before, after),
+                   range(2, 3), max(before.disparities, after.disparities), flickers=False)
+          for before, after in pairwise(real or single)),
+        *(sequence(kind, f'seed {seed}', partial(moving, seed, options), range(FIRST_SCORED, 8))
+          for kind, options in MADE_KINDS.items() for seed in MADE_SEEDS),
+        *(sequence('made, object appears', f'seed {seed}', partial(appearing, seed),
+                   range(APPEARS, APPEARS + 2)) for seed in MADE_SEEDS)]
+    if f'no folder: {KITTI_DRIVE}' not in skipped:
+        found.insert(0, sequence(
+            'KITTI drive', KITTI_DRIVE.split('/')[1],
+            partial(read_frames, data / KITTI_DRIVE, FRAMES, KITTI_FRAMES),
+            range(len(KITTI_FRAMES)), KITTI_DISPARITIES, family=KITTI))
+    if f'no folder: {EUROC}' not in skipped:
+        found.append(sequence(
+            'EuRoC', 'V1_01, flicker only',
+            partial(read_frames, data / EUROC, FRAMES_IN_FOLDERS, EUROC_FRAMES), range(0),
+            EUROC_DISPARITIES))
+    return found, skipped
+
+
+def window(scene, noise, pan, frames=WINDOW_FRAMES):
+    """
+    Return frames of a scene seen through a window that moves to the right, with fresh noise.
+
+    noise: grey levels, standard deviation. pan: pixels per frame.
+    """
+    pair, random = scene.read(), np.random.default_rng(5)
+    width = pair.truth.shape[1] - pan * (frames - 1)
+    if width < 2:
+        raise ValueError(f'{frames} frames at {pan} pixels leave nothing of {scene.path}')
+    parts = (cropped(pair, pair.truth.shape[0], width, pan * frame) for frame in range(frames))
+    return [replace(part, left=with_noise(part.left, noise, random),
+                    right=with_noise(part.right, noise, random)) for part in parts]
+
+
+def with_noise(image, sigma, random):
+    """Return an image uint8 with normal noise of sigma grey levels, alike in its channels."""
+    if not sigma:
+        return np.ascontiguousarray(image)
+    noise = sigma * random.standard_normal(image.shape[:2], np.float32)
+    noise = noise if image.ndim == 2 else noise[:, :, None]
+    return np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)
+
+
+def cropped(pair, rows, columns, first_column=0):
+    """Return a part of a `GroundTruthPair`; pixels that leave the right image do not count."""
+    part = slice(0, rows), slice(first_column, first_column + columns)
+    inside = np.arange(columns) - pair.truth[part] >= 0
+    counts = inside if pair.counts is None else inside & pair.counts[part]
+    return GroundTruthPair(np.ascontiguousarray(pair.left[part]),
+                           np.ascontiguousarray(pair.right[part]), pair.truth[part], counts,
+                           pair.whole_pixel)
+
+
+def hard_cut(before, after):
+    """Return two frames of one scene, then one of another, all of the size that fits both."""
+    first, second = before.read(), after.read()
+    rows, columns = np.minimum(first.truth.shape, second.truth.shape)
+    first, second = (cropped(pair, rows, columns) for pair in (first, second))
+    return [first, first, second]
+
+
+def moving(seed, options):
+    """Return eight frames of a synthetic scene whose objects move."""
+    return [known_pair(made) for made in made_sequence(frames=8, seed=seed, objects=5, **MADE,
+                                                       **options)]
+
+
+def appearing(seed):
+    """Return frames of a synthetic scene in which an object appears from a frame to the next."""
+    # The objects of a seed are drawn one after the other: five are four and one more.
+    fewer, more = (list(made_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
+                                      noise=2, **MADE)) for count in (4, 5))
+    return [known_pair(made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
+
+
+def read_frames(folder, layout, numbers):
+    """Return frames of a folder; those of KITTI count where both cameras see."""
+    return [files_of(folder, layout, number)[0].read() for number in numbers]

@@ -12,7 +12,6 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.demo.stage import (
@@ -20,6 +19,7 @@ from fuzzy_stereo_ros.demo.stage import (
 from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report, Table
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
+import psutil
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
@@ -98,7 +98,7 @@ class Listener:
 
 @contextmanager
 def running(module, columns, rows, disparities, rate, log):
-    """Give a Listener and the MeasuredProcess of a module's node, with a camera that publishes."""
+    """Give a Listener and the psutil.Process of a module's node, with a camera that publishes."""
     node = running_module(module, [
         '--ros-args', '--param', f'disparity_range:={disparities}'], log)
     camera = running_module('fuzzy_stereo_ros.synthetic.simulated_cameras', [
@@ -109,9 +109,14 @@ def running(module, columns, rows, disparities, rate, log):
         with node as process, camera, closing(Listener()) as listener:
             listener.subscribe()
             listener.spin(until=lambda: listener.ages)
-            yield listener, MeasuredProcess(process.pid)
+            yield listener, psutil.Process(process.pid)
     finally:
         rclpy.try_shutdown()
+
+
+def seconds_of(process):
+    """Return the processor time of a psutil.Process in s, of all threads."""
+    return sum(process.cpu_times()[:2])
 
 
 def case_of(text):
@@ -125,12 +130,12 @@ def live_row(case, seconds, log):
     columns, rows, disparities = case
     with running(NODE, *case, RATE, log) as (listener, process):
         listener.settle(seconds)
-        before, used, started = listener.news(), process.seconds(), time.monotonic()
+        before, used, started = listener.news(), seconds_of(process), time.monotonic()
         listener.ages.clear()
         listener.spin(seconds)
         listener.spin(until=lambda: listener.ages)
         ages = list(listener.ages)
-        after, share = listener.news(), process.seconds() - used
+        after, share = listener.news(), seconds_of(process) - used
         passed = time.monotonic() - started
     with running(PROBED, *case, RATE, log) as (listener, process):
         listener.settle(seconds)
@@ -153,12 +158,12 @@ def memory_rows(frames, seconds, log):
         for mark in marks:
             listener.spin(until=lambda: len(listener.ages) >= mark,  # noqa: B023
                           progress=lambda: bar.update(len(listener.ages) - bar.n))
-            rows.append((len(listener.ages), process.megabytes()))
+            rows.append((len(listener.ages), process.memory_info().rss / 1e6))
         listener.leave()
         listener.settle(seconds)
-        used, started = process.seconds(), time.monotonic()
+        used, started = seconds_of(process), time.monotonic()
         listener.spin(seconds)
-        return rows, 100 * (process.seconds() - used) / (time.monotonic() - started)
+        return rows, 100 * (seconds_of(process) - used) / (time.monotonic() - started)
 
 
 def run(arguments):

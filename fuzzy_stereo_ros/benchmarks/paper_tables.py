@@ -7,19 +7,18 @@ Table I: bad-1 on four Middlebury pairs, and on others; what the text says of th
 each operator earns. Table II: the time of 10 generations of 50 individuals on `sawtooth` at half
 its size. Figure 4: teddy after 10 generations of 40 and 100 of 70.
 """
-from collections.abc import Callable
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 from functools import partial
-import time
 
 import cv2
-from fuzzy_stereo_ros.benchmarks.datasets import read_middlebury, read_middlebury_from_right
-from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS, Trial
-from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
-from fuzzy_stereo_ros.evaluation.grey_scales import MIDDLEBURY_FOLDERS
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KnownPair, MIDDLEBURY, read_mask
+from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, known_pair
+from fuzzy_stereo_ros.benchmarks.request import Trial
+from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
+from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_3way
+from fuzzy_stereo_ros.evaluation.ground_truth import (
+    ALL, bad_percent, cross_checked, GroundTruthPair, MIDDLEBURY, read_truth, warped_to_right)
+from fuzzy_stereo_ros.evaluation.matchers import fastest
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
-from fuzzy_stereo_ros.evaluation.visibility import cross_checked, warped_to_right
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
@@ -35,15 +34,8 @@ TABLE_II_SIZE, TABLE_II_DISPARITIES = (217, 190), 11
 TABLE_II_SEARCH = {'population': 50, 'generations': 10}
 TABLE_II_TURNS = 5
 FIGURE_4 = ({'population': 40, 'generations': 10}, {'population': 70, 'generations': 100})
-RIVAL = '3WAY'
 WARM_UP_ROWS = 32
 LITERAL = {'reading': 'literal', 'neighbourhood': 5}
-
-
-@dataclass(frozen=True)
-class _Work:
-    path: str
-    do: Callable
 
 
 def run(request):
@@ -56,14 +48,13 @@ def run(request):
         beside = []
         skipped = [*skipped, f'the pairs of Table I and Figure 4: {pairs[0].group} instead']
     shown = next((scene for scene in pairs if scene.name == 'teddy'), pairs[0])
-    works = [*(_Work(f'Table I, {scene.name}', partial(table_one, request, scene))
-               for scene in (*pairs, *beside)),
-             *(_Work(f'operators, {scene.name}', partial(operators_table, request, scene))
-               for scene in pairs),
-             _Work('Table II', partial(table_two, request)),
-             _Work('Figure 4', partial(figure_four, request, shown))]
+    works = {**{f'Table I, {scene.name}': partial(table_one, request, scene)
+                for scene in (*pairs, *beside)},
+             **{f'operators, {scene.name}': partial(operators_table, scene) for scene in pairs},
+             'Table II': partial(table_two, request),
+             'Figure 4': partial(figure_four, shown)}
     with opencv_threads(1):
-        found = [work.do() for work in request.follow(works, 'paper')]
+        found = [works[name]() for name in request.follow(list(works), 'paper')]
     first, found = found[:len(pairs) + len(beside)], found[len(pairs) + len(beside):]
     settings = {
         **environment('one'),
@@ -88,46 +79,37 @@ def run(request):
 
 def table_one(request, scene):
     """Return {line of Table I: `Trial`} of one scene."""
-    known, of_all = scene.read(), all_pixels(request.data, scene)
+    pair = scene.read()
     from_left = partial(paper_config, scene.disparities, reference='left')
     winners = {'initial_population': 'winner_takes_all'}
-    found = {'literal, random': attempt(from_left(**LITERAL), known, of_all=of_all)}
-    for seed in SEEDS:
-        found[f'uniform, random, seed {seed}'] = attempt(from_left(seed=seed), known,
-                                                         of_all=of_all)
-    of_seeds = list(found.values())[1:]
-    found['uniform, random, mean of the seeds'] = Trial(
-        *np.mean([astuple(trial) for trial in of_seeds], axis=0).tolist())
-    found['literal, winner takes all'] = attempt(from_left(**LITERAL, **winners), known,
-                                                 of_all=of_all)
-    found['uniform, winner takes all without evolution'] = attempt(
-        from_left(**winners, generations=0), known, of_all=of_all)
-    found['uniform, winner takes all'] = attempt(from_left(**winners), known, of_all=of_all)
-    found['strict, winner takes all'] = attempt(from_left(reading='strict', **winners), known,
-                                                of_all=of_all)
-    found['uniform, random, right reference'] = attempt(paper_config(scene.disparities),
-                                                        from_right(request.data, scene))
-    found[request.subject] = attempt(request.config(scene.disparities), known, of_all=of_all)
-    return found
+    of_seeds = {f'uniform, random, seed {seed}': attempt(from_left(seed=seed), pair)
+                for seed in SEEDS}
+    return {
+        'literal, random': attempt(from_left(**LITERAL), pair),
+        **of_seeds,
+        'uniform, random, mean of the seeds': Trial(*np.mean(
+            [astuple(trial) for trial in of_seeds.values()], axis=0).tolist()),
+        'literal, winner takes all': attempt(from_left(**LITERAL, **winners), pair),
+        'uniform, winner takes all without evolution': attempt(
+            from_left(**winners, generations=0), pair),
+        'uniform, winner takes all': attempt(from_left(**winners), pair),
+        'strict, winner takes all': attempt(from_left(reading='strict', **winners), pair),
+        'uniform, random, right reference': attempt(paper_config(scene.disparities),
+                                                    from_right(scene)),
+        request.subject: attempt(request.config(scene.disparities), pair)}
 
 
-def operators_table(request, scene):
+def operators_table(scene):
     """Return {variant of the operators: `Trial`} of one scene."""
-    known, of_all = scene.read(), all_pixels(request.data, scene)
-    config = paper_config(scene.disparities, reference='left')
-    return {variant.name: attempt(replace(config, **variant.changes), known, of_all=of_all,
-                                  stages=variant.stages) for variant in PAPER_OPERATORS}
-
-
-def all_pixels(data, scene):
-    """Return the official mask of all pixels of a scene, None where all with a truth count."""
-    path = None if data is None else data / scene.group / scene.name / 'all.png'
-    return read_mask(path) if path is not None and path.is_file() else None
+    pair = scene.read()
+    return {variant.name: attempt(
+        paper_config(scene.disparities, reference='left', **variant.changes), pair,
+        stages=variant.stages) for variant in PAPER_OPERATORS}
 
 
 def table_two(request):
     """Return {line of Table II: `Trial`}, and the name of the pair."""
-    known, name = half_sawtooth(request.data)
+    pair, name = half_sawtooth(request.data)
     size = '{population} individuals, {generations} generations'.format(**TABLE_II_SEARCH)
     paper = partial(paper_config, TABLE_II_DISPARITIES, reference='left', **TABLE_II_SEARCH)
     configs = {
@@ -136,21 +118,22 @@ def table_two(request):
         f'uniform, winner takes all, {size}': paper(initial_population='winner_takes_all'),
         f'{request.subject}, as it is': request.config(TABLE_II_DISPARITIES),
     }
-    found = {line: attempt(config, known, TABLE_II_TURNS) for line, config in configs.items()}
-    rival = next(one for one in tuned_rivals(MIDDLEBURY) if one.algorithm == RIVAL)
-    milliseconds, disparity = fastest(TABLE_II_TURNS, lambda: dense(
-        rival.match(known.left, known.right, TABLE_II_DISPARITIES)))
-    found[f'OpenCV {rival.name}, dense'] = Trial(bad_percent(disparity, known, LIMIT),
-                                                 milliseconds=milliseconds)
+    found = {line: attempt(config, pair, TABLE_II_TURNS) for line, config in configs.items()}
+    baseline = tuned_3way(MIDDLEBURY)
+    disparity, milliseconds = fastest(
+        lambda: dense(baseline.match(pair.left, pair.right, TABLE_II_DISPARITIES)),
+        TABLE_II_TURNS, processor=True)
+    found[f'OpenCV {baseline.name}, dense'] = Trial(
+        bad_percent(disparity, pair, LIMIT), milliseconds=milliseconds)
     return found, name
 
 
-def figure_four(request, scene):
+def figure_four(scene):
     """Return {(setting, reference): `Trial`} of the two settings of Figure 4 on a scene."""
-    known = {'right': from_right(request.data, scene), 'left': scene.read()}
+    pairs = {'right': from_right(scene), 'left': scene.read()}
     return {(f"{setting['population']} individuals, {setting['generations']} generations", side):
-            attempt(paper_config(scene.disparities, reference=side, **setting), known[side])
-            for setting in FIGURE_4 for side in known}
+            attempt(paper_config(scene.disparities, reference=side, **setting), pair)
+            for setting in FIGURE_4 for side, pair in pairs.items()}
 
 
 def paper_config(disparities, **changes):
@@ -158,61 +141,50 @@ def paper_config(disparities, **changes):
     return MatcherConfig.from_profile('paper', disparities=disparities, threads=1, **changes)
 
 
-def attempt(config, known, turns=1, of_all=None, stages=None):
-    """
-    Return the `Trial` of a cold match; the time is the minimum of so many turns.
-
-    of_all: bool (R, C), all pixels, None for those with a truth; stages: of the algorithm
-    """
+def attempt(config, pair, turns=1, stages=None):
+    """Return the `Trial` of a cold match, the time being the minimum of so many turns."""
     matcher = StereoMatcher(config, stages)
-    matcher.match(known.left[:WARM_UP_ROWS], known.right[:WARM_UP_ROWS])
+    matcher.match(pair.left[:WARM_UP_ROWS], pair.right[:WARM_UP_ROWS])
 
-    def match():
+    def work():
         matcher.reset()
-        return matcher.match(known.left, known.right)
-    milliseconds, match = fastest(turns, match)
+        return matcher.match(pair.left, pair.right)
+    match, milliseconds = fastest(work, turns, processor=True)
     fitness = [generation.best_fitness for generation in match.history] or [float('nan')]
-    return Trial(bad_percent(match.disparity, known, LIMIT), fitness[-1], milliseconds, fitness[0],
-                 bad_percent(match.disparity, replace(known, counts=of_all), LIMIT))
+    return Trial(bad_percent(match.disparity, pair, LIMIT), fitness[-1], milliseconds, fitness[0],
+                 bad_percent(match.disparity, replace(pair, counts=pair.masks.get(ALL)), LIMIT))
 
 
-def fastest(turns, work):
-    """Return the processor time of the fastest turn in ms, and what the last one returned."""
-    times = []
-    for _ in range(turns):
-        start = time.process_time()
-        result = work()
-        times.append(1000 * (time.process_time() - start))
-    return min(times), result
+def from_right(scene):
+    """
+    Return the `GroundTruthPair` of a scene, its truth belonging to the right image.
 
-
-def from_right(data, scene):
-    """Return the `KnownPair` of a scene, its truth belonging to the right image."""
-    if scene.group in MIDDLEBURY_FOLDERS:
-        return read_middlebury_from_right(data / scene.group / scene.name,
-                                          MIDDLEBURY_FOLDERS[scene.group][scene.name][0])
-    known = scene.read()
-    truth = warped_to_right(known.truth)
-    return KnownPair(known.left, known.right, truth, cross_checked(truth, known.truth),
-                     known.whole_pixel)
+    Without a groundtruth_right the left truth is warped, and what no left pixel meets is unknown.
+    """
+    pair = scene.read()
+    own = scene.files and scene.files.left.with_name('groundtruth_right.png')
+    truth = (read_truth(own, scene.files.scale) if own and own.is_file()
+             else warped_to_right(pair.truth))
+    return replace(pair, truth=truth, counts=cross_checked(truth, pair.truth), masks={})
 
 
 def half_sawtooth(data):
     """
-    Return the `KnownPair` of Table II and its name: sawtooth at half size, or a made pair.
+    Return the `GroundTruthPair` of Table II and its name: sawtooth halved, or a synthetic pair.
 
     The truth is halved too, and taken by nearest neighbour; all pixels with truth count.
     """
     columns, rows = TABLE_II_SIZE
-    folder = None if data is None else data / 'midd2001' / 'sawtooth'
-    if folder is None or not folder.is_dir():
-        made = made_pair(rows, columns, TABLE_II_DISPARITIES, seed=1)
-        return KnownPair(made.left, made.right, made.truth), 'a made pair'
-    known = read_middlebury(folder, MIDDLEBURY_FOLDERS['midd2001']['sawtooth'][0])
+    scene = next((scene for scene in available_scenes(data)[0]
+                  if scene.path == 'midd2001/sawtooth'), None)
+    if scene is None:
+        made = known_pair(made_pair(rows, columns, TABLE_II_DISPARITIES, seed=1))
+        return replace(made, counts=None), 'a made pair'
+    pair = scene.read()
     left, right = (cv2.resize(image, TABLE_II_SIZE, interpolation=cv2.INTER_AREA)
-                   for image in (known.left, known.right))
-    truth = cv2.resize(known.truth, TABLE_II_SIZE, interpolation=cv2.INTER_NEAREST) / 2
-    return KnownPair(left, right, truth), 'sawtooth'
+                   for image in (pair.left, pair.right))
+    truth = cv2.resize(pair.truth, TABLE_II_SIZE, interpolation=cv2.INTER_NEAREST) / 2
+    return GroundTruthPair(left, right, truth), scene.name
 
 
 def _first_table(pairs, found):

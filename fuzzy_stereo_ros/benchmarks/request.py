@@ -1,21 +1,26 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a benchmark is asked for: which matcher, on which scenes, and who watches."""
+"""What the suites share: the request, the trial of a matcher, times taken in turns."""
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+import time
 
-from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
-from fuzzy_stereo_ros.benchmarks.sequences import available_sequences
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, available_sequences
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
+from fuzzy_stereo_ros.evaluation.matchers import Ours
+from fuzzy_stereo_ros.evaluation.report import mean
+from fuzzy_stereo_ros.evaluation.scores import flicker
+import numpy as np
 
 QUICK_KINDS = 'window, noise 0, pan 0', 'window, noise 6, pan 2', 'hard cut'
+NAN = float('nan')
 
 
 @dataclass(frozen=True)
 class Request:
     """
-    What a benchmark is asked for.
+    The request of a benchmark.
 
     profile, changes: the matcher under test, changes being {parameter: value}.
     data: folder of the benchmark data, or None. only: a word that scenes must contain.
@@ -31,14 +36,23 @@ class Request:
     follow: Callable = field(default=lambda items, title: items)
     quick: bool = False
 
+    @property
+    def ours(self):
+        """The matcher under test."""
+        return Ours('ours', self.profile, self.changes)
+
+    @property
+    def subject(self):
+        """The matcher under test in words."""
+        return self.ours.description
+
     def config(self, disparities, **forced):
         """Return the configuration under test: dense, from 0, on one thread unless forced."""
-        given = {'fill': True, 'threads': 1, **self.changes, **forced}
-        return MatcherConfig.from_profile(self.profile, disparities=disparities, **given)
+        return self.ours.config(disparities, **forced)
 
     def matcher(self, disparities, **forced):
-        """Return a matcher of the configuration under test."""
-        return StereoMatcher(self.config(disparities, **forced))
+        """Return a `StereoMatcher` of the configuration under test."""
+        return self.ours.matcher(disparities, **forced)
 
     def scenes(self):
         """Return the scenes that are asked for and here, and sentences about those missing."""
@@ -51,8 +65,84 @@ class Request:
         found, _ = available_sequences(None, scenes)
         return [sequence for sequence in found if sequence.kind in QUICK_KINDS], []
 
+
+@dataclass(frozen=True)
+class Trial:
+    """
+    The figures of a matcher on a scene or a sequence.
+
+    error, error_of_all: percent of the pixels that count, and of all with a truth, that are bad.
+    fitness, first_fitness: of the best, at the end and in the first generation.
+    """
+
+    error: float
+    fitness: float = NAN
+    milliseconds: float = NAN
+    first_fitness: float = NAN
+    error_of_all: float = NAN
+
+
+@dataclass
+class TimedMatcher:
+    """
+    A matcher whose time is taken.
+
+    work: called with a frame's number; may return {stage: milliseconds}.
+    times: milliseconds of each turn; processor_times: the same, of all threads together, not
+    counting while other programs ran; stages: the minimum of each stage that was returned.
+    """
+
+    name: str
+    work: Callable
+    times: list = field(default_factory=list)
+    processor_times: list = field(default_factory=list)
+    stages: dict = field(default_factory=dict)
+
+    def take_turn(self, frame):
+        """Take the time of one frame."""
+        start, processor_start = time.perf_counter(), time.process_time()
+        stages = self.work(frame)
+        self.processor_times.append(1000 * (time.process_time() - processor_start))
+        self.times.append(1000 * (time.perf_counter() - start))
+        for stage, milliseconds in (stages or {}).items():
+            self.stages[stage] = min(milliseconds, self.stages.get(stage, milliseconds))
+
     @property
-    def subject(self):
-        """The matcher under test in words."""
-        changes = ', '.join(f'{name} = {value}' for name, value in sorted(self.changes.items()))
-        return f'profile {self.profile}' + (f' with {changes}' if changes else '')
+    def best(self):
+        """The fastest turn, in milliseconds."""
+        return min(self.times)
+
+    @property
+    def cores(self):
+        """How many cores worked on average in the fastest turn."""
+        return self.processor_times[int(np.argmin(self.times))] / self.best
+
+
+def take_turns(matchers, turns, frames=1):
+    """Let `TimedMatcher`s match frames in turns, after a first turn that takes memory."""
+    for matcher in matchers:
+        matcher.work(0)
+    for turn in range(turns):
+        for matcher in matchers:
+            matcher.take_turn(turn % frames)
+
+
+def scored_error(sequence, frames, maps):
+    """Return the mean error, in percent, of the scored frames of a `Sequence` with a truth."""
+    return mean(bad_percent(maps[number], frames[number], sequence.limit)
+                for number in sequence.scored if frames[number].truth is not None)
+
+
+def mean_flicker(sequence, maps):
+    """Return the mean flicker, in percent, from the first scored frame of a `Sequence` on."""
+    return mean(flicker(maps[number - 1], maps[number], (0, -sequence.pan))
+                for number in range(max(1, sequence.scored.start), len(maps))
+                if sequence.flickers)
+
+
+def grouped(results):
+    """Return {group: results}, both in the order of their scenes; a result has a `scene`."""
+    groups = {}
+    for result in results:
+        groups.setdefault(result.scene.group, []).append(result)
+    return groups

@@ -8,8 +8,8 @@ fitness, and not the search, still owes.
 """
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI
+from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 import numpy as np
 
@@ -43,17 +43,16 @@ def run(request):
 
 def truth_row(scene):
     """Return the row of a scene."""
-    known = scene.read()
-    matcher = StereoMatcher(MatcherConfig.from_profile(
-        'quality', disparities=scene.disparities, threads=1))
-    matcher.match(known.left, known.right)
+    pair = scene.read()
+    matcher = Ours('quality', 'quality').matcher(scene.disparities)
+    matcher.match(pair.left, pair.right)
     algorithm = matcher.algorithm
-    result, there = algorithm.fittest().copy(), np.isfinite(known.truth)
-    truth = np.where(there, np.where(there, known.truth, 0), result)
+    result, there = algorithm.fittest().copy(), np.isfinite(pair.truth)
+    truth = np.where(there, np.where(there, pair.truth, 0), result)
     fitness = [algorithm.fitness_of(result), algorithm.fitness_of(truth)]
     evolved = algorithm.evolved_from(truth, Random((matcher.config.seed, 1)),
                                      Budget(matcher.config.generations, 0, 0))
-    errors = [bad_percent(one, known, scene.limit) for one in (result, evolved)]
+    errors = [bad_percent(one, pair, scene.limit) for one in (result, evolved)]
     return (scene.path, *errors, errors[0] - errors[1], *fitness,
             float(algorithm.population.fitness[0]))
 
@@ -68,21 +67,21 @@ def genes_of(disparity, matcher):
     return np.clip(np.rint(disparity), 0, matcher.config.disparities - 1).astype(genes.dtype)
 
 
-def truth_beside_result(scene, known, matcher):
+def truth_beside_result(scene, pair, matcher):
     """
     Return the fitness of the ground truth, and the error that the truth would leave.
 
-    The truth is taken in whole pixels, and the fittest's genes where it is unknown. What it would
+    The truth is taken in whole pixels, and the fittest's genes where it is unpair. What it would
     leave: the fittest is crossed with the truth of its wrong cells. NaN for KITTI, whose truth
     has no regions.
 
-    scene: a `Scene`; known: its `KnownPair`; matcher: of `realtime`, that has just matched it
+    scene: a `Scene`; pair: its `GroundTruthPair`; matcher: of `realtime`, that has just matched it
     """
     if scene.family == KITTI:
         return float('nan'), float('nan')
-    fittest, there = matcher.algorithm.population.genes[0], np.isfinite(known.truth)
-    right = genes_of(np.where(there, known.truth, 0), matcher)
-    wrong = there & ~(abs(fittest - known.truth) <= scene.limit)
+    fittest, there = matcher.algorithm.population.genes[0], np.isfinite(pair.truth)
+    right = genes_of(np.where(there, pair.truth, 0), matcher)
+    wrong = there & ~(abs(fittest - pair.truth) <= scene.limit)
     child = matcher.algorithm.child_of(fittest, np.where(wrong, right, fittest))
     return (matcher.algorithm.fitness_of(np.where(there, right, fittest)),
-            bad_percent(child.astype(np.float32), known, scene.limit))
+            bad_percent(child.astype(np.float32), pair, scene.limit))

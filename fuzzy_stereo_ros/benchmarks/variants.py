@@ -26,22 +26,6 @@ _SIGMA = 54.0       # grey levels, standard deviation of the paper's classes
 
 
 @dataclass(frozen=True)
-class Trial:
-    """
-    What a variant, or a rival, reached.
-
-    error, error_of_all: percent of the pixels that count, and of all with a truth, that are off
-    fitness, first_fitness: of its best, in the end and after the first generation
-    """
-
-    error: float
-    fitness: float = float('nan')
-    milliseconds: float = float('nan')
-    first_fitness: float = float('nan')
-    error_of_all: float = float('nan')
-
-
-@dataclass(frozen=True)
 class Variant:
     """
     A profile with a part removed or replaced.

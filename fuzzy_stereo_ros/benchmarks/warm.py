@@ -8,10 +8,9 @@ Cold means that the matcher forgets the frame before each one.
 from dataclasses import dataclass
 from functools import partial
 
-from fuzzy_stereo_ros.benchmarks import warm_picture
-from fuzzy_stereo_ros.benchmarks.picture import as_svg
-from fuzzy_stereo_ros.benchmarks.sequences import Sequence
-from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_rivals
+from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_warm
+from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_3way
+from fuzzy_stereo_ros.evaluation.datasets import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import flicker
@@ -57,7 +56,7 @@ def run(request):
         'object appears': 'the frame in which it is there for the first time and the next',
     }
     found = tables(courses)
-    pictures, lacking = as_svg('warm.svg', partial(warm_picture.draw, found))
+    pictures, lacking = as_svg('warm.svg', partial(draw_warm, found))
     return Report('warm', 'Warm start', settings, found, [*skipped, *missing, *lacking], pictures)
 
 
@@ -66,7 +65,7 @@ def measure(sequence, request):
     frames = sequence.read()
     matchers = {name: request.matcher(sequence.disparities, warm_start=True)
                 for name in (COLD, WARM)}
-    rival = next(rival for rival in tuned_rivals(sequence.family) if rival.algorithm == RIVAL)
+    rival = tuned_3way(sequence.family)
     maps = {name: [] for name in (RIVAL, *matchers)}
     for known in frames:
         for name, matcher in matchers.items():

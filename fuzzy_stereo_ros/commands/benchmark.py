@@ -1,22 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo benchmark`: what is claimed, measured side by side with OpenCV's matchers."""
+from dataclasses import asdict, replace
 from functools import partial
 import json
 import sys
 
-from fuzzy_stereo_ros.benchmarks import (
-    ablation, accuracy, anytime, balance, cost, paper_tables, speed, truth, warm)
-from fuzzy_stereo_ros.benchmarks.datasets import data_folder, DATA_VARIABLE, USUAL_DATA
-from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
-from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.commands.evaluate import libraries_needed
+from fuzzy_stereo_ros.commands.parts import for_json
 from fuzzy_stereo_ros.evaluation.progress import follow
-from fuzzy_stereo_ros.evaluation.report import for_json, markdown
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 
-BENCHMARKS = {'accuracy': accuracy.run, 'speed': speed.run, 'warm': warm.run,
-              'paper': paper_tables.run, 'balance': balance.run, 'truth': truth.run,
-              'ablation': ablation.run, 'anytime': anytime.run, 'cost': cost.run}
+BENCHMARKS = ('accuracy', 'speed', 'warm', 'paper', 'balance', 'truth', 'ablation', 'anytime',
+              'cost')
 ALL = 'all'
 REPEATS, QUICK_REPEATS = 15, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
@@ -51,8 +47,8 @@ def add_arguments(parser):
     parser.add_argument('names', metavar='NAME', nargs='+', choices=(*BENCHMARKS, ALL),
                         help=', '.join((*BENCHMARKS, ALL)))
     parser.add_argument('--data', metavar='DIR',
-                        help=f'folder of the benchmark data; default: ${DATA_VARIABLE}, or '
-                             f'{USUAL_DATA} where that exists')
+                        help='folder of the benchmark data; default: $FUZZY_STEREO_DATA, or '
+                             '../shared/data where that exists')
     parser.add_argument('--only', metavar='WORD', default='',
                         help='only scenes whose group/name contains this, for example made or '
                              'middv2/teddy')
@@ -70,11 +66,20 @@ def add_arguments(parser):
 
 def run(arguments, stream, progress_stream=None):
     """
-    Run the benchmarks that are named, one after the other, and print what they found.
+    Run the benchmarks that are named, one after the other, and print their reports.
 
     stream, progress_stream: texts.
     Raises ValueError and OSError for bad input, before anything is measured where possible.
     """
+    with libraries_needed():
+        from fuzzy_stereo_ros.benchmarks import (
+            ablation, accuracy, anytime, balance, cost, paper_tables, speed, truth, warm)
+        from fuzzy_stereo_ros.benchmarks.datasets import data_folder
+        from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
+        from fuzzy_stereo_ros.benchmarks.request import Request
+        from fuzzy_stereo_ros.evaluation.report import markdown
+    suites = dict(zip(BENCHMARKS, (accuracy, speed, warm, paper_tables, balance, truth, ablation,
+                                   anytime, cost)))
     repeats = arguments.repeats
     if repeats is None:
         repeats = QUICK_REPEATS if arguments.quick else REPEATS
@@ -90,8 +95,8 @@ def run(arguments, stream, progress_stream=None):
     request.scenes()
     reports = []
     for name in BENCHMARKS if ALL in arguments.names else dict.fromkeys(arguments.names):
-        report = BENCHMARKS[name](request)
-        reports.append(for_json(report))
+        report = suites[name].run(request)
+        reports.append(for_json(asdict(replace(report, pictures={}))))
         if not arguments.json:
             stream.write(markdown(report) + '\n')
             stream.flush()

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evaluate`: matchers on scenes with ground truth, side by side."""
+from contextlib import contextmanager
 from functools import partial
 import json
 from pathlib import Path
@@ -8,17 +9,11 @@ import sys
 
 from fuzzy_stereo_ros.commands.parts import check_outputs, for_json
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
-from fuzzy_stereo_ros.evaluation.gallery import Gallery
 from fuzzy_stereo_ros.evaluation.layouts import search
-from fuzzy_stereo_ros.evaluation.matchers import contestant_of, USUAL
-from fuzzy_stereo_ros.evaluation.measuring import measure_scene, measure_sequence, NoSequence
-from fuzzy_stereo_ros.evaluation.page import page_of
+from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
+from fuzzy_stereo_ros.evaluation.measuring import (
+    COLUMNS, mean_records, measure, NoSequence)
 from fuzzy_stereo_ros.evaluation.progress import follow
-from fuzzy_stereo_ros.evaluation.records import csv_of, records_of
-from fuzzy_stereo_ros.evaluation.report import markdown, Report
-from fuzzy_stereo_ros.evaluation.result_files import Results
-from fuzzy_stereo_ros.evaluation.settings import left_out, settings_of
-from fuzzy_stereo_ros.evaluation.summary import tables_of
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
@@ -80,6 +75,16 @@ def add_arguments(parser):
     add_matcher_options(parser, left_out=DECIDED)
 
 
+@contextmanager
+def libraries_needed():
+    """Raise ValueError where a library is missing that the block imports."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise ValueError(f"{error.name} is not installed: pip install 'fuzzy_stereo_ros[evaluate]'"
+                         ) from None
+
+
 def run(arguments, stream, progress_stream=None):
     """
     Measure what the arguments name, write the files, and print tables or JSON.
@@ -87,6 +92,11 @@ def run(arguments, stream, progress_stream=None):
     stream, progress_stream: texts.
     Raises ValueError and OSError for bad input, before anything is measured where possible.
     """
+    with libraries_needed():
+        from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
+        from fuzzy_stereo_ros.evaluation.report import markdown
+        from fuzzy_stereo_ros.evaluation.summary import report_of
+        import pandas as pd
     outputs = _checked_outputs(arguments)
     for name, value, lowest in (
             ('repeats', arguments.repeats, 1), ('threads', arguments.threads, 1),
@@ -95,50 +105,55 @@ def run(arguments, stream, progress_stream=None):
             raise ValueError(f'--{name} is {value}; allowed are {lowest} and more')
     if arguments.truth_scale is not None and not 0 < arguments.truth_scale < float('inf'):
         raise ValueError(f'--truth-scale is {arguments.truth_scale}; allowed are numbers above 0')
-    contestants = [contestant_of(name, arguments.profile, matcher_changes(arguments))
-                   for name in dict.fromkeys(arguments.matcher)]
+    matchers = [matcher_named(name, arguments.profile, matcher_changes(arguments))
+                for name in dict.fromkeys(arguments.matcher)]
     found = search([Path(folder) for folder in arguments.folders], arguments.truth_scale,
                    arguments.only)
-    contestants += _results(arguments.results, found, [each.name for each in contestants])
-    if not contestants:
+    matchers += _results(arguments.results, found, [each.name for each in matchers])
+    if not matchers:
         raise ValueError('no matcher is named: give --matcher NAME or --results DIR')
-    judged = contestants[0].name, contestants[0].starts[0]
-    gallery = Gallery(arguments.pictures, judged)
-    show = gallery.show if 'html' in outputs else None
-    asked = arguments.searched, arguments.repeats
-    progress = partial(follow, stream=progress_stream or sys.stderr)
-    with opencv_threads(arguments.threads):
-        results = [measure_scene(scene, contestants, *asked, show)
-                   for scene in progress(found.scenes, 'scenes')]
-        sequences = []
-        for sequence in progress(found.sequences, 'sequences'):
-            try:
-                sequences.append(measure_sequence(sequence, contestants, *asked))
-            except NoSequence as error:
-                found.skipped.append(str(error))
-    if not results and not sequences:
-        raise ValueError(found.skipped[-1])
-    report = Report(
-        'evaluate', 'Evaluation',
-        settings_of(results, sequences, contestants, arguments.threads, arguments.repeats),
-        tables_of(results, sequences), left_out(results, contestants, found.skipped))
-    records = records_of(results, sequences)
+    gallery = Gallery(arguments.pictures, matchers[0].name)
+    results, sequences, skipped = _measured(
+        arguments, found, matchers, gallery.show if 'html' in outputs else None,
+        partial(follow, stream=progress_stream or sys.stderr))
+    means = mean_records(results, matchers)
+    report = report_of(results, sequences, means, matchers, {
+        'threads': f'{arguments.threads} each',
+        'time': f'the fastest of {arguments.repeats}, from two images to a map as it comes, '
+                'without filling; on scenes cold'}, skipped)
+    records = [record for one in (*results, *sequences) for record in one.records] + means
     in_json = json.dumps(for_json({
         'settings': report.settings, 'left_out': report.skipped, 'records': records}), indent=2)
-    written = {'markdown': lambda: markdown(report), 'csv': lambda: csv_of(records),
-               'json': lambda: in_json + '\n',
-               'html': lambda: page_of(report, results, gallery, judged)}
+    written = {'markdown': lambda: markdown(report), 'json': lambda: in_json + '\n',
+               'csv': lambda: pd.DataFrame(records, columns=COLUMNS, dtype=object).to_csv(
+                   index=False, lineterminator='\n'),
+               'html': lambda: page_of(report, results, gallery)}
     for name, path in outputs.items():
         write_whole(path, written[name]().encode())
     stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
 
 
+def _measured(arguments, found, matchers, show, progress):
+    """Return the results of scenes, those of sequences, and sentences on what is left out."""
+    asked, skipped, sequences = (arguments.searched, arguments.repeats), [*found.skipped], []
+    with opencv_threads(arguments.threads):
+        results = [measure(scene, matchers, *asked, show)
+                   for scene in progress(found.scenes, 'scenes')]
+        for sequence in progress(found.sequences, 'sequences'):
+            try:
+                sequences.append(measure(sequence, matchers, *asked))
+            except NoSequence as error:
+                skipped.append(str(error))
+    if not results and not sequences:
+        raise ValueError(skipped[-1])
+    return results, sequences, skipped
+
+
 def _results(words, found, taken):
-    """Return the `Results` that --results names, each file read once to see that it fits."""
-    named = {scene.name: scene.files for scene in found.scenes}
-    named.update({f'{sequence.name}/{number}': files for sequence in found.sequences
-                  for number, files in sequence.frames.items()})
-    contestants = []
+    """Return the `ResultFiles` that --results names, each file read once to see that it fits."""
+    named = {name: files for subject in (*found.scenes, *found.sequences)
+             for name, files in subject.named_files.items()}
+    matchers = []
     for word in words:
         label, folder = ('', word) if _is_folder_alone(word) else word.split('=', 1)
         label = label or Path(folder).resolve().name
@@ -146,12 +161,12 @@ def _results(words, found, taken):
             raise ValueError(f"two matchers are called '{label}'; name one of them: "
                              '--results NAME=DIR')
         taken = [*taken, label]
-        contestant = Results(label, folder, list(named))
-        for name, files in named.items():
-            if name not in contestant.missing:
-                contestant.read(name, read_image(files.left))
-        contestants.append(contestant)
-    return contestants
+        matcher = ResultFiles(label, folder, list(named))
+        for name, path in matcher.files.items():
+            if path is not None:
+                matcher.read(name, read_image(named[name].left))
+        matchers.append(matcher)
+    return matchers
 
 
 def _is_folder_alone(word):

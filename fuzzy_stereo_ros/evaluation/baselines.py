@@ -3,9 +3,9 @@
 """
 OpenCV's matchers, as stereo_image_proc runs them and tuned, and the rule that makes maps dense.
 
-All take grey images. A tuned rival sees the left border of both images repeated to the left by
-its number of disparities, so that it matches there too; a default one runs as the node runs it.
-P1 and P2 are multiples of the square of the block's side.
+All take grey images. A tuned baseline sees the left border of both images repeated to the left by
+its number of disparities, so that it matches there too; a default one runs as in the node of
+stereo_image_proc. P1 and P2 are multiples of the square of the block's side.
 """
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,13 +17,14 @@ import numpy as np
 MODES = {'SGBM': cv2.STEREO_SGBM_MODE_SGBM, '3WAY': cv2.STEREO_SGBM_MODE_SGBM_3WAY,
          'HH4': cv2.STEREO_SGBM_MODE_HH4}
 ALGORITHMS = ('BM', *MODES)
+REFERENCE = '3WAY'    # of the benchmarks that compare with one baseline
 STEP = 16  # OpenCV stores a disparity in sixteenths and searches a multiple of 16
 MEDIAN = 5
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a rival is set to, in the words of stereo_image_proc; p1 and p2 are absolute."""
+    """Settings of a baseline, in the words of stereo_image_proc; p1 and p2 are absolute."""
 
     block: int
     p1: int = 0
@@ -37,18 +38,18 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Rival:
+class Baseline:
     """
     One of OpenCV's matchers with its settings.
 
-    padded: the left border is repeated. zero_is_refused: a disparity of 0 is invalid, too.
+    padded: the left border is repeated. rejects_zero: a disparity of 0 is invalid, too.
     """
 
     name: str
     algorithm: str
     settings: Settings
     padded: bool
-    zero_is_refused: bool = False
+    rejects_zero: bool = False
 
     def matcher(self, disparities):
         """Return OpenCV's object; it searches the next multiple of 16 from 0 upwards."""
@@ -69,31 +70,36 @@ class Rival:
         return matcher
 
     def match(self, left, right, disparities):
-        """Return what OpenCV finds: float32 (R, C), pixels, NaN = invalid."""
+        """Return the disparities that OpenCV finds: float32 (R, C), pixels, NaN = invalid."""
         padding = searched(disparities) if self.padded else 0
         left, right = (cv2.copyMakeBorder(grey(image), 0, 0, padding, 0, cv2.BORDER_REPLICATE)
                        for image in (left, right))
         found = self.matcher(disparities).compute(left, right)[:, padding:]
-        valid = found > 0 if self.zero_is_refused else found >= 0
+        valid = found > 0 if self.rejects_zero else found >= 0
         return np.where(valid, found / np.float32(STEP), np.nan).astype(np.float32)
 
 
-def default_rivals():
+def default_baselines():
     """Return OpenCV's matchers at the defaults of stereo_image_proc's parameters."""
     defaults = Settings(block=15, p1=200, p2=400)
-    return [Rival(f'{name} default', name, defaults, padded=False) for name in ALGORITHMS]
+    return [Baseline(f'{name} default', name, defaults, padded=False) for name in ALGORITHMS]
 
 
-def tuned_rivals(family):
+def tuned_baselines(family):
     """Return the matchers that are tuned for a family of scenes."""
-    return [Rival(f'{name} tuned', name, settings, padded=True)
+    return [Baseline(f'{name} tuned', name, settings, padded=True)
             for name, settings in TUNED[family].items()]
 
 
-def strictest_rival(family):
+def tuned_3way(family):
+    """Return 3WAY, tuned: the baseline of the benchmarks that take one."""
+    return Baseline(f'{REFERENCE} tuned', REFERENCE, TUNED[family][REFERENCE], padded=True)
+
+
+def strictest_baseline(family):
     """Return HH4, tuned, without disparities of 0: better where nothing is infinitely far."""
-    return Rival('HH4 tuned, 0 refused', 'HH4', TUNED[family]['HH4'], padded=True,
-                 zero_is_refused=True)
+    return Baseline('HH4 tuned, 0 refused', 'HH4', TUNED[family]['HH4'], padded=True,
+                    rejects_zero=True)
 
 
 @contextmanager

@@ -1,23 +1,63 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes and sequences below folders, each recognised by what its folder holds."""
+"""
+Scenes and sequences below folders, each recognised by what its folder holds.
+
+To add a data set, add a line to LAYOUTS.
+"""
+from dataclasses import replace
+import os
+from pathlib import Path
+import re
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.evaluation.found import FoundScene, FoundSequence, with_names
-from fuzzy_stereo_ros.evaluation.kitti import find_kitti
-from fuzzy_stereo_ros.evaluation.middlebury import find_floating, find_grey
-from fuzzy_stereo_ros.evaluation.named_files import find_frames, find_pair
-from fuzzy_stereo_ros.evaluation.pair_files import NoTruth
+from fuzzy_stereo_ros.evaluation.datasets import PairFiles, scale_of, Scene, Sequence
+from fuzzy_stereo_ros.evaluation.ground_truth import ALL, DISC, KITTI, MIDDLEBURY, NONOCC, NUMBERS
+from fuzzy_stereo_ros.matching import MatcherConfig
 
-# Sets of 2001 hold an im0 and an im1 too, beside the pair that has a truth: grey ones go first.
-FINDERS = find_grey, find_floating, find_kitti, find_pair, find_frames
-KNOWN = (
-    'Middlebury v2 (im2.png, im6.png, disp2.png; view1.png, view5.png, disp1.png), '
-    'Middlebury 2014 (im0.png, im1.png, disp0GT.pfm or disp0.pfm, calib.txt, mask0nocc.png), '
-    'KITTI 2012 (folders image_0, image_1 or colored_0, colored_1, disp_occ, disp_noc), '
-    'KITTI 2015 (folders image_2, image_3, disp_occ_0, disp_noc_0), '
-    'left.png, right.png with groundtruth.png, .pfm, .npy or .npz or disp_occ.png, '
-    'and numbered frames (left_07.png, right_07.png; left/0007.png, right/0007.png)')
+PICTURES = ('.png', '.ppm', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
+EVERY, VISIBLE = ('disp_occ', 'disp_occ_0'), ('disp_noc', 'disp_noc_0')     # KITTI's
+TRUTHS = ('groundtruth', 'truth', *EVERY, *VISIBLE)
+MASKS = {NONOCC: (NONOCC, 'nonocc_derived', 'visible', 'mask0nocc'), ALL: (ALL,), DISC: (DISC,)}
+NDISP = re.compile(r'^ndisp\s*=\s*(\d+)', re.MULTILINE)
+NUMBER = re.compile(r'(.*?)_?(\d+)')
+
+
+class Layout(NamedTuple):
+    """
+    How the files of a folder are called.
+
+    left, right: images. pattern: of all other files. truths: of the left image, the first that is
+    there counts. right_truth: of the right image. A name has no suffix; * stands for the number of
+    a frame, {} in a pattern for the name.
+    """
+
+    name: str
+    left: str
+    right: str
+    pattern: str = '{}'
+    truths: tuple = TRUTHS
+    right_truth: str = ''
+
+
+ONE_PAIR = Layout('left, right and groundtruth', 'left', 'right')
+FRAMES = Layout('numbered frames', 'left_*', 'right_*', '{}_*')
+FRAMES_IN_FOLDERS = Layout('numbered frames', 'left/*', 'right/*', '{}/*')
+# Sets of 2001 hold an im0 and an im1 too, beside the pair that has a truth: these come later.
+LAYOUTS = (
+    Layout('Middlebury v2', 'im2', 'im6', truths=('disp2',), right_truth='disp6'),
+    Layout('Middlebury v2', 'view1', 'view5', truths=('disp1',), right_truth='disp5'),
+    Layout('Middlebury 2014', 'im0', 'im1', truths=('disp0GT', 'disp0'), right_truth='disp1'),
+    Layout('KITTI 2015', 'image_2/*', 'image_3/*', '{}/*', (EVERY[1], VISIBLE[1])),
+    Layout('KITTI 2012', 'image_0/*', 'image_1/*', '{}/*', (EVERY[0], VISIBLE[0])),
+    Layout('KITTI 2012', 'colored_0/*', 'colored_1/*', '{}/*', (EVERY[0], VISIBLE[0])),
+    ONE_PAIR, FRAMES_IN_FOLDERS, FRAMES)
+KNOWN = '; '.join(f'{layout.name} ({layout.left}, {layout.right}, '
+                  f'{layout.pattern.format(layout.truths[0])})' for layout in LAYOUTS)
+
+
+class NoTruth(ValueError):
+    """A pair that is there, but without anything that its disparities could be scored with."""
 
 
 class Search(NamedTuple):
@@ -37,7 +77,7 @@ def search(folders, truth_scale=None, only=''):
     Raises ValueError where a folder is not there, a scene is not whole, nothing is found, or the
     scale of a truth is not known.
     """
-    found, skipped = [], []
+    found, skipped = {}, []
     for folder in folders:
         if not folder.is_dir():
             raise ValueError(f'there is no folder {folder}')
@@ -45,40 +85,111 @@ def search(folders, truth_scale=None, only=''):
         if not below:
             raise ValueError(without_truth[0] if without_truth else
                              f'nothing below {folder} is a scene; known are {KNOWN}')
-        found += below
+        found.update({(type(each), place.resolve()): (place, each) for place, each in below})
         skipped += without_truth
-    different = {(type(each), each.place.resolve()): each for each in found}
-    named = [each for each in with_names(list(different.values())) if only in each.name]
+    places = [Path(os.path.abspath(place)) for place, _ in found.values()]
+    above = os.path.commonpath([place.parent for place in places])
+    every = [replace(each, name=place.relative_to(above).as_posix())
+             for place, (_, each) in zip(places, found.values())]
+    named = [each for each in every if only in each.name]
     if not named:
         raise ValueError(f"no scene is called like '{only}'; there are "
-                         f'{", ".join(dict.fromkeys(_names(different.values())))}')
-    scenes = [each for each in named if isinstance(each, FoundScene)]
+                         f'{", ".join(dict.fromkeys(each.name for each in every))}')
+    scenes = [each for each in named if isinstance(each, Scene)]
     for scene in scenes:
         scene.files.check_scale()
-    return Search(scenes,
-                  [each for each in named if isinstance(each, FoundSequence)], skipped)
-
-
-def _names(found):
-    return [each.name for each in with_names(list(found))]
+    return Search(scenes, [each for each in named if isinstance(each, Sequence)], skipped)
 
 
 def _below(folder, truth_scale, seen):
-    """Return what is found in a folder, or below it where it is no scene itself, and sentences."""
+    """Return [(place, scene or sequence)] in a folder, else below it, and what is left out."""
     if folder.resolve() in seen:        # a link that leads back
         return [], []
     seen.add(folder.resolve())
     try:
-        for find in FINDERS:
-            found = find(folder, truth_scale)
-            if found:
-                return found, []
+        found = next(filter(None, (_found(folder, layout, truth_scale) for layout in LAYOUTS)), [])
     except NoTruth as without:
         return [], [str(without)]
-    found, skipped = [], []
+    if found:
+        return found, []
+    skipped = []
     for inner in sorted(folder.iterdir()):
         if inner.is_dir() and not inner.name.startswith('.'):
             below, without_truth = _below(inner, truth_scale, seen)
             found += below
             skipped += without_truth
     return found, skipped
+
+
+def _found(folder, layout, truth_scale):
+    """
+    Return [(place, scene or sequence)] of a layout in a folder.
+
+    A frame with a truth is a scene; frames that differ in their number alone are a sequence.
+    Raises NoTruth where there are images and neither, ValueError where a right image is missing.
+    """
+    found, runs = [], {}
+    for number in _numbers(folder, layout):
+        files, told = files_of(folder, layout, number, truth_scale)
+        start, digits = NUMBER.fullmatch(number).groups() if number else ('', '')
+        runs.setdefault(start, {})[digits] = files
+        if files.truth is not None:
+            found.append((folder / number, Scene(
+                '', '', files.family, read=files.read, layout=layout.name, files=files, **told)))
+    for start, frames in runs.items():
+        if len(frames) > 1:
+            family = KITTI if any(one.family == KITTI for one in frames.values()) else MIDDLEBURY
+            found.append((folder / start, Sequence(
+                '', '', family, read=lambda frames=frames: (one.read() for one in frames.values()),
+                layout=layout.name, frames=frames, **told)))
+    if runs and not found:
+        truth = layout.pattern.format(layout.truths[0])
+        raise NoTruth(f'{folder} has images but no ground truth: there is no {truth}')
+    return found
+
+
+def _numbers(folder, layout):
+    """Return what stands for * in the names of the left images, in order; '' without a *."""
+    start, star, _ = layout.left.partition('*')
+    stems = {path.relative_to(folder).with_suffix('').as_posix().removeprefix(start)
+             for path in folder.glob(f'{layout.left}.*') if path.suffix.lower() in PICTURES}
+    found = [NUMBER.fullmatch(stem) for stem in stems] if star else []
+    return [match[0] for match in sorted(filter(None, found), key=lambda match: (
+        match[1], int(match[2])))] if star else sorted(stems)[:1] and ['']
+
+
+def files_of(folder, layout, number='', scale=None):
+    """
+    Return the `PairFiles` of a layout in a folder, and the keywords disparities and told_by.
+
+    number: stands for *. scale: grey levels per pixel of an 8-bit truth that is not known.
+    Raises ValueError where there is no right image, or the disparities cannot be searched.
+    """
+    def first(names, suffixes=PICTURES, pattern=layout.pattern):
+        paths = (folder / (pattern.format(name).replace('*', number) + suffix)
+                 for name in names for suffix in suffixes)
+        return next((path for path in paths if path.is_file()), None)
+
+    left, right = (first([name], pattern='{}') for name in (layout.left, layout.right))
+    if right is None:
+        missing = folder / (layout.right.replace('*', number) + left.suffix)
+        raise ValueError(f'{missing} is missing; {left} has no right image')
+    truth = first(layout.truths, (*NUMBERS, *PICTURES))
+    masks = {mask: path for mask, names in MASKS.items() if (path := first(names)) is not None}
+    levels, disparities, told_by = (scale, None, '') if number else scale_of(folder, left, scale)
+    calibration = folder / 'calib.txt'
+    told = NDISP.search(calibration.read_text(encoding='utf-8', errors='replace')
+                        ) if calibration.is_file() else None
+    if told is not None:
+        disparities, told_by = int(told[1]), 'calib.txt'
+        try:
+            MatcherConfig(disparities=disparities)
+        except ValueError as error:
+            raise ValueError(f'{calibration} has {told[0]}: {error}; leave the line out, or the '
+                             'scene') from None
+    if truth is not None and truth in (first(EVERY), first(VISIBLE)):
+        files = PairFiles(left, right, KITTI, truth, visible_truth=first(VISIBLE), masks=masks)
+    else:
+        files = PairFiles(left, right, MIDDLEBURY, truth, levels, masks=masks, right_truth=first(
+            filter(None, [layout.right_truth]), (*NUMBERS, *PICTURES)))
+    return files, {'disparities': disparities, 'told_by': told_by}

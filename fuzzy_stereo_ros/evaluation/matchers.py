@@ -1,20 +1,24 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Who is compared: our matcher with its profiles, OpenCV's, and files that others wrote.
+The matchers under test: ours with its profiles, OpenCV's, and files that other programs wrote.
 
-A contestant has a name; starts, of which each plays a sequence of its own ('' where a frame never
-depends on the one before); and player(task, start), which returns what is called with the name of
-each frame and its `KnownPair` in turn, and returns `Maps`, or None where it has nothing; it
-raises ValueError for a frame that cannot be matched.
+A matcher has a name; starts, from each of which it runs through a sequence ('' where a frame never
+depends on the one before); and begin(task, start), which returns a function of the name of a frame
+and its `GroundTruthPair` that returns `Maps`, or None where the matcher has no result, and raises
+ValueError for a frame that cannot be matched.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 import time
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.evaluation.baselines import ALGORITHMS, default_rivals, dense, tuned_rivals
+from fuzzy_stereo_ros.evaluation.baselines import (
+    ALGORITHMS, default_baselines, dense, tuned_baselines)
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
+from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
@@ -23,13 +27,14 @@ OURS, OPENCV, TUNED = 'ours', 'opencv', 'tuned'
 USUAL = OURS, *(f'{OPENCV}:{name.lower()}:{TUNED}' for name in ALGORITHMS)
 ALLOWED = (OURS, *(f'{OURS}:{name}' for name in PROFILES),
            *(f'{OPENCV}:{name.lower()}{end}' for name in ALGORITHMS for end in ('', f':{TUNED}')))
+RESULT_SUFFIXES = ('.pfm', '.npy', '.npz', '.png')     # the first of a name counts
 
 
 class Task(NamedTuple):
     """
-    What a player is asked for.
+    What a matcher is asked for.
 
-    family: whose settings it takes. disparities: to search, from 0. size: rows and columns.
+    family: whose tuned settings it takes. disparities: to search, from 0. size: rows and columns.
     repeats: how often each frame is matched, to take the time.
     """
 
@@ -41,53 +46,69 @@ class Task(NamedTuple):
 
 class Maps(NamedTuple):
     """
-    What a contestant says about a frame.
+    The result of a matcher on a frame.
 
-    found: float32 (R, C), pixels, NaN = invalid. filled: the same without gaps.
-    milliseconds: the fastest, from images to found; None = not known.
+    raw: float32 (R, C), pixels, NaN = invalid. filled: the same without gaps.
+    milliseconds: the fastest, from images to raw; None = not known.
     """
 
-    found: np.ndarray
+    raw: np.ndarray
     filled: np.ndarray
     milliseconds: float | None
 
 
 @dataclass(frozen=True)
 class Ours:
-    """Our matcher, from the left image; it fills by itself. changes: {parameter: value}."""
+    """
+    Our matcher: a profile, changed parameters {name: value}, and exchanged stages.
+
+    It matches from the left image, to which truths belong; without gaps and on one thread, unless
+    changes say otherwise.
+    """
 
     name: str
-    profile: str
-    changes: dict
+    profile: str = 'realtime'
+    changes: dict = field(default_factory=dict)
+    stages: object = None
 
     def config(self, disparities, **forced):
-        """Return the configuration, which belongs to the left image as truths do."""
-        return MatcherConfig.from_profile(
-            self.profile, **{**self.changes, 'reference': 'left', 'disparities': disparities,
-                             **forced})
+        """Return the configuration; forced: {parameter: value}, before all others."""
+        return MatcherConfig.from_profile(self.profile, **{
+            'fill': True, 'threads': 1, **self.changes, 'reference': 'left',
+            'disparities': disparities, **forced})
+
+    def matcher(self, disparities, **forced):
+        """Return a `StereoMatcher` of the configuration."""
+        return StereoMatcher(self.config(disparities, **forced), self.stages)
+
+    @property
+    def description(self):
+        """The profile and the changed parameters in words."""
+        changes = ', '.join(f'{name} = {value}' for name, value in sorted(self.changes.items())
+                            if name != 'threads')
+        return f'profile {self.profile}' + (f' with {changes}' if changes else '')
 
     @property
     def starts(self):
         """Cold, and warm where the search leaves something for the next frame."""
         return (COLD, WARM) if self.config(1).algorithm == 'realtime' else (COLD,)
 
-    def player(self, task, start):
-        """Return what matches frames, each by itself, or warm from the one before."""
-        warm = start == WARM
-        matcher, filler = (StereoMatcher(self.config(task.disparities, warm_start=warm, fill=fill))
-                           for fill in (False, True))
-        matcher.warm_up(*task.size)
+    def begin(self, task, start):
+        """Return the function that matches frames, each by itself, or warm from the one before."""
+        raw, filling = (self.matcher(task.disparities, warm_start=start == WARM, fill=fill)
+                        for fill in (False, True))
+        raw.warm_up(*task.size)
 
-        def play(_, known):
-            before = matcher.state
+        def match(_, pair):
+            before = raw.state
 
-            def match():
-                matcher.restore(before)
-                return matcher.match(known.left, known.right).disparity
+            def again():
+                raw.restore(before)
+                return raw.match(pair.left, pair.right).disparity
 
-            found, milliseconds = _fastest(match, task.repeats)
-            return Maps(found, filler.match(known.left, known.right).disparity, milliseconds)
-        return play
+            found, milliseconds = fastest(again, task.repeats)
+            return Maps(found, filling.match(pair.left, pair.right).disparity, milliseconds)
+        return match
 
 
 @dataclass(frozen=True)
@@ -99,33 +120,103 @@ class OpenCV:
     tuned: bool
     starts = ('',)
 
-    def rival(self, family):
-        """Return the `Rival`; None where it was not tuned for the family."""
-        rivals = tuned_rivals(family) if self.tuned else default_rivals()
-        return next((rival for rival in rivals if rival.algorithm == self.algorithm), None)
+    def baseline(self, family):
+        """Return the `Baseline`; None where it was not tuned for the family."""
+        baselines = tuned_baselines(family) if self.tuned else default_baselines()
+        return next((one for one in baselines if one.algorithm == self.algorithm), None)
 
-    def player(self, task, start):
-        """Return what matches frames; a frame depends on no other."""
-        rival = self.rival(task.family)
-        if rival is None:
-            return lambda name, known: None
+    def begin(self, task, start):
+        """Return the function that matches frames; a frame depends on no other."""
+        baseline = self.baseline(task.family)
+        if baseline is None:
+            return lambda name, pair: None
 
-        def play(_, known):
-            pair = in_eight_bits_alike(known.left, known.right)
+        def match(_, pair):
+            images = in_eight_bits_alike(pair.left, pair.right)
             try:
-                found, milliseconds = _fastest(lambda: rival.match(*pair, task.disparities),
-                                               task.repeats)
+                found, milliseconds = fastest(lambda: baseline.match(*images, task.disparities),
+                                              task.repeats)
             except cv2.error as error:
                 raise ValueError(
-                    f'OpenCV cannot match {width_by_height(pair[0])} pixels with '
+                    f'OpenCV cannot match {width_by_height(images[0])} pixels with '
                     f'{task.disparities} disparities: {" ".join(error.err.split())}') from None
             return Maps(found, dense(found), milliseconds)
-        return play
+        return match
 
 
-def contestant_of(word, profile, changes):
+class ResultFiles:
     """
-    Return the contestant that a word names; profile and changes are those of our matcher.
+    Disparities of another program, in files named like scenes: FOLDER/scene.pfm, FOLDER/scene/*.
+
+    A scene may leave out the folders in its name where no other ends like it.
+    """
+
+    starts = ('',)
+
+    def __init__(self, name, folder, scenes):
+        """
+        Look for the files of some scenes, given by their names.
+
+        Raises ValueError where there is no folder, or nothing of any scene in it.
+        """
+        self.name, self.folder = name, Path(folder)
+        if not self.folder.is_dir():
+            raise ValueError(f'--results names {folder}, but there is no such folder')
+        ends = [scene.split('/')[-1] for scene in scenes]
+        self.files = {
+            scene: self._file_of(scene) or (self._file_of(end) if ends.count(end) == 1 else None)
+            for scene, end in zip(scenes, ends)}
+        if not any(self.files.values()):
+            raise ValueError(f'{folder} has no result of any scene; the one of {scenes[0]} would '
+                             f'be {self.folder / ends[0]}.pfm, .npy or .png')
+
+    def begin(self, task, start):
+        """Return the function that reads the result of a frame; None where there is none."""
+        def match(name, pair):
+            found = self.read(name, pair.left)
+            if found is None:
+                return None
+            return Maps(found, found if np.isfinite(found).all() else dense(found), None)
+        return match
+
+    def read(self, scene, image):
+        """
+        Return the disparities of a scene, float32 (R, C), px, NaN = invalid; None without a file.
+
+        image: (R, C, ...), of the scene. Raises ValueError where a file cannot be read or is of
+        another size.
+        """
+        path = self.files.get(scene)
+        if path is None:
+            return None
+        if path.suffix == '.png' and read_image(path).dtype != np.uint16:
+            raise ValueError(f'{path} has 8 bits; results are .pfm, .npy, .npz, or .png of 16 '
+                             'bits, 256 times the disparity')
+        found = read_disparity(path)
+        if found.shape != image.shape[:2]:
+            raise ValueError(f'{path} is {width_by_height(found)}, the images of {scene} are '
+                             f'{width_by_height(image)}')
+        return found
+
+    def _file_of(self, name):
+        """Return the path of the result of a name, None if there is none."""
+        for suffix in RESULT_SUFFIXES:
+            path = self.folder / (name + suffix)
+            if path.is_file():
+                return path
+        for suffix in RESULT_SUFFIXES:
+            files = sorted((self.folder / name).glob(f'*{suffix}'))
+            if len(files) > 1:
+                raise ValueError(f'{self.folder / name} has {len(files)} files that end with '
+                                 f'{suffix}; one is allowed')
+            if files:
+                return files[0]
+        return None
+
+
+def matcher_named(word, profile, changes):
+    """
+    Return the matcher that a word names; profile and changes are those of ours.
 
     Raises ValueError for another word, and where a change is not allowed.
     """
@@ -147,11 +238,15 @@ def in_eight_bits_alike(left, right):
     return tuple(np.rint(image * (255 / top)).astype(np.uint8) for image in (left, right))
 
 
-def _fastest(work, repeats):
-    """Return what a function returns, and the milliseconds of the fastest of some calls."""
-    times = []
+def fastest(work, repeats, processor=False):
+    """
+    Return what a function returns, and the milliseconds of the fastest of some calls.
+
+    processor: whether they are of the processor, which does not run while other programs do.
+    """
+    times, clock = [], time.process_time_ns if processor else time.perf_counter_ns
     for _ in range(repeats):
-        started = time.perf_counter_ns()
+        started = clock()
         found = work()
-        times.append((time.perf_counter_ns() - started) / 1e6)
+        times.append((clock() - started) / 1e6)
     return found, min(times)

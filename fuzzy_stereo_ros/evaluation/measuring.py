@@ -1,19 +1,26 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What contestants reach: on scenes, each by itself, and on sequences, warm and cold."""
-from dataclasses import dataclass, fields
-from functools import partial
+"""Matchers on scenes, each frame by itself, and on sequences, warm and cold: flat records."""
+from dataclasses import dataclass
 import math
 
-from fuzzy_stereo_ros.evaluation.found import Found
+from fuzzy_stereo_ros.evaluation.ground_truth import MASKS
 from fuzzy_stereo_ros.evaluation.matchers import Task
-from fuzzy_stereo_ros.evaluation.pair_files import MASKS
-from fuzzy_stereo_ros.evaluation.scores import flicker, Score, score
+from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
 TRUTHS_LARGEST = "the truth's largest, rounded up"
+RAW, FILLED = WAYS = 'as it comes', 'filled'
+SCENE, SEQUENCE, MEAN = 'scene', 'sequence', 'mean'
+FIGURES = ('density', *(f'bad_{kind}_{limit:g}' for kind in ('sparse', 'dense')
+                        for limit in THRESHOLDS),
+           'd1_sparse', 'd1_dense', 'average_error', 'rms_error')
+COLUMNS = (
+    'kind', 'name', 'layout', 'family', 'rows', 'columns', 'disparities', 'disparities_told_by',
+    'frames', 'truths', 'matcher', 'start', 'milliseconds', 'mde_per_second', 'covered', 'flicker',
+    'mask', 'map', 'pixels', *FIGURES)
 
 
 class NoSequence(ValueError):
@@ -21,194 +28,181 @@ class NoSequence(ValueError):
 
 
 @dataclass(frozen=True)
-class Scores:
-    """The `Score` of a map as it comes, and of the same map with its gaps filled."""
-
-    found: Score
-    filled: Score
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """
-    What a contestant reached on a scene, or on a sequence from one start.
-
-    scores: {mask: `Scores`}; on a sequence the means over its frames with a truth.
-    milliseconds: a frame; None = not known. speed: million disparities tried per second.
-    flickers: of the map as it comes and of the filled one, percent; None for a scene.
-    covered: percent of all pixels of a sequence that have a disparity; None for a scene.
-    """
-
-    scores: dict
-    milliseconds: float | None
-    speed: float | None
-    flickers: tuple | None = None
-    covered: float | None = None
-
-
-@dataclass(frozen=True)
 class Result:
     """
-    What was reached on a scene or a sequence.
+    The result of matchers on a scene or a sequence.
 
-    size: rows and columns. disparities: that were searched, from 0; told_by: who told it.
-    frames: how many; truths: how many of them have one.
-    outcomes: {(contestant's name, start): `Outcome`}, without those who have nothing.
+    subject: the `Scene` or `Sequence`. size: rows and columns. disparities: that were searched,
+    from 0; told_by: who said how many. records: dicts whose keys are among COLUMNS, one for each
+    matcher, start, mask and map (as it comes, filled).
     """
 
-    found: Found
+    subject: object
     size: tuple
     disparities: int
     told_by: str
-    frames: int
-    truths: int
-    outcomes: dict
+    records: list
 
-    @property
-    def masks(self):
-        """The names of the masks, the main one first."""
-        return next((list(each.scores) for each in self.outcomes.values()), [])
+    def record(self, name, way=FILLED):
+        """Return the record of a matcher in the mask that counts most, None without a result."""
+        return next((one for one in self.records if one['matcher'] == name and one['map'] == way),
+                    None)
 
-    def main_error(self, name, start):
-        """Return the percent of the main mask that is off by more than the limit, filled."""
-        outcome = self.outcomes.get((name, start))
-        if outcome is None or not outcome.scores:
-            return None
-        return outcome.scores[self.masks[0]].filled.bad_dense[self.found.limit]
+    def main_error(self, name):
+        """Return the percent that is off by more than the limit, filled; None as `record`."""
+        record = self.record(name)
+        return record and record[f'bad_dense_{self.subject.limit:g}']
 
 
-def measure_scene(scene, contestants, disparities=None, repeats=1, show=None):
+def measure(subject, matchers, disparities=None, repeats=1, show=None):
     """
-    Return the `Result` of a scene.
+    Return the `Result` of a `Scene`, or of a `Sequence` from each start of each matcher.
 
-    disparities: to search, from 0; None = as the scene tells. repeats: to take the time.
-    show: called with the scene's `KnownPair`, its `Result` and {contestant's name: map}.
+    disparities: to search, from 0; None = as the scene says. repeats: to take the time.
+    show: called with the first `GroundTruthPair`, the `Result` and {matcher's name: last map}.
+    Raises NoSequence where the frames are not of one size, ValueError where one cannot be matched.
     """
-    known = scene.files.read()
-    disparities, told_by = searched(scene, [known.truth], disparities)
-    size = known.left.shape[:2]
-    outcomes, maps = {}, {}
-    for contestant in contestants:
-        task = Task(scene.family, disparities, size, repeats)
-        start = contestant.starts[0]
-        drawn = _played(contestant.name, contestant.player(task, start), scene.name, known)
-        if drawn is not None:
-            maps[contestant.name] = drawn.found
-            outcomes[contestant.name, start] = Outcome(
-                scored(known, drawn), drawn.milliseconds,
-                speed(size, disparities, drawn.milliseconds))
-    result = Result(scene, size, disparities, told_by, 1, 1, outcomes)
+    files = subject.named_files
+    single = len(files) == 1
+    with_truth = [one for one in files.values() if one.truth is not None]
+    first = next(iter(files.values())).read()
+    disparities, told_by = searched(
+        subject, (first.truth if single else one.read().truth for one in with_truth), disparities)
+    task = Task(subject.family, disparities, first.left.shape[:2], repeats)
+    shared = {'kind': SCENE if single else SEQUENCE, 'name': subject.path,
+              'layout': subject.layout, 'family': subject.family, 'rows': task.size[0],
+              'columns': task.size[1], 'disparities': disparities, 'disparities_told_by': told_by,
+              'frames': len(files), 'truths': len(with_truth)}
+    records, maps = [], {}
+    for matcher in matchers:
+        for start in matcher.starts[:1] if single else matcher.starts:
+            frames = ((name, first if single else one.read()) for name, one in files.items())
+            found, last = _run(frames, matcher, start, task)
+            records += [{**shared, 'matcher': matcher.name, 'start': start, **record}
+                        for record in found]
+            if last is not None:
+                maps[matcher.name] = last.raw
+    result = Result(subject, task.size, disparities, told_by, records)
     if show is not None:
-        show(known, result, maps)
+        show(first, result, maps)
     return result
 
 
-def measure_sequence(sequence, contestants, disparities=None, repeats=1):
+def _run(frames, matcher, start, task):
     """
-    Return the `Result` of a sequence, from each start of each contestant.
+    Return a record for each mask and map of a matcher on (name, pair)s, and its last `Maps`.
 
-    Raises NoSequence where its frames are not of one size.
+    No records and None where it has no result for one of them. A refusal names it and the frame.
     """
-    with_truth = [files for files in sequence.frames.values() if files.truth is not None]
-    size = next(iter(sequence.frames.values())).read().left.shape[:2]
-    disparities, told_by = searched(sequence, (files.read().truth for files in with_truth),
-                                    disparities)
-    task = Task(sequence.family, disparities, size, repeats)
-    outcomes = {}
-    for contestant in contestants:
-        for start in contestant.starts:
-            outcome = _outcome(sequence, partial(
-                _played, contestant.name, contestant.player(task, start)), task)
-            if outcome is not None:
-                outcomes[contestant.name, start] = outcome
-    return Result(sequence, size, disparities, told_by, len(sequence.frames), len(with_truth),
-                  outcomes)
-
-
-def _played(who, play, name, known):
-    """Return what a player says of a frame; its refusal names him and the frame."""
-    try:
-        return play(name, known)
-    except ValueError as error:
-        raise ValueError(f'{name}, {who}: {error}') from None
-
-
-def _outcome(sequence, play, task):
-    """Return the `Outcome` of one player; None where it has nothing for one of the frames."""
-    scores, times, flickers, covered, before = [], [], [], [], None
-    for number, files in sequence.frames.items():
-        known = files.read()
-        if known.left.shape[:2] != task.size:
-            raise NoSequence(f'the frames of {sequence.name} are no sequence: {number} is '
-                             f'{width_by_height(known.left)}, the first {task.size[1]}x'
+    match = matcher.begin(task, start)
+    figures, times, covered, flickers, last = {}, [], [], [], None
+    for name, pair in frames:
+        if pair.left.shape[:2] != task.size:
+            sequence, number = name.rsplit('/', 1)
+            raise NoSequence(f'the frames of {sequence} are no sequence: {number} is '
+                             f'{width_by_height(pair.left)}, the first {task.size[1]}x'
                              f'{task.size[0]}')
-        drawn = play(f'{sequence.name}/{number}', known)
-        if drawn is None:
-            return None
-        if known.truth is not None:
-            scores.append(scored(known, drawn))
-        times.append(drawn.milliseconds)
-        covered.append(100 * float(np.isfinite(drawn.found).mean()))
-        if before is not None:
-            flickers.append([flicker(*maps) for maps in zip(before[:2], drawn[:2])])
-        before = drawn
+        try:
+            maps = match(name, pair)
+        except ValueError as error:
+            raise ValueError(f'{name}, {matcher.name}: {error}') from None
+        if maps is None:
+            return [], None
+        for mask, where in pair.masks.items():
+            for way, disparity in zip(WAYS, maps):
+                figures.setdefault((mask, way), []).append(
+                    figures_of(score(pair.as_scored(disparity), pair.truth, where)))
+        times.append(maps.milliseconds)
+        covered.append(100 * float(np.isfinite(maps.raw).mean()))
+        if last is not None:
+            flickers.append([flicker(*two) for two in zip(last[:2], maps[:2])])
+        last = maps
     milliseconds = None if None in times else float(np.mean(times))
-    return Outcome(
-        mean_scores(scores), milliseconds, speed(task.size, task.disparities, milliseconds),
-        tuple(map(float, np.mean(flickers, axis=0))), float(np.mean(covered)))
+    tried = task.size[0] * task.size[1] * task.disparities
+    shared = {'milliseconds': milliseconds,
+              'mde_per_second': milliseconds and tried / milliseconds / 1000}
+    records = []
+    for mask in [mask for mask in MASKS if (mask, RAW) in figures] or ['']:
+        for place, way in enumerate(WAYS):
+            records.append({**shared, 'mask': mask, 'map': way,
+                            **mean_figures(figures.get((mask, way), []))})
+            if flickers:
+                records[-1].update(covered=float(np.mean(covered)),
+                                   flicker=float(np.mean(flickers, axis=0)[place]))
+    return records, last
 
 
-def searched(found, truths, given):
+def figures_of(one):
+    """Return the figures of a `Score` by the names of columns."""
+    return {
+        'pixels': one.pixels, 'density': one.density,
+        **{f'bad_{kind}_{limit:g}': percent
+           for kind, percents in (('sparse', one.bad_sparse), ('dense', one.bad_dense))
+           for limit, percent in percents.items()},
+        'd1_sparse': one.d1_sparse, 'd1_dense': one.d1_dense,
+        'average_error': one.average_error, 'rms_error': one.rms_error}
+
+
+def mean_figures(several):
+    """Return the means of figures, and the sum of their pixels; {} of none, NaN with a NaN."""
+    if not several:
+        return {}
+    return {'pixels': sum(int(one['pixels']) for one in several),
+            **{name: float(np.mean([one[name] for one in several])) for name in FIGURES}}
+
+
+def mean_records(results, matchers):
     """
-    Return how many disparities are searched from 0 upwards, and who tells it.
+    Return the mean records of `Result`s of scenes, by family, matcher, mask and map.
 
-    truths: float32 (R, C), pixels, NaN = unknown; what they reach counts where neither the
-    user's number, given, nor the scene's own is there.
+    Of matchers that have a result on all scenes of the family; `frames` says how many scenes have
+    the mask.
+    """
+    records = []
+    for family, those in by_family(results).items():
+        for matcher in matchers:
+            every = [[one for one in result.records if one['matcher'] == matcher.name]
+                     for result in those]
+            if not all(every):
+                continue
+            times = [one[0]['milliseconds'] for one in every]
+            tried = sum(result.size[0] * result.size[1] * result.disparities for result in those)
+            known = None not in times
+            shared = {'kind': MEAN, 'name': family, 'family': family, 'matcher': matcher.name,
+                      'start': matcher.starts[0],
+                      'milliseconds': float(np.mean(times)) if known else None,
+                      'mde_per_second': tried / sum(times) / 1000 if known else None}
+            for mask in MASKS:
+                for way in WAYS:
+                    same = [one for scene in every for one in scene
+                            if (one['mask'], one['map']) == (mask, way)]
+                    if same:
+                        records.append({**shared, 'frames': len(same), 'mask': mask, 'map': way,
+                                        **mean_figures(same)})
+    return records
+
+
+def by_family(results):
+    """Return {family: results}, in the order of their first scenes."""
+    families = {}
+    for result in results:
+        families.setdefault(result.subject.family, []).append(result)
+    return families
+
+
+def searched(subject, truths, given):
+    """
+    Return how many disparities are searched from 0 upwards, and who says it.
+
+    truths: float32 (R, C), pixels, NaN = unknown; their largest counts where neither the user's
+    number, given, nor the scene's own is there.
     """
     if given is not None:
         return given, '--disparities'
-    if found.disparities is not None:
-        return found.disparities, found.told_by
+    if subject.disparities is not None:
+        return subject.disparities, subject.told_by
     largest = max((float(np.nanmax(truth)) for truth in truths if np.isfinite(truth).any()),
                   default=None)
     if largest is None:
         return MatcherConfig.disparities, 'the default'
     return max(math.ceil(largest) + 1, 1), TRUTHS_LARGEST
-
-
-def scored(known, maps):
-    """Return {mask: `Scores`} of `Maps` of a `KnownPair`."""
-    found, filled = (known.as_scored(disparity) for disparity in maps[:2])
-    return {name: Scores(score(found, known.truth, mask), score(filled, known.truth, mask))
-            for name, mask in known.masks.items()}
-
-
-def mean_scores(scores):
-    """Return {mask: `Scores`}, the means of a list of such, each over those that have the mask."""
-    means = {}
-    for mask in MASKS:
-        those = [each[mask] for each in scores if mask in each]
-        if those:
-            means[mask] = Scores(*(mean_score([getattr(each, kind) for each in those])
-                                   for kind in ('found', 'filled')))
-    return means
-
-
-def mean_score(scores):
-    """Return the `Score` whose figures are the means of others, and whose pixels the sum."""
-    means = {}
-    for figure in fields(Score):
-        values = [getattr(each, figure.name) for each in scores]
-        if figure.type is dict:
-            means[figure.name] = {limit: float(np.mean([value[limit] for value in values]))
-                                  for limit in values[0]}
-        else:
-            means[figure.name] = sum(values) if figure.type is int else float(np.mean(values))
-    return Score(**means)
-
-
-def speed(size, disparities, milliseconds):
-    """Return million disparities tried per second; None where the time is not known."""
-    if milliseconds is None:
-        return None
-    return size[0] * size[1] * disparities / milliseconds / 1000

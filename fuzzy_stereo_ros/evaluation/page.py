@@ -1,129 +1,137 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The page of an evaluation: one HTML file with all its tables and pictures, for any browser."""
-from html import escape
+import base64
+import math
+from pathlib import Path
+from typing import NamedTuple
 
-from fuzzy_stereo_ros.evaluation.gallery import error_legend, NOTHING_FOUND, UNKNOWN_GREY
-from fuzzy_stereo_ros.evaluation.page_style import STYLE
-from fuzzy_stereo_ros.evaluation.report import cell
+import cv2
+from fuzzy_stereo_ros.evaluation.measuring import FILLED, RAW
+from fuzzy_stereo_ros.pairs.colours import colour_disparity, in_eight_bits
 from fuzzy_stereo_ros.views.pictures import ERROR_LIMIT
+from jinja2 import Environment
+import numpy as np
 
-BLUE, GREEN, RED = NOTHING_FOUND
-LEGEND = (
-    '<div class="legend"><span>disparity: blue is far, red is near, dark grey has none</span>'
-    f'<span>error: 0 <img alt="colours of errors" src="{error_legend()}"> {ERROR_LIMIT:g} px and '
-    f'more</span><span><i class="swatch" style="background:rgb({RED},{GREEN},{BLUE})"></i>a '
-    'truth, but no disparity</span><span><i class="swatch" style="background:'
-    f'rgb({UNKNOWN_GREY},{UNKNOWN_GREY},{UNKNOWN_GREY})"></i>no truth</span></div>')
+TEMPLATE = Path(__file__).with_name('page.html')
+WIDTH = 400             # px, of the widest picture
+THICK = 2.5             # px, half of a point's size where the truth has gaps everywhere
+UNKNOWN_GREY = 110      # no truth
+NO_DISPARITY = (190, 140, 0)    # BGR: a truth, but no disparity
+LOSSLESS = 101          # quality of WebP
 
 
-def page_of(report, results, gallery, judged):
+class Pictures(NamedTuple):
+    """The pictures of a scene as data URIs; of_matchers: {name: (disparity, error)}."""
+
+    left: str
+    truth: str
+    of_matchers: dict
+
+
+class Gallery:
     """
-    Return the text of an HTML page that needs no other file.
+    The pictures of scenes, kept while there are few; of many, those of the best and the worst.
 
-    report: a `Report`. results: `Result`s of scenes; gallery: their `Gallery`.
-    judged: (name, start) of the contestant whose errors say which scene is best and worst.
+    shown: {scene's name: `Pictures`}. ranked_by: name of the matcher that ranks the scenes.
     """
-    shown = [result for result in results if result.found.name in gallery.shown]
-    marked = best_and_worst(shown, judged)
-    without = len(results) - len(shown)
-    title = escape(report.title)
-    parts = [
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>']
-    if marked:
-        parts.append(_section(
-            'Best and worst scene', LEGEND,
-            f'<p>By the dense error of {escape(judged[0])}: {_limits(shown)}.</p>',
-            f'<p>{without} in between have no pictures.</p>'
-            if without else '',
-            *(_scene(result, gallery, f'{rank}: ') for rank, result in marked.items())))
-    elif shown:
-        parts.append(_section('Scenes', LEGEND, *(_scene(result, gallery) for result in shown)))
-    parts.append(_section('Figures', *(_table(table) for table in report.tables)))
-    if report.skipped:
-        parts.append(_section('Left out', '<ul>' + ''.join(
-            f'<li>{escape(sentence)}</li>' for sentence in report.skipped) + '</ul>'))
-    parts.append(_section('How it was measured', _settings(report.settings)))
-    others = [result for result in shown if result not in marked.values()] if marked else []
-    if others:
-        parts.append(_section('The other scenes', *(_scene(result, gallery)
-                                                    for result in others)))
-    return '\n'.join([*parts, '</body>', '</html>', ''])
+
+    def __init__(self, limit, ranked_by):
+        """limit: how many scenes."""
+        self._limit, self.ranked_by = limit, ranked_by
+        self._errors, self.shown = {}, {}
+
+    def show(self, pair, result, maps):
+        """Draw a `GroundTruthPair` with {matcher's name: map}; drop one if they are too many."""
+        name = result.subject.path
+        error = result.main_error(self.ranked_by)
+        self._errors[name] = math.nan if error is None else error
+        self.shown[name] = pictures_of(pair, maps)
+        if len(self.shown) > self._limit:
+            unknown = [each for each in self.shown if math.isnan(self._errors[each])]
+            ranked = unknown or sorted(self.shown, key=self._errors.get)
+            del self.shown[ranked[len(ranked) // 2]]
 
 
-def best_and_worst(results, judged):
-    """Return {'best' and 'worst': `Result`} by the main error of a contestant, if two have one."""
-    errors = {result.found.name: result.main_error(*judged) for result in results}
+def page_of(report, results, gallery):
+    """Return the text of an HTML page of a `Report`, `Result`s of scenes and their `Gallery`."""
+    shown = [result for result in results if result.subject.path in gallery.shown]
+    marked = best_and_worst(shown, gallery.ranked_by)
+    html = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    limits = {one.subject.family: one.subject.limit for one in shown}
+    return html.from_string(TEMPLATE.read_text(encoding='utf-8')).render(
+        report=report, gallery=gallery, shown=shown, marked=marked,
+        others=[one for one in shown if one not in marked.values()] if marked else [],
+        without=len(results) - len(shown), raw=RAW, filled=FILLED,
+        limits=', '.join(f'bad-{limit:g} of {family}' for family, limit in limits.items()),
+        error_limit=ERROR_LIMIT, no_disparity=NO_DISPARITY[::-1], unknown=UNKNOWN_GREY,
+        error_colours=data_uri(colour_error(np.linspace(0, ERROR_LIMIT, 128, dtype=np.float32)[
+            None].repeat(10, axis=0), np.zeros((10, 128), np.float32)))) + '\n'
+
+
+def best_and_worst(results, name):
+    """Return {'Best' and 'Worst': `Result`} by the main error of a matcher, if two have one."""
     ranked = sorted((result for result in results
-                     if errors[result.found.name] is not None
-                     and errors[result.found.name] == errors[result.found.name]),
-                    key=lambda result: errors[result.found.name])
+                     if not math.isnan(result.main_error(name) or 0)
+                     and result.record(name) is not None),
+                    key=lambda result: result.main_error(name))
     return {'Best': ranked[0], 'Worst': ranked[-1]} if len(ranked) > 1 else {}
 
 
-def _limits(results):
-    families = {result.found.family: result.found.limit for result in results}
-    return ', '.join(f'bad-{limit:g} of {family}' for family, limit in families.items())
+def pictures_of(pair, maps):
+    """Return the `Pictures` of a `GroundTruthPair` and {matcher's name: float32 (R, C), px}."""
+    valid = np.isfinite(pair.truth)
+    low, high = (float(pair.truth[valid].min()), float(pair.truth[valid].max())
+                 ) if valid.any() else (0.0, 1.0)
+    return Pictures(
+        data_uri(in_eight_bits(pair.left), cv2.INTER_AREA),
+        data_uri(colour_disparity(_thickened(pair.truth, valid), low, high)),
+        {name: (data_uri(colour_disparity(disparity, low, high)),
+                data_uri(colour_error(pair.as_scored(disparity), pair.truth)))
+         for name, disparity in maps.items()})
 
 
-def _section(title, *parts):
-    return '\n'.join([f'<section>\n<h2>{escape(title)}</h2>', *filter(None, parts), '</section>'])
+def data_uri(image, interpolation=cv2.INTER_NEAREST):
+    """
+    Return an image uint8, (R, C) or (R, C, 3) BGR, as the data URI of a reduced WebP file.
+
+    Drawings leave pixels out, so that no colour is there that means nothing.
+    """
+    rows, columns = image.shape[:2]
+    if columns > WIDTH:
+        image = cv2.resize(image, (WIDTH, max(1, round(rows * WIDTH / columns))),
+                           interpolation=interpolation)
+    _, content = cv2.imencode('.webp', image, [cv2.IMWRITE_WEBP_QUALITY, LOSSLESS])
+    return f'data:image/webp;base64,{base64.b64encode(content).decode()}'
 
 
-def _settings(settings):
-    return '<dl>' + ''.join(f'<dt>{escape(what)}</dt><dd>{escape(str(how))}</dd>'
-                            for what, how in settings.items()) + '</dl>'
+def colour_error(disparity, truth):
+    """
+    Return how far off a map is, in the colours of Magma: uint8 (R, C, 3) BGR.
+
+    disparity, truth: float (R, C), pixels, NaN = invalid. Black is right, the brightest off by
+    ERROR_LIMIT px or more; grey has no truth, blue a truth but no disparity.
+    """
+    error = np.minimum(abs(disparity - truth), ERROR_LIMIT)
+    levels = _thickened(np.where(np.isfinite(error), error, 2 * ERROR_LIMIT).astype(np.float32),
+                        np.isfinite(truth))
+    shares = np.clip(np.nan_to_num(levels) / ERROR_LIMIT, 0, 1)
+    picture = cv2.applyColorMap(np.rint(255 * shares).astype(np.uint8), cv2.COLORMAP_MAGMA)
+    picture[levels > ERROR_LIMIT] = NO_DISPARITY
+    picture[np.isnan(levels)] = UNKNOWN_GREY
+    return picture
 
 
-def _table(table):
-    """Return a `Table` with its title and its note."""
-    heads = ''.join(f'<th>{escape(column)}</th>' for column in table.columns)
-    rows = ''.join('<tr>' + ''.join(f'<td>{escape(cell(value, table.digits))}</td>'
-                                    for value in row) + '</tr>\n' for row in table.rows)
-    note = f'<p class="faint">{_emphasised(table.note)}</p>' if table.note else ''
-    return (f'<h3>{escape(table.title)}</h3>\n<div class="wide"><table>\n<thead><tr>{heads}</tr>'
-            f'</thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n{note}')
+def _thickened(values, there):
+    """
+    Return values with points made thick where less than half are there; NaN where none is near.
 
-
-def _emphasised(note):
-    """Return a note with what Markdown emphasises between stars."""
-    parts = escape(note).split('*')
-    return ''.join(f'<em>{part}</em>' if place % 2 else part for place, part in enumerate(parts))
-
-
-def _scene(result, gallery, before=''):
-    """Return a scene with its pictures: a column for what is true, one for each contestant."""
-    shown = gallery.shown[result.found.name]
-    size = f'{result.size[1]}x{result.size[0]}'
-    columns = [_column('left image and truth', [], 'left image', shown.left, 'truth', shown.truth)]
-    for (name, _), outcome in result.outcomes.items():
-        columns.append(_column(name, _figures(result, outcome), f'disparity by {name}',
-                               shown.of_matchers[name][0], f'error of {name}',
-                               shown.of_matchers[name][1]))
-    told = [result.found.layout, size, f'{result.disparities} disparities',
-            *(f'figures: {name}' for name in result.masks[:1])]     # none where all left it out
-    return (f'<div class="scene">\n<h3>{escape(before + result.found.name)} <span class="faint">'
-            f'{escape(", ".join(told))}</span></h3>\n<div class="views">\n'
-            + '\n'.join(columns) + '\n</div>\n</div>')
-
-
-def _column(title, figures, *pictures):
-    """Return a heading and two pictures, each with the word that says what it is."""
-    images = ''.join(f'<img loading="lazy" alt="{escape(what)}" title="{escape(what)}" '
-                     f'src="{uri}">\n' for what, uri in zip(pictures[::2], pictures[1::2]))
-    told = '<br>'.join(map(escape, figures))
-    return f'<p><strong>{escape(title)}</strong>{told}</p>\n{images}'
-
-
-def _figures(result, outcome):
-    """Return the figures under a contestant's name."""
-    limit = result.found.limit
-    scores = outcome.scores[result.masks[0]]
-    figures = [f'bad-{limit:g}: {scores.filled.bad_dense[limit]:.2f} % dense, '
-               f'{scores.found.bad_sparse[limit]:.2f} % sparse',
-               f'density {scores.found.density:.1f} %']
-    if outcome.milliseconds is not None:
-        figures[1] += f', {outcome.milliseconds:.1f} ms'
-    return figures
+    values: float32 (R, C); there: bool (R, C).
+    """
+    if np.count_nonzero(there) > there.size / 2 or not there.any():
+        return np.where(there, values, np.float32(np.nan))
+    distance, nearest = cv2.distanceTransformWithLabels(
+        np.uint8(~there), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
+    of_points = np.zeros(nearest.max() + 1, np.float32)
+    of_points[nearest[there]] = values[there]
+    return np.where(distance <= THICK, of_points[nearest], np.float32(np.nan))

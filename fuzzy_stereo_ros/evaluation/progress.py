@@ -7,7 +7,7 @@ def follow(items, title, stream):
     """
     Yield the items, and show on a text stream how far they are.
 
-    items: a sequence; an item that has a `path` is named by it.
+    items: a sequence; texts are shown, and the `path` of an item that has one.
     """
     items = list(items)
     if stream.isatty():
@@ -19,7 +19,7 @@ def follow(items, title, stream):
             yield from tqdm(items, desc=title, file=stream)
             return
     for number, item in enumerate(items, start=1):
-        name = getattr(item, 'path', '')
+        name = item if isinstance(item, str) else getattr(item, 'path', '')
         stream.write(f'{title}: {number} of {len(items)} {name}'.rstrip() + '\n')
         stream.flush()
         yield item

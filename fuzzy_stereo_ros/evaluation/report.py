@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Figures as a report: Markdown for people, JSON for programs, and where they were taken."""
-from dataclasses import asdict, dataclass, field, replace
+"""Tables and reports: as Markdown, as cells of text, and the machine they were measured on."""
+from dataclasses import dataclass, field
 from importlib import metadata
 import math
 import os
@@ -10,6 +10,8 @@ import platform
 import re
 
 import cv2
+import numpy as np
+import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -26,11 +28,23 @@ class Table:
     note: str = ''
     digits: int = 2
 
+    @classmethod
+    def of(cls, title, frame, note='', digits=2):
+        """Return the table of a DataFrame, whose index names the rows."""
+        frame = frame.astype(object).where(frame.notna(), None)
+        return cls(title, ('', *frame.columns), list(frame.itertuples(name=None)), note, digits)
+
+    @property
+    def cells(self):
+        """The cells as they are printed: a DataFrame of texts."""
+        return pd.DataFrame([[cell(value, self.digits) for value in row] for row in self.rows],
+                            columns=list(self.columns))
+
 
 @dataclass(frozen=True)
 class Report:
     """
-    What one benchmark found.
+    The result of one benchmark or evaluation.
 
     settings: {what: how}, everything that the figures depend on. skipped: sentences.
     pictures: {name of a file: its bytes}; they are written beside a page.
@@ -65,32 +79,12 @@ def markdown(report):
     if report.skipped:
         parts.append('Skipped:\n\n' + _list(report.skipped))
     for table in report.tables:
-        parts += [f'### {table.title}', _grid(table)]
+        parts += [f'### {table.title}', table.cells.to_markdown(
+            index=False, disable_numparse=True,
+            colalign=('left', *('right',) * (len(table.columns) - 1)) if table.rows else None)]
         if table.note:
             parts.append(table.note)
     return '\n\n'.join(parts) + '\n'
-
-
-def for_json(report):
-    """Return a report as JSON can hold it: without pictures; a figure over nothing is null."""
-    return _without_nan(asdict(replace(report, pictures={})))
-
-
-def _list(sentences):
-    return '\n'.join(f'- {sentence}' for sentence in sentences)
-
-
-def _grid(table):
-    """Return a table with columns of equal width, names to the left, figures to the right."""
-    lines = [tuple(table.columns)]
-    lines += [tuple(cell(value, table.digits) for value in row) for row in table.rows]
-    widths = [max(len(line[place]) for line in lines) for place in range(len(table.columns))]
-    written = ['| ' + ' | '.join(
-        word.rjust(width) if place else word.ljust(width)
-        for place, (word, width) in enumerate(zip(line, widths))) + ' |' for line in lines]
-    rule = f"|{'-' * (widths[0] + 2)}|" + ''.join(f"{'-' * (width + 1)}:|"
-                                                  for width in widths[1:])
-    return '\n'.join([written[0], rule, *written[1:]])
 
 
 def cell(value, digits):
@@ -100,12 +94,19 @@ def cell(value, digits):
     return f'{value:.{digits}f}' if isinstance(value, float) else str(value)
 
 
-def _without_nan(value):
-    if isinstance(value, dict):
-        return {key: _without_nan(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_without_nan(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def mean(values):
+    """Return the mean of the values that are known: float, NaN of none."""
+    known = [value for value in values if value is not None and not math.isnan(value)]
+    return float(np.mean(known)) if known else math.nan
+
+
+def signed(difference):
+    """Return a difference with its sign, as tables print it."""
+    return f'{difference:+.2f}'
+
+
+def _list(sentences):
+    return '\n'.join(f'- {sentence}' for sentence in sentences)
 
 
 def _processor():

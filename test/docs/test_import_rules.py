@@ -20,8 +20,8 @@ ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_brid
 # Files that import ROS, or stand on those that do: nobody else imports them.
 ROS_FILES = ('node', 'demo', 'synthetic/simulated_cameras', 'benchmarks/live_benchmark',
              'benchmarks/live_probe')
-INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'rerun', 'rosbags', 'skimage',
-                              'tqdm', 'yaml'})
+INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'pandas', 'rerun', 'rosbags',
+                              'skimage', 'tqdm', 'yaml'})
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,10 @@ ROOMS = {
     'bags': Room(('pairs',), libraries_inside_functions=frozenset({'rosbags', 'yaml'})),
     'views': Room(('evaluation/scores', 'matching', 'pairs'),
                   libraries_inside_functions=INSIDE_FUNCTIONS),
+    'evaluation/scores': Room(()),
     'evaluation': Room(('matching', 'pairs', 'views/pictures'),
-                       libraries_inside_functions=frozenset({'tqdm'})),
+                       frozenset({'cv2', 'jinja2', 'numpy', 'pandas'}),
+                       frozenset({'tqdm'})),
     'saved_pairs': Room(('matching', 'pairs'), frozenset({'cv2', 'numba', 'numpy'})),
     'parameters': Room(('matching', 'pairs')),
     'flat': Room(('flat', 'matching', 'pairs')),
@@ -51,7 +53,8 @@ ROOMS = {
                    libraries_inside_functions=INSIDE_FUNCTIONS),
     'synthetic': Room(('pairs', 'parameters')),
     'benchmarks': Room(('evaluation', 'matching', 'pairs', 'synthetic'),
-                       libraries_inside_functions=frozenset({'matplotlib', 'skimage'})),
+                       frozenset({'cv2', 'numpy', 'pandas', 'scipy'}),
+                       frozenset({'matplotlib', 'skimage'})),
     'commands': Room(('bags', 'benchmarks', 'evaluation', 'flat', 'matching', 'pairs',
                       'parameters', 'replay', 'saved_pairs', 'synthetic', 'views'),
                      libraries_inside_functions=INSIDE_FUNCTIONS),
@@ -63,7 +66,7 @@ ROOMS = {
     'demo': Room(('commands', 'evaluation', 'node', 'pairs', 'parameters', 'synthetic', 'views'),
                  frozenset({'cv2', 'numpy', 'tqdm'}), INSIDE_FUNCTIONS, ros=True),
     'benchmarks/live': Room(('benchmarks', 'commands', 'demo', 'evaluation', 'node', 'pairs'),
-                            frozenset({'cv2', 'numpy', 'tqdm'}), ros=True),
+                            frozenset({'cv2', 'numpy', 'psutil', 'tqdm'}), ros=True),
 }
 
 

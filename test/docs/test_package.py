@@ -22,9 +22,10 @@ SEMANTIC = re.compile(r'(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)')
 COMMANDS = {'disparity_node', 'simulated_cameras', 'fuzzy-stereo'}
 # Extras of setup.py that rosdep does not know; what needs them says so.
 OPTIONAL = {'dask', 'distributed', 'rerun', 'rosbags'}
-ROSDEP_KEYS = {'cv2': 'python3-opencv', 'llvmlite': 'python3-numba',
+ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'llvmlite': 'python3-numba',
                'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba',
-               'numpy': 'python3-numpy', 'skimage': 'python3-skimage', 'tqdm': 'python3-tqdm',
+               'numpy': 'python3-numpy', 'pandas': 'python3-pandas', 'psutil': 'python3-psutil',
+               'scipy': 'python3-scipy', 'skimage': 'python3-skimage', 'tqdm': 'python3-tqdm',
                'yaml': 'python3-yaml'}
 
 

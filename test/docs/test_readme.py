@@ -4,7 +4,7 @@
 from importlib.util import find_spec
 import re
 
-from fuzzy_stereo_ros.benchmarks.quoted_tables import QUOTE, renewed as requoted, table_of
+from fuzzy_stereo_ros.benchmarks.page import QUOTE, requoted, table_of
 from fuzzy_stereo_ros.commands import command_line
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.commands.command_line import main
@@ -171,7 +171,7 @@ def test_every_command_that_exists_is_shown():
 def test_the_algorithm_page_quotes_the_page_of_benchmarks():
     assert len(QUOTE.findall(ALGORITHM)) == ALGORITHM.count('<!-- quote ')
     assert requoted(ALGORITHM, FIGURES) == ALGORITHM, \
-        'renew them: python -m fuzzy_stereo_ros.benchmarks.quoted_tables docs/algorithm.md'
+        'renew them: python -m fuzzy_stereo_ros.benchmarks.page docs/algorithm.md'
     for name in re.findall(r'`fuzzy-stereo benchmark (\w+)`', ALGORITHM):
         assert name in BENCHMARKS
 

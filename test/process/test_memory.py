@@ -19,9 +19,13 @@ import pytest
 
 # Blocks too small to be mapped one by one; the last one keeps those below from being let go.
 SCATTERED = """
-import os, sys, threading
-from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
+import threading
+import psutil
 from fuzzy_stereo_ros.memory import give_back_memory
+
+def own_megabytes():
+    memory = psutil.Process().memory_info()
+    return (memory.rss - memory.shared) / 1e6
 
 kept = []
 
@@ -32,18 +36,22 @@ def scatter():
 thread = threading.Thread(target=scatter)
 thread.start()
 thread.join()
-before = MeasuredProcess(os.getpid()).own_megabytes()
+before = own_megabytes()
 give_back_memory()
-print(before - MeasuredProcess(os.getpid()).own_megabytes())
+print(before - own_megabytes())
 """
 # What is free at the end of an arena; the first lines are those with which the node begins.
 AT_THE_END = """
-import os, sys
+import sys
 from fuzzy_stereo_ros import memory
 if sys.argv[1] == 'shared':
     import fuzzy_stereo_ros.node
 import threading
-from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
+import psutil
+
+def own_megabytes():
+    memory = psutil.Process().memory_info()
+    return (memory.rss - memory.shared) / 1e6
 
 def fill():
     blocks = [bytearray(b'x' * 100_000) for _ in range(300)]
@@ -53,7 +61,7 @@ def fill():
     freed.set()
     end.wait()
 
-before = MeasuredProcess(os.getpid()).own_megabytes()
+before = own_megabytes()
 events = filled, free, freed, end = [threading.Event() for _ in range(4)]
 large = bytearray(b'x' * 30_000_000)    # once mapped and freed, glibc lets go of less from then on
 del large
@@ -63,7 +71,7 @@ filled.wait()
 free.set()
 freed.wait()
 memory.give_back_memory()
-print(MeasuredProcess(os.getpid()).own_megabytes() - before)
+print(own_megabytes() - before)
 end.set()
 thread.join()
 """

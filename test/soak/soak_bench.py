@@ -9,11 +9,11 @@ from statistics import median
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from fuzzy_stereo_ros.benchmarks.measured_process import MeasuredProcess
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.parameters.table import profile_config
 from node_process import NodeProcess, shifted_pair, SOON
+import psutil
 from ros_bench import Bench
 from sensor_msgs.msg import Image, PointCloud2
 from soak_figures import is_under_way, Sample, Threads, whole_numbers
@@ -97,13 +97,14 @@ class SoakBench(Bench):
         self._change(confidence_threshold=0.5)      # so that the next one changes something:
         self._change(profile='realtime', **self._usual)     # the matcher is made anew
         # Nothing is sent but probes, one at a time: the middleware keeps what waited at once.
-        process = MeasuredProcess(self.node.identity)
-        before = process.seconds()
+        process = psutil.Process(self.node.identity)
+        before = sum(process.cpu_times()[:2])
         latencies, alone = zip(*(self._probe() for _ in range(PROBES)))
-        work = 1000 * (process.seconds() - before) / PROBES
+        work = 1000 * (sum(process.cpu_times()[:2]) - before) / PROBES
         self.answers.clear()
         self.waits.forget()
-        resident, held = process.own_megabytes(), self._held()
+        memory, held = process.memory_info(), self._held()
+        resident = (memory.rss - memory.shared) / 1e6
         deadline = time.monotonic() + PATIENCE
         while self.threads.left_over(held['threads']) and time.monotonic() < deadline:
             self.settle()

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Made scenes, written in the layouts of the public data sets."""
-from fuzzy_stereo_ros.evaluation.visibility import warped_to_right
+from fuzzy_stereo_ros.evaluation.ground_truth import warped_to_right
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence

@@ -6,19 +6,19 @@ from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import ablation, variants
 from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, REALTIME
-from fuzzy_stereo_ros.benchmarks.correlation import (
-    correlation_table, fittest, Point, ranks, spearman)
-from fuzzy_stereo_ros.benchmarks.datasets import Scene
+from fuzzy_stereo_ros.benchmarks.correlation import correlation_table, fittest, spearman
+from fuzzy_stereo_ros.benchmarks.datasets import known_pair, window
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.benchmarks.sequences import Sequence, window
 from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.fuzzy_classes import matching_possibility
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import fine_places, View
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
+import pandas as pd
 import pytest
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16
@@ -26,8 +26,7 @@ NAN = float('nan')
 
 
 def made_known(seed=1):
-    made = made_pair(ROWS, COLUMNS, DISPARITIES, seed, noise=6.0)
-    return KnownPair(made.left, made.right, made.truth, made.visible)
+    return known_pair(made_pair(ROWS, COLUMNS, DISPARITIES, seed, noise=6.0))
 
 
 def small_scene(seed=1):
@@ -117,7 +116,7 @@ def test_codes_of_grey_classes_differ_by_how_little_possible_a_match_is():
     grey = known.left.reshape(-1).astype(float)
     by_maximum = matching_possibility(grey, grey[::-1], MatcherConfig().class_sigma)
     assert (view.slopes == 128).all()
-    assert spearman([Point(*pair) for pair in zip(by_maximum, distance)]) > 0.5
+    assert spearman(pd.DataFrame({'fitness': by_maximum, 'error': distance})) > 0.5
     assert (distance[grey == grey[::-1]] == 0).all()
 
 
@@ -129,22 +128,22 @@ def test_every_variant_is_another_matcher_than_the_default(variant):
 
 # Fitness and error.
 
-def test_ranks_are_shared_by_equal_values():
-    np.testing.assert_array_equal(ranks([3.0, 1.0, 3.0, 7.0]), [2.5, 1, 2.5, 4])
+def points_of(pairs):
+    return pd.DataFrame(pairs, columns=['fitness', 'error'])
 
 
 def test_the_correlation_is_one_where_fitter_is_better_and_minus_one_where_it_is_worse():
-    better = [Point(step**3, -step) for step in range(6)]
+    better = points_of([(step**3, -step) for step in range(6)])
     assert spearman(better) == pytest.approx(1)
-    assert spearman([Point(fitness, -error) for fitness, error in better]) == pytest.approx(-1)
+    assert spearman(better.assign(error=-better.error)) == pytest.approx(-1)
     assert np.isnan(spearman(better[:3]))
-    assert np.isnan(spearman([Point(1.0, step) for step in range(6)]))
-    assert fittest(better, 0.5) == better[:2:-1]
+    assert np.isnan(spearman(better.assign(fitness=1.0)))
+    assert list(fittest(better, 0.5).index) == [5, 4, 3]
 
 
 def test_scenes_are_pooled_by_rank_and_as_they_are():
-    points = {'low': [Point(step, 10 - step) for step in range(5)],
-              'high': [Point(100 + step, 90 - step) for step in range(5)]}
+    points = {'low': [(step, 10 - step) for step in range(5)],
+              'high': [(100 + step, 90 - step) for step in range(5)]}
     rows = {row[0]: row for row in correlation_table(points, {
         'low': (4.5, 3.0), 'high': (NAN, NAN)}).rows}
     assert rows['low'][2] == rows['mean of scenes'][2] == pytest.approx(1)
@@ -181,18 +180,18 @@ def few(monkeypatch):
 
 
 def test_the_trial_of_the_default_is_what_the_matcher_finds(few):
-    found = on_scene(small_scene(), SmallRequest())
+    trials, points, _ = on_scene(small_scene(), SmallRequest())
     matcher, match = matched(fill=True)
-    trial = found.trials[DEFAULT.name]
+    trial = trials[DEFAULT.name]
     fittest = matcher.algorithm.population.genes[0]
     assert trial.fitness == matcher.algorithm.fitness_of(fittest)
     assert trial.error == bad_percent(match.disparity, made_known(), 1.0)
-    assert trial.fitness == max(one.fitness for name, one in found.trials.items()
+    assert trial.fitness == max(one.fitness for name, one in trials.items()
                                 if name != 'minimum cut')
-    assert trial.fitness < found.trials['minimum cut'].fitness
+    assert trial.fitness < trials['minimum cut'].fitness
     assert trial.milliseconds > 0
-    assert len(set(found.points)) > 0.9 * len(found.points)     # few are alike by chance
-    assert any(point.fitness == trial.fitness for point in found.points)
+    assert len(set(points)) > 0.9 * len(points)     # few are alike by chance
+    assert any(fitness == trial.fitness for fitness, _ in points)
 
 
 def test_a_sequence_is_scored_with_and_without_the_previous_best():
@@ -200,9 +199,9 @@ def test_a_sequence_is_scored_with_and_without_the_previous_best():
     sequence = Sequence('window, noise 6, pan 0', 'one', MIDDLEBURY, DISPARITIES, lambda: frames,
                         range(2, 4))
     found = on_sequence(sequence, SmallRequest())
-    errors = {name: trial.error for name, trial in found.trials.items()}
+    errors = {name: trial.error for name, (trial, _) in found.items()}
     assert errors['no previous frames'] != errors[DEFAULT.name]
-    assert set(errors) == set(found.flickers) == {one.name for one in REALTIME if one.moving}
+    assert set(errors) == {one.name for one in REALTIME if one.moving}
 
 
 def test_the_report_has_errors_fitness_times_and_correlations_of_all_variants(few):

@@ -4,16 +4,14 @@
 import re
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros.benchmarks import (
-    ablation_picture, accuracy_picture, cost_picture, picture, warm_picture)
+from fuzzy_stereo_ros.benchmarks import pictures
 from fuzzy_stereo_ros.benchmarks.accuracy import Result, tables as accuracy_tables
-from fuzzy_stereo_ros.benchmarks.cost import QUICK
-from fuzzy_stereo_ros.benchmarks.cost_tables import race_table
-from fuzzy_stereo_ros.benchmarks.datasets import Scene
-from fuzzy_stereo_ros.benchmarks.picture import as_svg, titled
-from fuzzy_stereo_ros.benchmarks.sequences import Sequence
+from fuzzy_stereo_ros.benchmarks.cost import QUICK, race_table
+from fuzzy_stereo_ros.benchmarks.pictures import as_svg, titled
 from fuzzy_stereo_ros.benchmarks.warm import Course, tables as warm_tables
-from fuzzy_stereo_ros.evaluation.baselines import default_rivals, strictest_rival, tuned_rivals
+from fuzzy_stereo_ros.evaluation.baselines import (
+    default_baselines, strictest_baseline, tuned_baselines)
+from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
 import pytest
@@ -29,9 +27,9 @@ def texts(content):
 
 
 def result(group, family, error):
-    """Return a Result whose contestants are each worse than the one before by a percent."""
-    names = ['ours', 'ours, profile quality', *(rival.name for rival in (
-        *default_rivals(), *tuned_rivals(family), strictest_rival(family)))]
+    """Return a Result whose matchers are each worse than the one before by a percent."""
+    names = ['ours', 'ours, profile quality', *(baseline.name for baseline in (
+        *default_baselines(), *tuned_baselines(family), strictest_baseline(family)))]
     bad = {name: error + place for place, name in enumerate(names)}
     return Result(Scene(group, 'one', family, 16, None), bad, bad, None, None,
                   (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0)
@@ -40,10 +38,10 @@ def result(group, family, error):
 def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups():
     results = [result('made', MIDDLEBURY, 1.5), result('kitti', KITTI, 4.25),
                result('middv2', MIDDLEBURY, 2.75)]
-    panel, = accuracy_picture.draw(accuracy_tables(results)).axes
+    panel, = pictures.draw_accuracy(accuracy_tables(results)).axes
     drawn = {bars.get_label().removeprefix('OpenCV '): [bar.get_height() for bar in bars]
              for bars in panel.containers}
-    assert drawn == {name: [one.bad[name] for one in results] for name in accuracy_picture.SHOWN}
+    assert drawn == {name: [one.bad[name] for one in results] for name in pictures.BARS}
     places = [bar.get_x() for bars in panel.containers for bar in bars]
     assert len({round(place, 6) for place in places}) == 18
     assert [label.get_text() for label in panel.get_xticklabels()] == [
@@ -51,16 +49,16 @@ def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups():
 
 
 def test_who_was_not_measured_has_no_bar():
-    table = Table('Groups', ('', *accuracy_picture.SHOWN),
+    table = Table('Groups', ('', *pictures.BARS),
                   [('one (1)', *[2.0] * 6), ('two (1)', None, *[3.0] * 5)])
-    panel, = accuracy_picture.draw([table]).axes
+    panel, = pictures.draw_accuracy([table]).axes
     assert [len(bars) for bars in panel.containers] == [1, 2, 2, 2, 2, 2]
 
 
 def test_the_lines_of_cost_are_the_times_over_pixels_and_over_disparities():
     found = [{size: {'ours, cold': 1.0 + place, 'ours, warm': 2.0 + place, '3WAY': 9.0 - place}
               for place, size in enumerate(sizes)} for sizes in (QUICK.pixels, QUICK.disparities)]
-    panels = cost_picture.draw([race_table('Over pixels, x', found[0]),
+    panels = pictures.draw_cost([race_table('Over pixels, x', found[0]),
                                 race_table('Over disparities, x', found[1])]).axes
     for panel, races, what in zip(panels, found, ('pixels', 'disparities')):
         assert [list(line.get_xdata()) for line in panel.lines] == [
@@ -76,11 +74,11 @@ def test_the_marks_of_the_warm_start_are_errors_and_flickers_and_a_line_joins_co
                       {'3WAY': 8.0 + place, 'cold': 4.0, 'warm': 3.0 - place},
                       {'3WAY': 7.0, 'cold': 5.0 + place, 'warm': 1.0})
                for place, kind in enumerate(('still', 'moving'))]
-    for panel, figure in zip(warm_picture.draw(warm_tables(courses)).axes, ('bad', 'flickers')):
-        *joined, rival, cold, warm = (list(line.get_xdata()) for line in panel.lines)
+    for panel, figure in zip(pictures.draw_warm(warm_tables(courses)).axes, ('bad', 'flickers')):
+        *joined, baseline, cold, warm = (list(line.get_xdata()) for line in panel.lines)
         expected = [[getattr(course, figure)[name] for course in courses]
                     for name in ('3WAY', 'cold', 'warm')]
-        assert [rival, cold, warm] == expected
+        assert [baseline, cold, warm] == expected
         assert joined == [list(ends) for ends in zip(*expected[1:])]
 
 
@@ -97,12 +95,12 @@ def ablation_report():
 
 
 def test_the_bars_of_the_ablation_are_as_long_as_the_figures_and_what_is_too_long_is_cut():
-    figure = ablation_picture.draw(ablation_report())
+    figure = pictures.draw_ablation(ablation_report())
     names = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert names == ['as it is', 'no frames', 'no crossover', 'grey classes', '3WAY tuned']
     lengths = [{names[round(bar.get_y() + bar.get_height() / 2)]: bar.get_width()
                 for bars in panel.containers for bar in bars} for panel in figure.axes]
-    room = ablation_picture.ROOM
+    room = pictures.ROOM
     assert lengths == [
         {'as it is': 2.0, 'no crossover': 2.5, 'grey classes': 2 * room, '3WAY tuned': 4.0},
         {'as it is': 3.0, 'no frames': 6.0, 'grey classes': 3 * room},
@@ -114,21 +112,13 @@ def test_the_bars_of_the_ablation_are_as_long_as_the_figures_and_what_is_too_lon
 
 
 def test_without_sequences_the_ablation_shows_scenes_and_times():
-    figure = ablation_picture.draw(ablation_report()[:2])
+    figure = pictures.draw_ablation(ablation_report()[:2])
     assert [panel.get_title(loc='left') for panel in figure.axes] == [
         'error on scenes [%]', 'time on scenes, as it is: 1']
 
 
-@pytest.mark.parametrize('lists, names', [
-    ([['a', 'b', 'c'], ['a', 'x', 'c']], ['a', 'x', 'b', 'c']),
-    ([['a', 'c'], ['b', 'a', 'c', 'd']], ['b', 'a', 'c', 'd']),
-    ([['a'], []], ['a'])])
-def test_names_of_several_tables_keep_their_order(lists, names):
-    assert ablation_picture.merged(lists) == names
-
-
 def test_a_picture_is_the_same_file_every_time_and_its_words_are_text():
-    first, again = (as_svg('ablation.svg', lambda: ablation_picture.draw(ablation_report()))
+    first, again = (as_svg('ablation.svg', lambda: pictures.draw_ablation(ablation_report()))
                     for _ in range(2))
     assert first == again
     (content,) = first[0].values()
@@ -139,8 +129,8 @@ def test_a_picture_is_the_same_file_every_time_and_its_words_are_text():
 
 
 def test_without_matplotlib_the_picture_is_said_to_be_missing(monkeypatch):
-    monkeypatch.setattr(picture, 'find_spec', lambda name: None)
-    assert as_svg('cost.svg', None) == ({}, ['cost.svg: there is no matplotlib'])
+    monkeypatch.setattr(pictures, 'find_spec', lambda name: None)
+    assert as_svg('cost.svg', None) == ({}, ['cost.svg: matplotlib is not installed'])
 
 
 def test_a_table_is_found_by_the_start_of_its_title():

@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Cost: growth is what the times say, threads are compared bit by bit, memory is what is held."""
-from fuzzy_stereo_ros.benchmarks import compiling, cost, deadline
-from fuzzy_stereo_ros.benchmarks.compiling import process_seconds
-from fuzzy_stereo_ros.benchmarks.cost import race, Size, threads_row
-from fuzzy_stereo_ros.benchmarks.cost_tables import exponent, growth_table, race_table, steps
-from fuzzy_stereo_ros.benchmarks.memory import memory_row
+from fuzzy_stereo_ros.benchmarks import cost, deadline
+from fuzzy_stereo_ros.benchmarks.cost import (
+    exponent, growth_table, memory_row, process_seconds, race, race_table, Size, steps_at_lanes,
+    threads_row)
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
@@ -22,9 +21,9 @@ def test_the_exponent_is_that_of_a_power_of_cells():
 
 
 def test_a_step_is_one_disparity_behind_a_multiple_of_32_on_one_scene():
-    assert steps(dict.fromkeys((SMALL, SAME, MORE))) == [(SAME, MORE)]
-    assert steps(dict.fromkeys((MORE, SMALL))) == []
-    assert all(len(steps(dict.fromkeys(sizes))) == count for sizes, count in (
+    assert steps_at_lanes(dict.fromkeys((SMALL, SAME, MORE))) == [(SAME, MORE)]
+    assert steps_at_lanes(dict.fromkeys((MORE, SMALL))) == []
+    assert all(len(steps_at_lanes(dict.fromkeys(sizes))) == count for sizes, count in (
         (cost.FULL.disparities, 3), (cost.FULL.pixels, 0)))
 
 
@@ -93,7 +92,7 @@ def test_a_new_process_keeps_its_kernels_in_the_folder_it_is_given(tmp_path):
     program = f"import os; open({str(told)!r}, 'w').write(os.environ['NUMBA_CACHE_DIR'])"
     assert process_seconds(program, str(tmp_path / 'cache')) > 0
     assert told.read_text() == str(tmp_path / 'cache')
-    assert 'warm_up' in compiling.WARM_UP
+    assert 'warm_up' in cost.WARM_UP
 
 
 def test_the_report_has_all_tables_and_a_quick_one_all_but_the_compiling(monkeypatch):

@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The truth beside the result of `quality`: errors and fitness are those of the maps named."""
 from fuzzy_stereo_ros.benchmarks import truth
-from fuzzy_stereo_ros.benchmarks.datasets import Scene
+from fuzzy_stereo_ros.benchmarks.datasets import known_pair
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.datasets import Scene
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 
-MADE = made_pair(60, 100, 24, 1, noise=3.0)
-KNOWN = KnownPair(MADE.left, MADE.right, MADE.truth, MADE.visible)
+KNOWN = known_pair(made_pair(60, 100, 24, 1, noise=3.0))
 SCENE = Scene('made', 'one', MIDDLEBURY, 24, lambda: KNOWN)
 
 

@@ -1,21 +1,22 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`evaluate` prints the figures that scoring by hand gives, for every kind of contestant."""
+"""`evaluate` prints the figures that scoring by hand gives, for every kind of matcher."""
 import csv
 import io
 import json
 from pathlib import Path
+import sys
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.evaluation import matchers as contestants_module
-from fuzzy_stereo_ros.evaluation.baselines import default_rivals, dense, tuned_rivals
-from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, KnownPair, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation import matchers as matchers_module
+from fuzzy_stereo_ros.evaluation.baselines import default_baselines, dense, tuned_baselines
+from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.layouts import search
 from fuzzy_stereo_ros.evaluation.matchers import (
-    ALLOWED, contestant_of, in_eight_bits_alike, Task, USUAL)
-from fuzzy_stereo_ros.evaluation.measuring import mean_score, searched, TRUTHS_LARGEST
-from fuzzy_stereo_ros.evaluation.records import COLUMNS
+    ALLOWED, in_eight_bits_alike, matcher_named, Task)
+from fuzzy_stereo_ros.evaluation.measuring import (
+    COLUMNS, figures_of, mean_figures, searched, TRUTHS_LARGEST)
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -64,9 +65,9 @@ def ours(made, profile='realtime', **changes):
 
 
 def of_opencv(made, name, family=MIDDLEBURY):
-    """Return a rival's map as it comes, and filled."""
-    rivals = {rival.name: rival for rival in (*default_rivals(), *tuned_rivals(family))}
-    found = rivals[name].match(made.left, made.right, DISPARITIES)
+    """Return a baseline's map as it comes, and filled."""
+    baselines = {one.name: one for one in (*default_baselines(), *tuned_baselines(family))}
+    found = baselines[name].match(made.left, made.right, DISPARITIES)
     return found, dense(found)
 
 
@@ -97,7 +98,7 @@ def test_the_figures_are_those_of_scoring_each_map_in_each_mask(tmp_path, capsys
 def test_how_many_disparities_are_searched_is_told_by_the_first_who_knows(tmp_path):
     write_2014(tmp_path, pair(), ndisp=29)
     (scene,) = search([tmp_path]).scenes
-    truth = scene.files.read().truth
+    truth = scene.read().truth
     assert searched(scene, [truth], 40) == (40, '--disparities')
     assert searched(scene, [truth], None) == (29, 'calib.txt')
     (tmp_path / 'calib.txt').unlink()
@@ -113,7 +114,7 @@ def test_how_many_disparities_are_searched_is_told_by_the_first_who_knows(tmp_pa
 def test_a_time_is_the_fastest_and_the_speed_follows_from_it(tmp_path, capsys, monkeypatch):
     write_2014(tmp_path, pair(), ndisp=DISPARITIES)
     turns = iter([0, 9_000_000, 0, 4_000_000, 0, 6_000_000])
-    monkeypatch.setattr(contestants_module.time, 'perf_counter_ns', lambda: next(turns))
+    monkeypatch.setattr(matchers_module.time, 'perf_counter_ns', lambda: next(turns))
     told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm', '--repeats', '3')
     for record in told['records']:
         assert record['milliseconds'] == 4.0
@@ -134,7 +135,7 @@ def test_the_paper_is_matched_from_the_left_as_truths_are(tmp_path, capsys):
 
 def test_ours_takes_the_profile_that_is_named_and_the_others_their_own():
     changes = {'population': 7}
-    named = {word: contestant_of(word, 'paper', changes).config(16)
+    named = {word: matcher_named(word, 'paper', changes).config(16)
              for word in ('ours', 'ours:realtime', 'ours:quality')}
     assert named['ours'].algorithm == 'paper'
     assert named['ours:realtime'].algorithm == 'realtime'
@@ -147,17 +148,9 @@ def test_ours_takes_the_profile_that_is_named_and_the_others_their_own():
 @pytest.mark.parametrize('family', [MIDDLEBURY, KITTI])
 def test_a_word_of_opencv_names_a_matcher_at_its_defaults_or_tuned_for_the_family(word, family):
     _, algorithm, *tuned = word.split(':')
-    rivals = tuned_rivals(family) if tuned else default_rivals()
-    wanted = {rival.algorithm.lower(): rival for rival in rivals}.get(algorithm)
-    assert contestant_of(word, 'realtime', {}).rival(family) == wanted
-
-
-def test_the_usual_contestants_are_ours_and_the_four_tuned_ones(tmp_path, capsys):
-    write_2014(tmp_path, pair(), ndisp=DISPARITIES)
-    told = evaluated(capsys, tmp_path)
-    names = list(dict.fromkeys(record['matcher'] for record in told['records']))
-    assert names == list(USUAL) == ['ours', 'opencv:bm:tuned', 'opencv:sgbm:tuned',
-                                    'opencv:3way:tuned', 'opencv:hh4:tuned']
+    baselines = tuned_baselines(family) if tuned else default_baselines()
+    wanted = {baseline.algorithm.lower(): baseline for baseline in baselines}.get(algorithm)
+    assert matcher_named(word, 'realtime', {}).baseline(family) == wanted
 
 
 def test_images_of_16_bits_become_8_by_one_factor_for_both():
@@ -186,7 +179,7 @@ def test_all_run_on_the_threads_that_are_asked_for(tmp_path, capsys, monkeypatch
             seen.append((self.config.threads, cv2.getNumThreads()))
             return super().match(*images)
 
-    monkeypatch.setattr(contestants_module, 'StereoMatcher', Watched)
+    monkeypatch.setattr(matchers_module, 'StereoMatcher', Watched)
     before = cv2.getNumThreads()
     told = evaluated(capsys, tmp_path, '--matcher', 'ours', '--threads', '2')
     assert set(seen) == {(2, 2)}
@@ -219,8 +212,9 @@ def test_means_are_over_the_scenes_of_a_family_that_have_the_mask(tmp_path, caps
 def test_a_mean_over_nothing_is_nothing():
     nothing = score(np.full((2, 2), np.nan), np.ones((2, 2)))
     something = score(np.ones((2, 2)), np.ones((2, 2)))
-    assert np.isnan(mean_score([nothing, something]).bad_sparse[1])
-    assert mean_score([nothing, something]).bad_dense[1] == 50
+    means = mean_figures([figures_of(nothing), figures_of(something)])
+    assert np.isnan(means['bad_sparse_1'])
+    assert means['bad_dense_1'] == 50
 
 
 def test_who_has_no_settings_for_a_family_takes_no_part_and_it_is_said(tmp_path, capsys):
@@ -314,16 +308,16 @@ def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(
         ('scene', f'{tmp_path.name}/07'), ('mean', MIDDLEBURY)}
 
 
-def test_repeating_a_frame_changes_no_map_of_a_warm_player():
+def test_repeating_a_frame_changes_no_map_of_a_warm_matcher():
     several = frames(4)
-    contestant = contestant_of('ours', 'realtime', {'threads': 1})
+    matcher = matcher_named('ours', 'realtime', {'threads': 1})
     drawn = []
     for repeats in (1, 3):
-        play = contestant.player(Task(MIDDLEBURY, DISPARITIES, (ROWS, WIDTH), repeats), 'warm')
-        drawn.append([play('', KnownPair(made.left, made.right, made.truth))
+        play = matcher.begin(Task(MIDDLEBURY, DISPARITIES, (ROWS, WIDTH), repeats), 'warm')
+        drawn.append([play('', GroundTruthPair(made.left, made.right, made.truth))
                       for made in several])
     for once, thrice in zip(*drawn):
-        np.testing.assert_array_equal(once.found, thrice.found)
+        np.testing.assert_array_equal(once.raw, thrice.raw)
         np.testing.assert_array_equal(once.filled, thrice.filled)
 
 
@@ -465,12 +459,6 @@ def test_csv_and_json_hold_the_same_records(written):
                        for name in COLUMNS}
 
 
-def test_json_may_be_printed_instead_of_the_tables(tmp_path, capsys):
-    write_named(tmp_path, pair())
-    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')
-    assert set(told) == {'settings', 'left_out', 'records'}
-
-
 def test_what_exists_is_replaced_only_when_asked(written, capsys):
     files, _ = written
     before = files['csv'].read_bytes()
@@ -484,6 +472,14 @@ def test_what_exists_is_replaced_only_when_asked(written, capsys):
 
 
 # Bad input.
+
+def test_a_library_that_is_missing_is_named_with_the_extra_that_brings_it(
+        tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'pandas', None)
+    assert main(['evaluate', str(tmp_path)]) == 2
+    assert capsys.readouterr().err == (
+        "fuzzy-stereo: pandas is not installed: pip install 'fuzzy_stereo_ros[evaluate]'\n")
+
 
 @pytest.fixture
 def scene(tmp_path, monkeypatch):
@@ -507,7 +503,7 @@ def scene(tmp_path, monkeypatch):
 @pytest.mark.parametrize(('words', 'reason'), [
     (['nowhere'], 'there is no folder nowhere'),
     (['empty'], 'nothing below empty is a scene; known are Middlebury v2'),
-    (['pictures'], 'pictures has images but no ground truth: there is no groundtruth.png'),
+    (['pictures'], 'pictures has images but no ground truth: there is no groundtruth'),
     (['scene', '--only', 'teddy'], "no scene is called like 'teddy'; there are scene"),
     (['scene', '--matcher', 'magic'], "matcher is 'magic'; allowed are ours, ours:realtime"),
     (['scene', '--matcher', 'opencv:hh4:fast'], "matcher is 'opencv:hh4:fast'"),

@@ -7,14 +7,12 @@ import json
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.evaluation.gallery import colour_error, Gallery, NOTHING_FOUND, UNKNOWN_GREY
-from fuzzy_stereo_ros.evaluation.ground_truth import KnownPair
-from fuzzy_stereo_ros.evaluation.small_pictures import drawing, indexed_png, photograph, WIDTH
+from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair
+from fuzzy_stereo_ros.evaluation.page import (
+    colour_error, data_uri, Gallery, NO_DISPARITY, UNKNOWN_GREY, WIDTH)
 from fuzzy_stereo_ros.pairs.colours import colour_disparity, INVALID_GREY
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.views.pictures import ERROR_LIMIT
-from hypothesis import given, settings, strategies as st
-from hypothesis.extra import numpy as arrays
 import numpy as np
 import pytest
 from written_scenes import COLUMNS, pair, ROWS, write_named
@@ -62,7 +60,7 @@ class Page(HTMLParser):
 
 def picture_of(uri):
     """Return the picture of a data URI: uint8 (R, C, 3) BGR."""
-    start = 'data:image/png;base64,'
+    start = 'data:image/webp;base64,'
     assert uri.startswith(start)
     content = np.frombuffer(base64.b64decode(uri[len(start):], validate=True), np.uint8)
     return cv2.imdecode(content, cv2.IMREAD_COLOR)
@@ -89,7 +87,7 @@ def test_the_page_is_well_formed_and_points_nowhere(evaluation):
     page = Page(text)
     assert page.open == []
     assert len(page.links) == len(page.images)
-    assert all(link.startswith('data:image/png;base64,') for link in page.links)
+    assert all(link.startswith('data:image/webp;base64,') for link in page.links)
     assert '<script' not in text and '@import' not in text and 'url(' not in text
     assert '://' not in text
 
@@ -188,24 +186,24 @@ def test_of_many_scenes_the_page_shows_the_best_and_the_worst(tmp_path, limit, k
     assert ('1 in between have no pictures' in page.words) == (limit == 2)
 
 
-class Judged:
+class Ranked:
     """What a gallery asks of a result."""
 
     def __init__(self, name, error):
-        self.found, self._error = self, error
-        self.name = name
+        self.subject, self._error = self, error
+        self.path = name
 
-    def main_error(self, name, start):
+    def main_error(self, name):
         """Return the error that the test wants."""
         return self._error
 
 
-def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_judged_and_then_of_the_middle():
-    known = KnownPair(*(np.zeros((4, 5), np.uint8),) * 2, np.ones((4, 5), np.float32))
-    gallery = Gallery(4, ('ours', 'cold'))
+def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the_middle():
+    known = GroundTruthPair(*(np.zeros((4, 5), np.uint8),) * 2, np.ones((4, 5), np.float32))
+    gallery = Gallery(4, 'ours')
     for name, error in (('a', 3.0), ('b', None), ('c', 1.0), ('d', 9.0), ('e', 5.0), ('f', 4.0),
                         ('g', 0.5)):
-        gallery.show(known, Judged(name, error), {})
+        gallery.show(known, Ranked(name, error), {})
     assert {'g', 'd'} < set(gallery.shown)
     assert len(gallery.shown) == 4 and 'b' not in gallery.shown
 
@@ -218,7 +216,7 @@ def test_an_error_is_black_where_right_bright_where_wrong_blue_where_nothing_was
     right, middle, wrong, nothing, unknown = colour_error(found, truth)[0].astype(int)
     assert right.sum() < 10 < middle.sum() < wrong.sum()
     assert wrong.sum() > 500
-    assert tuple(nothing) == NOTHING_FOUND
+    assert tuple(nothing) == NO_DISPARITY
     assert tuple(unknown) == (UNKNOWN_GREY,) * 3
 
 
@@ -238,27 +236,11 @@ def test_single_points_of_a_sparse_truth_are_made_thick_and_keep_their_own_error
     assert (picture[:, 20] == UNKNOWN_GREY).all()
 
 
-@settings(deadline=None, max_examples=40)
-@given(st.integers(1, 256).flatmap(lambda colours: st.tuples(
-    arrays.arrays(np.uint8, (colours, 3)),
-    arrays.arrays(np.int16, st.tuples(st.integers(1, 7), st.integers(1, 9)),
-                  elements=st.integers(0, colours - 1)))))
-def test_a_png_file_with_a_palette_holds_the_same_pixels(drawn):
-    palette, places = drawn
-    image = palette[places]
-    content = np.frombuffer(indexed_png(image), np.uint8)
-    np.testing.assert_array_equal(cv2.imdecode(content, cv2.IMREAD_COLOR), image)
-
-
-def test_more_colours_than_a_palette_holds_are_refused():
-    with pytest.raises(ValueError, match='257 colours; a palette holds 256'):
-        indexed_png(np.uint8([[(number % 256, number // 256, 0) for number in range(257)]]))
-
-
 def test_wide_pictures_are_reduced_and_a_drawing_keeps_to_its_colours():
     image = np.zeros((50, 4 * WIDTH, 3), np.uint8)
     image[:, ::2] = 255
-    for reduced in (drawing, photograph):
-        assert picture_of(reduced(image)).shape == (12, WIDTH, 3)
-    assert set(np.unique(picture_of(drawing(image)))) <= {0, 255}
-    assert (abs(picture_of(photograph(image)).astype(int) - 127) <= 1).all()
+    drawing, photograph = (picture_of(data_uri(image, kind))
+                           for kind in (cv2.INTER_NEAREST, cv2.INTER_AREA))
+    assert drawing.shape == photograph.shape == (12, WIDTH, 3)
+    assert set(np.unique(drawing)) <= {0, 255}
+    assert (abs(photograph.astype(int) - 127) <= 1).all()

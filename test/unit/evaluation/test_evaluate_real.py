@@ -6,7 +6,7 @@ import json
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_rivals
+from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_baselines
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.layouts import search
 from fuzzy_stereo_ros.synthetic.scenes import MadePair
@@ -33,9 +33,9 @@ def evaluated(capsys, *words):
 def assert_says_what_the_benchmark_says(records, scene, name, mask):
     """Check the dense errors of ours and of HH4 against the functions behind the benchmark."""
     known = scene.read()
-    rival = next(one for one in tuned_rivals(scene.family) if one.algorithm == 'HH4')
+    baseline = next(one for one in tuned_baselines(scene.family) if one.algorithm == 'HH4')
     maps = {'ours': Request().matcher(scene.disparities).match(known.left, known.right).disparity,
-            'opencv:hh4:tuned': dense(rival.match(known.left, known.right, scene.disparities))}
+            'opencv:hh4:tuned': dense(baseline.match(known.left, known.right, scene.disparities))}
     for matcher, disparity in maps.items():
         (record,) = [record for record in records
                      if (record['kind'], record['name'], record['matcher'], record['mask'],
@@ -78,7 +78,7 @@ def test_every_scene_of_the_data_can_be_read_and_has_the_pixels_of_the_benchmark
     benchmarked = {scene.path.removeprefix('kitti/'): scene
                    for scene in available_scenes(data)[0] if scene.group != 'made'}
     for scene in search([data]).scenes:
-        known = scene.files.read()
+        known = scene.read()
         other = benchmarked[scene.name.removesuffix('/10')]
         theirs = other.read()
         assert scene.family == other.family
