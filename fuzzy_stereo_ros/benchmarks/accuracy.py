@@ -5,7 +5,8 @@ Accuracy: every scene, dense, one setting, side by side with OpenCV's matchers.
 
 Middlebury scenes are scored by bad-1 over the pixels that both cameras see, KITTI by bad-3 over
 all pixels with truth. Scenes are cut into odd and even ones, so that settings chosen on one half
-can be checked on the other.
+can be checked on the other. All is repeated with the noise that a camera has, for all contestants
+on the same pictures.
 """
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,11 +19,13 @@ from fuzzy_stereo_ros.evaluation.baselines import (
 from fuzzy_stereo_ros.evaluation.datasets import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.scores import score
 import numpy as np
 
 OURS, QUALITY = 'ours', 'ours, profile quality'
 FINE_LIMIT = 0.5
 MUCH_WORSE = 1.5
+NOISES = 0, 1.5, 3      # grey levels, standard deviation
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,8 @@ class Result:
     raw_bad, raw_fine: the same without rounding, where the truth has whole pixels; else None.
     own, other, ideal: `Sparsification` by our confidence, by the difference of left and right
     map, and by the error itself. quality_seconds: what the profile `quality` took.
+    noisy: {noise: {contestant: (dense, sparse, density)}}, percent wrong of all pixels, percent
+    wrong of those that are valid, and how many percent those are.
     """
 
     scene: Scene
@@ -45,6 +50,7 @@ class Result:
     other: tuple
     ideal: tuple
     quality_seconds: float
+    noisy: dict
 
 
 def run(request):
@@ -61,6 +67,8 @@ def run(request):
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth)',
         'tsukuba': 'every output is rounded first: its truth has whole pixels',
+        'noise': 'normal, of so many grey levels, fresh in each pixel and channel, rounded and '
+                 'clipped; the same pictures for all contestants',
         'Motorcycle': 'has no mask; counted are pixels whose match lies inside the right image '
                       'and is not covered by a surface nearer by more than 1 px',
     }
@@ -72,14 +80,11 @@ def run(request):
 def measure(scene, request):
     """Return the `Result` of one scene."""
     known = scene.read()
-    match = request.matcher(scene.disparities).match(known.left, known.right)
+    noisy = {noise: matched(scene, with_camera_noise(known, noise), request) for noise in NOISES}
+    matches, maps = noisy[0]
+    match, quality = matches[OURS], matches[QUALITY]
+    maps = {name: filled for name, (filled, _) in maps.items()}
     right = request.matcher(scene.disparities, reference='right').match(known.left, known.right)
-    quality = replace(request, profile='quality', changes={}).matcher(scene.disparities).match(
-        known.left, known.right)
-    maps = {OURS: match.disparity, QUALITY: quality.disparity}
-    for rival in (*default_baselines(), *tuned_baselines(scene.family),
-                  strictest_baseline(scene.family)):
-        maps[rival.name] = dense(rival.match(known.left, known.right, scene.disparities))
 
     def figures(pair, limit):
         return {name: bad_percent(found, pair, limit) for name, found in maps.items()}
@@ -96,7 +101,46 @@ def measure(scene, request):
         figures(unrounded, FINE_LIMIT) if known.whole_pixel else None,
         sparsification(wrong, match.confidence[counts]),
         sparsification(wrong, sureness[counts]), sparsification(wrong, -error),
-        quality.times['total'] / 1000)
+        quality.times['total'] / 1000,
+        {noise: {name: (bad_percent(filled, known, scene.limit), *_sparse(found, known, scene))
+                 for name, (filled, found) in found_maps.items()}
+         for noise, (_, found_maps) in noisy.items()})
+
+
+def with_camera_noise(known, sigma):
+    """
+    Return a `GroundTruthPair` with noise, fresh in each pixel and channel, rounded and clipped.
+
+    sigma: grey levels, standard deviation; the same noise whenever a pair is asked for.
+    """
+    if not sigma:
+        return known
+    chance = np.random.default_rng(0)
+    left, right = (
+        np.clip(np.rint(image + sigma * chance.standard_normal(image.shape)), 0, 255).astype(
+            np.uint8) for image in (known.left, known.right))
+    return replace(known, left=left, right=right)
+
+
+def matched(scene, known, request):
+    """Return {ours: match}, and {contestant: (map without gaps, map with them)}."""
+    images = known.left, known.right
+    matches = {OURS: request.matcher(scene.disparities).match(*images),
+               QUALITY: replace(request, profile='quality', changes={}).matcher(
+                   scene.disparities).match(*images)}
+    maps = {name: (match.disparity, np.where(match.confidence > 0, match.disparity, np.nan))
+            for name, match in matches.items()}
+    for rival in (*default_baselines(), *tuned_baselines(scene.family),
+                  strictest_baseline(scene.family)):
+        found = rival.match(*images, scene.disparities)
+        maps[rival.name] = dense(found), found
+    return matches, maps
+
+
+def _sparse(found, known, scene):
+    """Return the percent wrong of the pixels that are valid, and the percent valid."""
+    figures = score(known.as_scored(found), known.truth, known.counts, (scene.limit,))
+    return figures.bad_sparse[scene.limit], figures.density
 
 
 def tables(results):
@@ -126,6 +170,7 @@ def tables(results):
         Table('Off by more than 0.5 px, scenes with sub-pixel truth, percent', columns,
               [(_title(group, found), *_means(found, 'fine', contestants))
                for group, found in fine.items()]),
+        *_noise_tables(groups, contestants),
         _confidence(groups),
         Table('Scenes, error in percent', (*columns, 'seconds of quality'),
               [(result.scene.path, *(result.bad.get(name) for name in contestants),
@@ -141,6 +186,23 @@ def tables(results):
                                       (0.5, 'rounded', 'fine'), (0.5, 'as it comes', 'raw_fine'))]
         ))
     return made
+
+
+def _noise_tables(groups, contestants):
+    """Return the tables of what noise does to each contestant."""
+    shown = tuple(name for name in contestants if 'default' not in name)
+    titles = {
+        'Noise: mean error in percent, dense': None,
+        'Noise: percent wrong of the valid pixels':
+            'Ours: valid are pixels of a confidence above 0; rivals: those that they do not '
+            'refuse.',
+        'Noise: percent of the pixels that are valid': None}
+    return [Table(title, ('', *shown), [
+        (f'{_title(group, found)}, noise {noise}',
+         *(_mean_of([result.noisy[noise].get(name, (None,) * 3)[place] for result in found])
+           for name in shown))
+        for group, found in groups.items() for noise in NOISES], note)
+        for place, (title, note) in enumerate(titles.items())]
 
 
 def _confidence(groups):
@@ -183,5 +245,8 @@ def _means(found, figure, contestants):
 
 def _mean(found, figure, name):
     """Return the mean of a figure over results; None where one of them lacks it."""
-    values = [getattr(result, figure).get(name) for result in found]
+    return _mean_of([getattr(result, figure).get(name) for result in found])
+
+
+def _mean_of(values):
     return None if None in values or not values else float(np.mean(values))

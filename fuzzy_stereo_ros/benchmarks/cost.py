@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Cost: how time and memory grow, what threads, compiling and a deadline do.
+Cost: how time and memory grow, what threads and compiling do.
 
 A cell is a pixel at a disparity. Scenes are made for their size, and fill their disparities.
 """
@@ -15,7 +15,6 @@ import time
 import tracemalloc
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.deadline import deadline_table
 from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_cost
 from fuzzy_stereo_ros.benchmarks.request import take_turns, TimedMatcher
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, tuned_3way
@@ -70,14 +69,13 @@ class Plan:
     """
     The sizes that are measured.
 
-    inside: those whose threads and memory are looked at. in_a_hurry: the one with deadlines.
+    inside: those whose threads and memory are looked at.
     """
 
     pixels: tuple
     disparities: tuple
     both: tuple
     inside: tuple
-    in_a_hurry: Size
 
 
 _BOTH = (Size(240, 320, 32, 32), Size(480, 640, 64, 64), Size(720, 1280, 128, 128),
@@ -88,11 +86,11 @@ FULL = Plan(
     tuple(Size(480, 640, *pair) for pair in (
         (16, 16), (31, 31), (32, 31), (33, 31), (48, 48), (63, 63), (64, 63), (65, 63), (96, 96),
         (97, 96), (128, 128), (192, 192), (256, 256))),
-    _BOTH, _BOTH[1:], _BOTH[1])
+    _BOTH, _BOTH[1:])
 QUICK = Plan(
     (Size(40, 72, 16, 16), Size(80, 144, 16, 16)),
     (Size(40, 72, 16, 16), Size(40, 72, 32, 31), Size(40, 72, 33, 31)),
-    (Size(40, 72, 16, 16), Size(40, 72, 32, 31)), (Size(40, 72, 16, 16),), Size(40, 72, 16, 16))
+    (Size(40, 72, 16, 16), Size(40, 72, 32, 31)), (Size(40, 72, 16, 16),))
 
 
 def run(request):
@@ -103,8 +101,7 @@ def run(request):
              'over both': lambda: race(request, plan.both),
              'threads': lambda: [threads_row(request, size, warm) for size in plan.inside
                                  for warm in (False, True)],
-             'memory': lambda: [memory_row(request, size) for size in plan.inside],
-             'deadline': lambda: deadline_table(plan.in_a_hurry, request.repeats)}
+             'memory': lambda: [memory_row(request, size) for size in plan.inside]}
     if not request.quick:
         steps['compiling'] = compile_table
     pixels, disparities, both, threads, memory, *others = (

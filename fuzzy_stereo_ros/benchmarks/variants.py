@@ -57,6 +57,17 @@ class WholeMember:
         return change
 
 
+class NoNoise:
+    """No estimate: all differences of grey count, as if they were no noise."""
+
+    def __init__(self, rows, columns):
+        """Need no memory."""
+
+    def of(self, crew, full, half):
+        """Return no noise."""
+        return 0.0
+
+
 def line(rows, columns):
     """Return the paper's crossover."""
     return Line()
@@ -96,6 +107,9 @@ REALTIME = (
             stages=RealtimeStages(crossover=WholeMember), part='crossover'),
     Variant("the paper's line crossover", stages=RealtimeStages(crossover=line)),
     Variant('minimum cut', stages=RealtimeStages(crossover=cut)),
+    Variant('no mutation: no planes of plain regions', stages=RealtimeStages(mutation=None),
+            part='mutation'),
+    Variant('noise not heeded', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
     Variant('previous frames averaged, no previous best as prior',
             stages=RealtimeStages(previous_best=without_previous_best), still=False,

@@ -8,6 +8,7 @@ Cold means that the matcher forgets the frame before each one.
 from dataclasses import dataclass
 from functools import partial
 
+from fuzzy_stereo_ros.benchmarks import over_frames
 from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_warm
 from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_3way
 from fuzzy_stereo_ros.evaluation.datasets import Sequence
@@ -42,6 +43,10 @@ def run(request):
     with opencv_threads(1):
         courses = [measure(sequence, request)
                    for sequence in request.follow(sequences, 'warm')]
+        walked = [over_frames.walk(request, one) for one in request.follow(
+            over_frames.walks(request, scenes), 'over frames')]
+        quality = over_frames.quality_errors(dict.fromkeys(
+            one.scene for one in walked))
     settings = {
         **environment('one each'),
         'ours': f'{request.subject}, filled; cold: reset before each frame',
@@ -55,8 +60,10 @@ def run(request):
         'hard cut': 'two frames of one scene, then one of another, which counts',
         'object appears': 'the frame in which it is there for the first time and the next',
     }
-    found = tables(courses)
+    found = [*tables(courses), over_frames.table(walked, quality)]
     pictures, lacking = as_svg('warm.svg', partial(draw_warm, found))
+    more, missing_too = as_svg('over_frames.svg', partial(over_frames.draw, found))
+    pictures, lacking = {**pictures, **more}, [*lacking, *missing_too]
     return Report('warm', 'Warm start', settings, found, [*skipped, *missing, *lacking], pictures)
 
 

@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 
 BENCHMARKS = ('accuracy', 'speed', 'warm', 'paper', 'balance', 'truth', 'ablation', 'anytime',
-              'cost')
+              'cost', 'deadline')
 ALL = 'all'
 REPEATS, QUICK_REPEATS = 15, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
@@ -22,7 +22,8 @@ DESCRIPTION = (
     'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
     '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
     '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads\n'
-    '  warm      with and without the previous frame: error and flicker on sequences\n'
+    '  warm      with and without the previous frame: error and flicker on sequences; error\n'
+    '            over 30 frames that stay or pan\n'
     '  paper     the tables and figure of the paper beside what is really reached\n'
     '  balance   each profile without population, crossover, mutation, previous best; quality\n'
     '            and paper taken apart\n'
@@ -31,7 +32,8 @@ DESCRIPTION = (
     '            whether a fitter map is a better one\n'
     '  anytime   error and fitness against milliseconds, generation by generation, in each\n'
     '            profile; with --output a picture beside the page\n'
-    '  cost      time over pixels and disparities, memory, threads, deadline, compiling\n'
+    '  cost      time over pixels and disparities, memory, threads, compiling\n'
+    '  deadline  whether frames are out in time\n'
     '  all       all of these, one after the other\n\n'
     'With --output each section of the page gets a picture of its figures beside it.\n\n'
     "Scenes that every machine has are made, or come with scikit-image; Middlebury's and\n"

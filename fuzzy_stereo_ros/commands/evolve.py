@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evolve`: the generations of a match as numbers, a figure and an animation."""
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.util import find_spec
 import json
 from pathlib import Path
@@ -15,6 +15,7 @@ from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.views.evolution import EvolutionAnimation, write_evolution
 from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match
+from fuzzy_stereo_ros.views.frame_evolution import watched_frames, write_frames
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix
 from fuzzy_stereo_ros.views.video import check_video
 
@@ -22,20 +23,25 @@ HELP = 'watch how disparities evolve'
 DESCRIPTION = (
     'Match a rectified pair and watch the population, generation by generation: the best\n'
     'chromosome and its possibility, which parent its regions come from, what mutation changed,\n'
-    'and the fitness of the best, the mean and the worst. The result is that of match.')
+    'and the fitness of the best, the mean and the worst. The result is that of match.\n\n'
+    'Of two folders the images are the frames of a sequence, in the order of their names: what\n'
+    'has evolved, where planes were proposed, and what each operator gained, frame by frame.')
 EXAMPLE = (
     'examples:\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --profile paper \\\n'
     '      --population 40 --generations 10 --picture evolution.png\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --generations 8 \\\n'
-    '      --video evolution.mp4')
+    '      --video evolution.mp4\n'
+    '  fuzzy-stereo evolve left_frames right_frames --disparities 60 --picture frames.png')
 LEFT_OUT = 'deadline_ms', 'warm_start'      # watching takes time, and there is no frame before
 
 
 def add_arguments(parser):
     """Add the arguments of `evolve`."""
-    parser.add_argument('left', metavar='LEFT', help='left image, 8 or 16 bits, grey or colour')
-    parser.add_argument('right', metavar='RIGHT', help='right image, of the same size')
+    parser.add_argument('left', metavar='LEFT',
+                        help='left image, 8 or 16 bits, grey or colour; or a folder of such')
+    parser.add_argument('right', metavar='RIGHT',
+                        help='right image, of the same size; or a folder of such')
     parser.add_argument('--picture', metavar='FILE',
                         help='some generations in one picture: .png, .svg or .pdf')
     parser.add_argument('--video', metavar='FILE',
@@ -56,6 +62,9 @@ def run(arguments, stream, progress_stream=None):
     """
     config = matcher_config(arguments)
     outputs = _checked_outputs(arguments)
+    if Path(arguments.left).is_dir():
+        _run_frames(arguments, config, outputs, stream, progress_stream)
+        return
     left, right = read_pair(arguments.left, arguments.right)
     truth, mask = read_truth(arguments, left.shape[:2])
     StereoMatcher(config).warm_up(*left.shape[:2])
@@ -79,6 +88,48 @@ def run(arguments, stream, progress_stream=None):
     text = json.dumps(for_json(figures), indent=2) if arguments.json else _sentences(
         figures, convergence)
     print(text, file=stream)
+
+
+def _run_frames(arguments, config, outputs, stream, progress_stream):
+    """Match the frames of two folders one after the other, and tell how they evolve."""
+    if config.algorithm != 'realtime':
+        raise ValueError(f'{config.algorithm} does not evolve from frame to frame; '
+                         'give --profile realtime, or two images')
+    if 'video' in outputs:
+        raise ValueError('--video shows the generations of one pair; give --picture for frames')
+    pairs = _pairs_of(arguments)
+    truth, mask = read_truth(arguments, read_pair(*pairs[0])[0].shape[:2])
+    frames = []
+    with progress(len(pairs), progress_stream or sys.stderr) as step:
+        for frame in watched_frames(replace(config, warm_start=True),
+                                    (read_pair(*pair) for pair in pairs), truth, mask):
+            frames.append(frame)
+            step()
+    if 'picture' in outputs:
+        write_frames(outputs['picture'], frames, config)
+    if arguments.json:
+        print(json.dumps(for_json({
+            **{name: str(path) for name, path in outputs.items()}, 'profile': arguments.profile,
+            'frames': [frame.figures for frame in frames]}), indent=2), file=stream)
+        return
+    lines = [f"{'frame':>5} {'warm':>5} {'evolved [%]':>11}  gains"]
+    for frame in frames:
+        gained = ', '.join(f'{name} {gain:.3g}' for name, gain in frame.gains.items() if gain)
+        wrong = '' if frame.wrong is None else f'; off by more than 1 px: {frame.wrong:.2f} %'
+        lines.append(f"{frame.number:5} {'yes' if frame.warm else 'no':>5} "
+                     f"{100 * frame.figures['evolved']:11.1f}  {gained or 'nothing'}{wrong}")
+    lines.extend(f'{path}: written' for path in outputs.values())
+    print('\n'.join(lines), file=stream)
+
+
+def _pairs_of(arguments):
+    """Return the paths of the pairs of two folders, in the order of their names."""
+    found = [sorted(path for path in Path(folder).glob('*') if path.is_file())
+             for folder in (arguments.left, arguments.right)]
+    if not found[0] or len(found[0]) != len(found[1]):
+        raise ValueError(f'{arguments.left} holds {len(found[0])} files, {arguments.right} '
+                         f'{len(found[1])}; give two folders of as many images')
+    return list(zip(*found))
 
 
 def _checked_outputs(arguments):

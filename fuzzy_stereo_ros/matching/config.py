@@ -49,10 +49,15 @@ class MatcherConfig:
         'largest step of disparity inside a connected region (realtime and quality)')
     warm_start: bool = _switch(
         True, 'let the best chromosome of the previous frame take part (realtime)')
+    evolution_ms: float = _number(
+        0.0, 0.0, 3600000.0, 'ms',
+        'time in which what came over from the previous frame evolves further; 0 is one '
+        'generation, which works on a fixed share of the picture, and only then are results '
+        'the same on every run (realtime)')
     deadline_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
-        'no operator starts after this time; 0 is no deadline, and only then are results '
-        'the same on every run')
+        'no operator starts after this time, nor, in realtime, one that would end after it; 0 is '
+        'no deadline, and only then are results the same on every run')
     threads: int = _number(
         0, 0, 256, '', 'threads that match one pair; 0 takes one a core; never changes the result')
     seed: int = _number(

@@ -60,13 +60,51 @@ class Budget:
         self._generations = generations
         self._deadline_ns = started_ns + int(deadline_ms * 1e6) if deadline_ms > 0 else None
 
+    def keeping(self, milliseconds):
+        """Return the budget that leaves so much time of this one to what comes after."""
+        rest = Budget(self._generations, 0, 0)
+        if self._deadline_ns is not None:
+            rest._deadline_ns = self._deadline_ns - int(milliseconds * 1e6)
+        return rest
+
+    def part(self, milliseconds):
+        """Return the budget, within this one, of so much time from now; 0: of one generation."""
+        if milliseconds <= 0 or self._generations == 0:
+            part = Budget(min(self._generations, 1), 0, 0)
+            part._deadline_ns = self._deadline_ns
+            return part
+        part = Budget(MOST_GENERATIONS, milliseconds, time.perf_counter_ns())
+        if self._deadline_ns is not None:
+            part._deadline_ns = min(part._deadline_ns, self._deadline_ns)
+        return part
+
     def allows(self, generation):
         """Return whether the generation of this number, from 1, may start now."""
         return generation <= self._generations and self.in_time()
 
-    def in_time(self):
-        """Return whether the deadline is still ahead, so that an operator may start."""
-        return self._deadline_ns is None or time.perf_counter_ns() < self._deadline_ns
+    def in_time(self, milliseconds=0.0):
+        """Return whether the deadline is still ahead, by more than what an operator takes."""
+        return self._deadline_ns is None or (
+            time.perf_counter_ns() + int(milliseconds * 1e6) < self._deadline_ns)
+
+
+MOST_GENERATIONS = 10**6    # what a budget of time alone allows
+FORGET = 0.9                # share of what an operator took once that is expected the next time
+
+
+class Durations:
+    """What operators took, so that none starts that would end after the deadline."""
+
+    def __init__(self):
+        self._expected = {}
+
+    def __getitem__(self, name):
+        """Return the milliseconds that an operator, or stage, is expected to take; 0 at first."""
+        return self._expected.get(name, 0.0)
+
+    def note(self, name, milliseconds):
+        """Take in what it took: more counts at once, less in the course of time."""
+        self._expected[name] = max(milliseconds, FORGET * self[name])
 
 
 @dataclass(frozen=True)
@@ -88,7 +126,7 @@ class Generation:
     gains: dict
 
 
-def evolve(population, operators, random, budget, observe=None):
+def evolve(population, operators, random, budget, observe=None, durations=None):
     """
     Run generations until the population has converged or the budget is spent.
 
@@ -98,16 +136,19 @@ def evolve(population, operators, random, budget, observe=None):
     budget: says whether a generation, and within it an operator, may start
     observe: called with the number and the genes (P, R, C) after each generation, a view that
     the next one overwrites
+    durations: the `Durations` of earlier runs: no operator starts that would not end in time
     """
     history, number = [], 1
     while budget.allows(number) and not population.converged:
         started = time.perf_counter_ns()
         gains = {}
         for name, operator in operators.items():
-            if not budget.in_time():
+            if not budget.in_time(durations[name] if durations is not None else 0.0):
                 break
-            before = population.fitness[population.best]
+            before, began = population.fitness[population.best], time.perf_counter_ns()
             operator(population, random.child(number))
+            if durations is not None:
+                durations.note(name, (time.perf_counter_ns() - began) / 1e6)
             gains[name] = float(population.fitness[population.best] - before)
         milliseconds = (time.perf_counter_ns() - started) / 1e6
         history.append(Generation(

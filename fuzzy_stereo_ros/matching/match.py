@@ -14,7 +14,8 @@ class Match:
     disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
     confidence: float32 (R, C), 0 to 1, from possibility; 0 where inconsistent or filled.
     history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
-    warm: whether the previous frame took part; generations: how many ran.
+    warm: whether the previous best took part: as a prior, or as a parent.
+    generations: how many ran; gains: by how much each operator raised the fitness.
     """
 
     disparity: np.ndarray
@@ -27,3 +28,12 @@ class Match:
     def generations(self):
         """How many generations ran."""
         return len(self.history)
+
+    @property
+    def gains(self):
+        """By how much each operator raised the fitness of its population: {name: gain}."""
+        gains = {}
+        for generation in self.history:
+            for name, gain in generation.gains.items():
+                gains[name] = gains.get(name, 0.0) + gain
+        return gains

@@ -87,7 +87,7 @@ class ReplayOptions:
 
     @property
     def words(self):
-        """The results of each pair in the bag: keys of result_topics.TOPICS."""
+        """The results of each pair in the bag: keys of result_messages.TOPICS."""
         return *ALWAYS, *self.results
 
     @property

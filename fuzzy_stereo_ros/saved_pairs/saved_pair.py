@@ -205,8 +205,11 @@ def _layout(state):
     """Return {name: (dtype, shape)} of the arrays of a state."""
     shape = (*np.shape(state.labels), 0, 0)[:2]     # labels must have two dimensions to fit
     tiles = tuple(-(-side // TILE) for side in shape)
+    cells = tuple(side // 2 for side in shape)
     return {'labels': (gene_type(state.disparities), shape), 'verdict': (np.uint8, shape),
-            'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles))}
+            'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
+            'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
+            'work': (np.uint8, cells), 'origin': (np.uint8, (2,))}
 
 
 def _check_state(state, config):
@@ -215,6 +218,8 @@ def _check_state(state, config):
         _check_array(f'{name} of the state', getattr(state, name), kind, shape)
     if (state.labels >= state.disparities).any() or not (state.ages >= 1).all():
         raise ValueError('the state holds labels or ages that no frame has')
+    if not np.isfinite(state.planes).all() or (state.origin > 1).any():
+        raise ValueError('the state holds planes that no frame has')
     if state.reference != config.reference:
         raise ValueError(f'the state is of the {state.reference} image, the match of the '
                          f'{config.reference} one')

@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.sameness import (
 from fuzzy_stereo_ros.matching.realtime.motion import Motion
 import numpy as np
 
-RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=8)
+RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32)
 LIKE = 2.5           # times what a tile differs by which a pixel is averaged at the most
 QUIET_TILES = 0.2    # share of the tiles that surely show nothing but noise
 ROUGH = 0.61         # what noise is at the most by second differences: 1.5 / sqrt(6) of them

@@ -40,7 +40,11 @@ class Half(NamedTuple):
 
 
 class HalfSize:
-    """The half-size search of one image size and its memory."""
+    """
+    The half-size search of one image size and its memory.
+
+    weak: uint8 (R / 2, C / 2), where texture is weak, once `prior` was called
+    """
 
     def __init__(self, possibility, rows, columns, disparities):
         """
@@ -52,7 +56,7 @@ class HalfSize:
         self._scanlines = Scanlines(possibility, TILE)
         shape = possibility.rows, possibility.columns
         labels_type = self._scanlines.chosen.labels.dtype
-        self._verdict, self._weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
+        self._verdict, self.weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
         self._labels, self._filled = (np.zeros(shape, labels_type) for _ in range(2))
         self._runs = [np.zeros(self._verdict.size, np.int32) for _ in range(4)]
         self._steps = np.zeros(shape, np.uint16)
@@ -80,12 +84,12 @@ class HalfSize:
 
     def prior(self, half, grey):
         """Return the prior of the full search where texture is weak; grey: uint8, full left."""
-        narrowing.weak_texture(grey, *half.labels.shape, WEAK_TEXTURE, self._steps, self._weak)
+        narrowing.weak_texture(grey, *half.labels.shape, WEAK_TEXTURE, self._steps, self.weak)
         narrowing.flat(half.labels, FLAT, self._smooth)
         chosen = half.chosen
         narrowing.lean_on_half(
             half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.verdict,
-            self._weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights)
+            self.weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights)
         return self._prior
 
     def disparity_ranges(self, half, windows, tile):

@@ -5,18 +5,24 @@ The profile `realtime`: chromosomes from scanlines and the previous frame, joine
 
 One frame: the half-size chromosome tells where to look; the scanline chromosome is the best that
 the data give; its inconsistent cells take background genes in two ways, which makes the initial
-population. Crossover gives the fittest the fitter regions of the other.
+population. Crossover gives the fittest the fitter regions of the other; mutation proposes planes
+to regions of weak texture, and what is fitter stays. What has evolved in the frames before comes
+over, evolves further, and takes its place in the fittest.
 """
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.crossover import Regions
-from fuzzy_stereo_ros.matching.evolution import evolve, Random
+from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
+from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE as HALF_TILE
+from fuzzy_stereo_ros.matching.realtime.noise import NoiseEstimate
+from fuzzy_stereo_ros.matching.realtime.planes import WeakRegions
 from fuzzy_stereo_ros.matching.realtime.population import cross, Population
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
@@ -26,6 +32,8 @@ from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 
 TILE = HALF_TILE    # pixels of a side of the tiles that search labels of their own
+EVOLUTION = (1,)    # of the frame's random numbers, those of what came over
+LAST, EXPRESS = 'what follows the generations', 'what goes with the evolution of planes'
 ADVANTAGE = 1       # cost a cell by which a region must be fitter to be taken over
 
 
@@ -33,38 +41,49 @@ class Stages(NamedTuple):
     """
     The stages that can be exchanged for others, as the ablation does.
 
+    noise: called with rows and columns, returns what estimates the noise of views
     describe: called with a `View` and a range of rows, writes what matches are judged by
     previous_best: called as `WarmStart.prior_of_previous`, returns the prior of the previous best
     crossover: called with rows and columns, returns a crossover, see matching/crossover.py
+    mutation: called with rows, columns and a dtype of labels, returns what proposes mutants; None
+    for none
     """
 
+    noise: Callable = NoiseEstimate
     describe: Callable = View.describe
     previous_best: Callable = WarmStart.prior_of_previous
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
+    mutation: Callable | None = WeakRegions
 
 
 class RealtimeMatcher:
     """
     The stages of one image size.
 
-    population: the `Population` of the last pair
+    population: the `Population` of the last pair; frames: the `FrameEvolution`
     """
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
         self._config, self._stages = config, stages or Stages()
+        self._evolution_ms = config.evolution_ms
         self._crew = Crew(config.threads)
-        self._views = Views(config, rows, columns, TILE)
+        self._views = Views(config, rows, columns, TILE, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         self._scanlines = Scanlines(self._views.full, TILE)
         self._warm_start = WarmStart(rows, columns, config.disparities)
-        self._refinement = Refinement(
-            rows, columns, config.disparities, self._scanlines.chosen.labels.dtype)
+        labels_type = self._scanlines.chosen.labels.dtype
+        self._refinement = Refinement(rows, columns, config.disparities, labels_type)
         self._fitness = CensusFitness(
             self._views.full, self._refinement.verdict, self._scanlines.chosen.target)
         self.population = Population(config.population, self._fitness, self._scanlines.bands)
         self._crossover = self._stages.crossover(rows, columns)
+        self.frames = FrameEvolution(self._views.full, rows, columns)
+        self._durations = Durations()
         self._operators = {'crossover': partial(cross, self._crew, self._crossover)}
+        if self._stages.mutation is not None:
+            self._regions = self._stages.mutation(rows, columns, labels_type)
+            self._operators['planes'] = self._mutate
 
     def match(self, left, right, previous, random, budget, observe=None):
         """
@@ -88,17 +107,30 @@ class RealtimeMatcher:
         self._fitness.look(crew, self._views.inside)
         self.population.initialise(crew, chosen.labels, verdict)
         watch.took('seeds')
-        history = evolve(self.population, self._operators, random, budget, observe)
+        budget = budget.keeping(self._durations[LAST])
+        history = evolve(self.population, self._operators, random, budget, observe,
+                         self._durations)
+        best = self.population.genes[self.population.best]
         watch.took('generations')
-        labels = self._refinement.smooth(
-            crew, self.population.genes[self.population.best], self._views.full.left.grey)
+        came_over = False
+        if config.warm_start:
+            came_over = self.frames.arrive(
+                crew, previous and previous.genes, self._warm_start.arrival())
+            history += [replace(row, number=row.number + len(history)) for row in
+                        self._evolve_further(best, chosen, verdict, random, budget)]
+            watch.took('evolution')
+        before = sum(watch.times.values())
+        settled = self._refinement.settle(crew, chosen.labels, best)
+        labels = self._refinement.smooth(crew, best, self._views.full.left.grey)
         disparity, confidence = self._refinement.express(crew, labels, chosen, config)
         watch.took('refinement')
         state = None
         if config.warm_start:
-            state = self._warm_start.hand_on(labels, verdict, config)
+            state = self._warm_start.hand_on(labels, settled, self.frames.carried, config)
             watch.took('handing_on')
-        return Match(disparity, confidence, history, watch.times, previous is not None), state
+        self._durations.note(LAST, sum(watch.times.values()) - before)
+        return Match(disparity, confidence, history, watch.times,
+                     previous_prior is not None or came_over), state
 
     def possibility_of(self, chromosome):
         """Return how possible the matches of a chromosome are: float32 (R, C), 0 to 1."""
@@ -114,7 +146,33 @@ class RealtimeMatcher:
         self._fitness.cross(self._crew, self._crossover, Random((0,)), child, second)
         return child
 
+    def _mutate(self, population, random):
+        """Propose planes to the regions of weak texture; what is fitter is taken over."""
+        number = self._regions.grow(self._views.half.left.fine, self._half_size.weak)
+        mutant = self._regions.mutant(
+            number, self._scanlines.chosen, self._refinement.verdict, self._config.disparities,
+            self._views.inside, population.genes[population.best], Random((self._config.seed,)))
+        population.accept(self._crew, self._crossover, random, mutant)
+
+    def _evolve_further(self, best, chosen, verdict, random, budget):
+        """Evolve what came over, and write it into the best chromosome; return the history."""
+        frames, left = self.frames, self._views
+        if frames.converged or not budget.in_time(self._durations[EXPRESS]):
+            return []
+        watch = Stopwatch()
+        frames.look(best, chosen, verdict, left.half.left.fine, left.inside)
+        watch.took('look')
+        history = evolve(frames, frames.operators, random.child(*EVOLUTION), budget.keeping(
+            self._durations[EXPRESS]).part(self._evolution_ms), None, self._durations)
+        watch.took('generations')
+        frames.express(best, chosen, verdict, left.full.left.fine)
+        watch.took('express')
+        self._durations.note(EXPRESS, watch.times['look'] + watch.times['express'])
+        return history
+
     def _average(self, previous, *views):
-        """Average the views of a pair with those of the previous frame."""
-        if self._config.warm_start:
-            self._warm_start.average(self._crew, previous, *views)
+        """Average the views of a pair with those before; return the share of noise left."""
+        if not self._config.warm_start:
+            return 1.0
+        self._warm_start.average(self._crew, previous, *views)
+        return self._warm_start.noise_left

@@ -51,6 +51,11 @@ class Population:
             self.fitness[0] += gained
         self.converged = True
 
+    def accept(self, crew, crossover, random, mutant):
+        """Give the fittest what a crossover chooses of a mutant, (R, C) labels."""
+        self.fitness[0] += self._measure.cross(
+            crew, crossover, random, self.genes[0], mutant)[0]
+
 
 def cross(crew, crossover, population, random):
     """Give the fittest chromosome the genes of the others that a crossover chooses."""

@@ -43,7 +43,11 @@ BRIGHTER = 0.001    # share of an image of 16 bits that may be brighter than whi
 
 
 class View:
-    """One image at one size: fine grey, 8-bit grey, census and gradient, allocated once."""
+    """
+    One image at one size: fine grey, 8-bit grey, census and gradient, allocated once.
+
+    calmed: fine grey in which the census compares farther pixels
+    """
 
     def __init__(self, rows, columns, mirrored, reach):
         """reach: how many elements beyond the columns a candidate may lie."""
@@ -51,6 +55,7 @@ class View:
         stride = columns + reach + features.SLACK
         self.fine = np.zeros((rows + 2 * features.MARGIN,
                               columns + 2 * features.MARGIN + features.SLACK), np.uint16)
+        self.calmed, self._calmed = self.fine, np.zeros_like(self.fine)
         self.grey = np.zeros((rows, columns + features.SLACK), np.uint8)
         self.census = np.zeros((rows, 3, stride), np.uint8)
         self.slopes = np.zeros((rows, stride), np.uint8)
@@ -76,9 +81,16 @@ class View:
         features.halve(self.fine, self.grey, half.columns, offset, half.fine, half.grey,
                        first, last)
 
+    def calm(self, tolerance, first, last):
+        """Fill the rows of `calmed`, the image without what noise may be: see features.calm."""
+        self.calmed = self._calmed if tolerance else self.fine
+        if tolerance:
+            features.calm(self.fine, tolerance, self.columns, self.calmed, first, last)
+
     def describe(self, first, last):
         """Fill census and gradient of some rows."""
-        features.census(self.fine, self.mirrored, self.columns, self.census, first, last)
+        features.census(self.fine, self.calmed, self.mirrored, self.columns, self.census, first,
+                        last)
         features.gradient(self.grey, self.mirrored, self.columns, self.slopes, first, last)
 
 
@@ -103,9 +115,14 @@ class CensusPossibility:
         self.penalties = Penalties(model.small, np.zeros((rows, columns), np.uint8),
                                    np.zeros((rows, columns), np.uint8))
 
+    def calm(self, tolerance, first, last):
+        """Fill the rows of both calmed images, once both views are read."""
+        self.left.calm(tolerance, first, last)
+        self.right.calm(tolerance, first, last)
+
     def describe(self, describe, first, last):
         """
-        Fill what the rows first .. last are compared by, once both views are read.
+        Fill what the rows first .. last are compared by, once both views are calmed.
 
         describe: called with each view, as `View.describe`
         """

@@ -9,7 +9,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import medians, output, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    check_consistency, refuse_speckles)
+    check_consistency, refuse_changed, refuse_speckles)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -19,13 +19,18 @@ LEAST_SURE = 1e-6    # less than one certain pixel around gives; any label is as
 
 
 class Refinement:
-    """Memory for one image size, and the steps in order."""
+    """
+    Memory for one image size, and the steps in order.
+
+    verdict: uint8 (R, C), which labels of the scanlines are consistent; settled: the same of the
+    genes that evolution has left
+    """
 
     def __init__(self, rows, columns, disparities, labels_type):
         """Allocate for images of a size, and labels of a type."""
         around = rows + 2 * medians.RADIUS, columns + 2 * medians.RADIUS + 2 * LANES
         self._bands, self._disparities = cut_bands(rows), disparities
-        self.verdict = np.zeros((rows, columns), np.uint8)
+        self.verdict, self.settled = (np.zeros((rows, columns), np.uint8) for _ in range(2))
         self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
         self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
         self._members = [np.zeros(medians.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
@@ -47,6 +52,17 @@ class Refinement:
                             self.verdict.shape[1], config.speckle_range, config.speckle_size,
                             *self._runs)
         return self.verdict
+
+    def settle(self, crew, labels, chromosome):
+        """
+        Return the verdict on the genes of a chromosome: uint8 (R, C).
+
+        labels: (R, C), those that `verdict` judges. What evolution took from a plane was not
+        measured: like what is filled it has no confidence.
+        """
+        crew.each(lambda band: refuse_changed(
+            labels, chromosome, self.verdict, self.settled, band[1], band[2]), self._bands)
+        return self.settled
 
     def smooth(self, crew, chromosome, grey):
         """Return the membership median, then a 5 x 5 median, of a chromosome: (R, C) labels."""
@@ -73,16 +89,16 @@ class Refinement:
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
         threshold = np.float32(max(config.confidence_threshold, LEAST_SURE))
         crew.each(lambda band: subpixel.fit(
-            chosen.labels, chosen.offsets, self.verdict, self._fitted, band[1], band[2]),
+            chosen.labels, chosen.offsets, self.settled, self._fitted, band[1], band[2]),
             self._bands)
         crew.each(lambda band: subpixel.smooth_offsets(
             labels, self._fitted, *self._rows[band[0]], self._fine, band[1], band[2]),
             self._bands)
         crew.each(lambda band: output.certainty(
-            chosen.sums, chosen.margins, self.verdict, self._certain, band[1], band[2]),
+            chosen.sums, chosen.margins, self.settled, self._certain, band[1], band[2]),
             self._bands)
         cv2.blur(self._certain, (AROUND, AROUND), dst=self._blurred)
         crew.each(lambda band: output.write_out(
-            self._fine, self.verdict, self._blurred, config.min_disparity, config.disparities,
+            self._fine, self.settled, self._blurred, config.min_disparity, config.disparities,
             config.fill, threshold, disparity, confidence, band[1], band[2]), self._bands)
         return disparity, confidence

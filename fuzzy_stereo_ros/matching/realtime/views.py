@@ -5,17 +5,26 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, fine_places, FULL_SIZE, HALF_SIZE, View)
 
+SPREAD = 8.0     # times the noise, that by which a pixel may differ from those around it
+UNSEEN = 0.3     # grey levels of noise that are not heeded
+LOUDEST = 8.0    # grey levels; what seems louder than that is no camera's noise
+
 
 class Views:
     """
     The possibilities of one image size, read from one pair after the other.
 
     full, half: a `CensusPossibility` each; inside: the first and last column of the target that
-    exist
+    exist; noise: grey levels, standard deviation, 0 where none is found
     """
 
-    def __init__(self, config, rows, columns, tile):
-        """tile: rows that the bands of an image, full or half, are multiples of."""
+    def __init__(self, config, rows, columns, tile, noise):
+        """
+        Allocate for images of a size.
+
+        tile: rows that the bands of an image, full or half, are multiples of; noise: called with
+        rows and columns, returns what estimates noise, see realtime/noise.py
+        """
         extra = extra_columns(config.min_disparity, config.disparities)
         self.full = CensusPossibility(rows, columns, config.disparities, FULL_SIZE, extra)
         self.half = CensusPossibility(
@@ -24,6 +33,8 @@ class Views:
         self._shift = config.min_disparity
         # The right image as it is read and averaged.
         self._right = View(rows, columns, True, 0) if extra else self.full.right
+        self._estimate = noise(rows, columns)
+        self.noise = 0.0
         self._bands, self._half_bands = cut_bands(rows, tile), cut_bands(rows // 2, tile)
 
     def read(self, crew, left, right, average, describe):
@@ -34,8 +45,8 @@ class Views:
         into a wider view, so that none of it is lost.
 
         left, right: uint8 or uint16 (R, C) or (R, C, 3); average: called with the left and the
-        right view once they are read; describe: called with a view and a range of rows, writes
-        what its matches are judged by
+        right view once they are read, returns the share of noise that it leaves; describe: called
+        with a view and a range of rows, writes what its matches are judged by
         """
         full, half, shift = self.full, self.half, self._shift
         places = fine_places(left, right)
@@ -49,10 +60,17 @@ class Views:
             full.right.halve(half.right, band[1], band[2])
 
         crew.each(read, self._bands)
-        average(full.left, self._right)
+        # of this pair alone: what averaging has left hides behind texture
+        crew.each(lambda band: full.left.halve(half.left, band[1], band[2]), self._half_bands)
+        self.noise = self._estimate.of(crew, full.left, half.left)
+        self.noise *= average(full.left, self._right)
         if shift < 0:
             crew.each(lambda band: full.right.spread(
                 self._right, -shift, band[1], band[2]), self._bands)
-        crew.each(lambda band: full.describe(describe, band[1], band[2]), self._bands)
         crew.each(halve, self._half_bands)
+        tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
+        crew.each(lambda band: full.calm(int(256 * tolerance), band[1], band[2]), self._bands)
+        crew.each(lambda band: full.describe(describe, band[1], band[2]), self._bands)
+        crew.each(lambda band: half.calm(int(128 * tolerance), band[1], band[2]),
+                  self._half_bands)
         crew.each(lambda band: half.describe(describe, band[1], band[2]), self._half_bands)

@@ -15,6 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
 from fuzzy_stereo_ros.matching.kernels.temporal import trust
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import bring_forward
 from fuzzy_stereo_ros.matching.realtime.averaging import Averaging
+from fuzzy_stereo_ros.matching.realtime.frames import Arrival, Genes
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
 import numpy as np
 
@@ -33,19 +34,30 @@ class FrameState:
 
     labels: uint8 or uint16 (R, C), the best chromosome; verdict: uint8 (R, C), 0 = consistent;
     pictures: uint16 (2, R, C), fine grey of both views, averaged, the right one mirrored; ages:
-    float32 (2, tile rows, tile columns), of how many frames; stamp: ns or None; frame: its
-    number; disparities, min_disparity, reference: what labels mean, and of which image.
+    float32 (2, tile rows, tile columns), of how many frames; planes: float32 (R / 2, C / 2, 3),
+    evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the chromosome of planes, see
+    frames.Genes; stamp: ns or None; frame: its number; disparities, min_disparity, reference: what
+    labels mean, and of which image.
     """
 
     labels: np.ndarray
     verdict: np.ndarray
     pictures: np.ndarray
     ages: np.ndarray
+    planes: np.ndarray
+    evolved: np.ndarray
+    work: np.ndarray
+    origin: np.ndarray
     stamp: int | None
     frame: int
     disparities: int
     min_disparity: int
     reference: str
+
+    @property
+    def genes(self):
+        """The chromosome of planes, as FrameEvolution takes it."""
+        return Genes(self.planes, self.evolved, self.work, self.origin)
 
     def fits(self, shape, config, stamp):
         """Return whether a pair of a shape, taken at a stamp, may start from this frame."""
@@ -81,6 +93,16 @@ class WarmStart:
         else:
             self._averaging.average(crew, views, state.pictures, state.ages)
 
+    @property
+    def noise_left(self):
+        """
+        The share of a frame's noise to reckon with in the averaged views.
+
+        The mean square over the tiles is that of `1 / ages`; its root is taken once more, since
+        tiles that are averaged with nothing have all of the noise.
+        """
+        return float(np.mean(1 / self._averaging.seen[0].ages))**0.25
+
     def prior_of_previous(self, crew, state, half):
         """
         Return the prior from the previous best of a state, None where it is not asked.
@@ -106,8 +128,14 @@ class WarmStart:
             self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
         return self._prior._replace(labels=labels)
 
-    def hand_on(self, labels, verdict, config, stamp=None, frame=0):
-        """Return the state of this frame for the next one, a copy."""
+    def arrival(self):
+        """Return where and how the tiles of the left picture came over: an `Arrival`."""
+        seen = self._averaging.seen[0]
+        return Arrival(seen.choices, self._strengths, seen.ages, self._averaging.noise,
+                       self._averaging.shift)
+
+    def hand_on(self, labels, verdict, genes, config, stamp=None, frame=0):
+        """Return the state of this frame, with its `Genes`, for the next one, a copy."""
         return FrameState(labels.copy(), verdict.copy(), self._averaging.pictures,
-                          self._averaging.ages, stamp, frame, config.disparities,
+                          self._averaging.ages, *genes, stamp, frame, config.disparities,
                           config.min_disparity, config.reference)

@@ -68,7 +68,7 @@ CROSSOVERS = [variants.WholeMember, variants.line, variants.cut]
 @pytest.mark.parametrize('crossover', CROSSOVERS)
 def test_a_child_is_no_less_fit_than_its_parents_and_what_it_gained_is_told(crossover):
     seeds = matched(generations=0)[0].algorithm.population.genes
-    matcher, match = matched(Stages(crossover=crossover))
+    matcher, match = matched(Stages(crossover=crossover, mutation=None))
     fitness_of = matcher.algorithm.fitness_of
     child = matcher.algorithm.population.genes[0]
     assert fitness_of(child) >= fitness_of(seeds[0])
@@ -120,10 +120,17 @@ def test_codes_of_grey_classes_differ_by_how_little_possible_a_match_is():
     assert (distance[grey == grey[::-1]] == 0).all()
 
 
-@pytest.mark.parametrize('variant', REALTIME[1:], ids=lambda one: one.name)
+@pytest.mark.parametrize('variant', [one for one in REALTIME[1:] if one.part != 'mutation'],
+                         ids=lambda one: one.name)
 def test_every_variant_is_another_matcher_than_the_default(variant):
     others = best(frames=3), best(variant.stages, 3, **variant.changes)
     assert (others[0] != others[1]).any()
+
+
+def test_without_mutation_no_operator_proposes_planes():
+    variant, = (one for one in REALTIME if one.part == 'mutation')
+    assert list(matched()[1].history[0].gains) == ['crossover', 'planes']
+    assert list(matched(variant.stages)[1].history[0].gains) == ['crossover']
 
 
 # Fitness and error.

@@ -16,8 +16,9 @@ from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pytest
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16
-POPULATION, CROSSOVER = (next(variant for variant in REALTIME if variant.part == part)
-                         for part in ('population', 'crossover'))
+POPULATION, CROSSOVER, MUTATION = (
+    next(variant for variant in REALTIME if variant.part == part)
+    for part in ('population', 'crossover', 'mutation'))
 PREVIOUS_BEST = next(variant for variant in REALTIME if variant.part == 'previous best')
 
 
@@ -45,11 +46,12 @@ def rows_of(found):
 def test_a_part_earns_what_the_mean_error_without_it_is_larger_in_percent_of_it():
     found = [(Work('realtime', scene(), REALTIME), {
         DEFAULT.name: error(with_it), POPULATION.name: error(without),
-        CROSSOVER.name: error(with_it)}) for with_it, without in ((1.0, 2.0), (5.0, 6.0))]
+        CROSSOVER.name: error(with_it), MUTATION.name: error(without)})
+        for with_it, without in ((1.0, 2.0), (5.0, 6.0))]
     rows = rows_of(found)
     assert rows['realtime', 'population'] == (POPULATION.name, 2, 3.0, 4.0, '+25.00')
     assert rows['realtime', 'crossover'] == (CROSSOVER.name, 2, 3.0, 3.0, '+0.00')
-    assert rows['realtime', 'mutation'] == ('has none', None, None, None, None)
+    assert rows['realtime', 'mutation'] == (MUTATION.name, 2, 3.0, 4.0, '+25.00')
 
 
 def test_the_previous_best_is_told_by_sequences_and_all_else_by_scenes():

@@ -5,7 +5,7 @@ import re
 from xml.etree import ElementTree
 
 from fuzzy_stereo_ros.benchmarks import pictures
-from fuzzy_stereo_ros.benchmarks.accuracy import Result, tables as accuracy_tables
+from fuzzy_stereo_ros.benchmarks.accuracy import NOISES, Result, tables as accuracy_tables
 from fuzzy_stereo_ros.benchmarks.cost import QUICK, race_table
 from fuzzy_stereo_ros.benchmarks.pictures import as_svg, titled
 from fuzzy_stereo_ros.benchmarks.warm import Course, tables as warm_tables
@@ -32,7 +32,9 @@ def result(group, family, error):
         *default_baselines(), *tuned_baselines(family), strictest_baseline(family)))]
     bad = {name: error + place for place, name in enumerate(names)}
     return Result(Scene(group, 'one', family, 16, None), bad, bad, None, None,
-                  (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0)
+                  (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0,
+                  {noise: {name: (percent, percent, 100.0) for name, percent in bad.items()}
+                   for noise in NOISES})
 
 
 def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups():

@@ -76,17 +76,6 @@ def test_a_matcher_holds_its_volume_and_gives_back_what_a_frame_takes():
     assert images == 6
 
 
-def test_a_deadline_before_the_seeds_runs_no_generation_and_a_later_one_runs_some():
-    name, seeds, generations, taken, worst, beyond = deadline.deadline_row(SMALL, 1e-6, 1)
-    assert (name, generations) == ('1e-06 ms', 0)
-    assert 0 < seeds < taken == worst
-    assert beyond == pytest.approx(taken - seeds)
-    _, seeds, generations, taken, worst, beyond = deadline.deadline_row(SMALL, 1000, 1)
-    assert generations > 1
-    assert 0 < seeds < taken == worst
-    assert beyond == pytest.approx(taken - 1000)
-
-
 def test_a_new_process_keeps_its_kernels_in_the_folder_it_is_given(tmp_path):
     told = tmp_path / 'told'
     program = f"import os; open({str(told)!r}, 'w').write(os.environ['NUMBA_CACHE_DIR'])"
@@ -106,7 +95,18 @@ def test_the_report_has_all_tables_and_a_quick_one_all_but_the_compiling(monkeyp
         table.title for table in report.tables if table.title != 'Before']
     assert [table.title.split(',')[0] for table in report.tables] == [
         'Over pixels', 'Over disparities', 'Over both', 'Growth', 'Two threads', 'Memory',
-        'Deadline', 'Before']
+        'Before']
     for table in report.tables:
         assert len(set(table.columns)) == len(table.columns)
         assert all(len(row) == len(table.columns) for row in table.rows)
+
+
+def test_the_deadlines_are_measured_and_what_is_said_adds_up():
+    report = deadline.run(Request(repeats=2, quick=True))
+    realtime, paper = report.tables
+    assert [row[0] for row in realtime.rows][0] == 'none'
+    assert len(realtime.rows) == 1 + len(deadline.SHARES)
+    assert len(paper.rows) == len(deadline.MILLISECONDS)
+    for row in realtime.rows[1:]:
+        assert 0 < row[2] <= row[3] and 0 <= row[4] <= 1
+    assert paper.rows[-1][2] >= 1

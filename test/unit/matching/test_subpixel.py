@@ -36,7 +36,7 @@ def expressed(shape, disparities, seed=0, verdict=None, **changes):
     verdict = random_verdict if verdict is None else np.full(shape, verdict, np.uint8)
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = Refinement(*shape, disparities, final.dtype)
-    refinement.verdict[:] = verdict
+    refinement.settled[:] = verdict
     disparity, confidence = refinement.express(CREW, final, chosen, config)
     fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, verdict)
     sure = twins.confidence(twins.certainty(chosen.sums, chosen.margins, verdict), verdict)

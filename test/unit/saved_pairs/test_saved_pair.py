@@ -146,6 +146,9 @@ def saved_pairs(draw):
             values(np.uint8, rows, columns, elements=st.integers(0, config.disparities - 1)),
             values(np.uint8, rows, columns), values(np.uint16, 2, rows, columns),
             values(np.float32, 2, 1, -(-columns // 16), elements=st.integers(1, 8)),
+            values(np.float32, rows // 2, columns // 2, 3, elements=st.integers(-9, 9)),
+            values(np.uint8, rows // 2, columns // 2), values(np.uint8, rows // 2, columns // 2),
+            values(np.uint8, 2, elements=st.integers(0, 1)),
             draw(st.one_of(st.none(), STAMPS, st.integers(1, 9).map(lambda ns: pair.stamp - ns))),
             draw(st.integers(0, 99)), config.disparities, config.min_disparity,
             config.reference)
@@ -363,7 +366,9 @@ DAMAGES = {
     'a state of another size': (
         lambda folder: restored(
             folder, labels=maps(60, 90, np.uint8), verdict=maps(60, 90, np.uint8),
-            pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32)),
+            pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32),
+            planes=np.zeros((30, 45, 3), np.float32), evolved=maps(30, 45, np.uint8),
+            work=maps(30, 45, np.uint8)),
         'took part in the match, but the state is of another frame'),
     'a state of the future': (
         lambda folder: rewritten(folder, 'state', stamp=2**60),
@@ -382,6 +387,9 @@ DAMAGES = {
     'ages that are not numbers': (
         lambda folder: restored(folder, ages=np.full((2, 4, 7), np.nan, np.float32)),
         'labels or ages that no frame has'),
+    'planes that are not numbers': (
+        lambda folder: restored(folder, planes=np.full((30, 50, 3), np.inf, np.float32)),
+        'planes that no frame has'),
     'too few tiles': (
         lambda folder: restored(folder, ages=np.ones((2, 4, 6), np.float32)),
         'ages of the state is'),

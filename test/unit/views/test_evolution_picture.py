@@ -52,7 +52,8 @@ def check_origins(picture, snapshots):
 @pytest.mark.parametrize('profile, with_truth', [
     ('paper', True), ('realtime', False), ('quality', True)])
 def test_the_still_shows_where_genes_come_from(tmp_path, profile, with_truth):
-    course, match, told = evolution(profile, with_truth)
+    two = {'population': 2} if profile == 'quality' else {}     # one alone has no first parent
+    course, match, told = evolution(profile, with_truth, **two)
     write_evolution(tmp_path / 'still.png', course, match)
     assert os.listdir(tmp_path) == ['still.png']
     picture = read_image(tmp_path / 'still.png')

@@ -13,7 +13,7 @@ _STEEPEST = 2.0      # px a px
 
 
 @inlined
-def _solve(xx, xy, yy, x, y, number, xd, yd, d):
+def solve(xx, xy, yy, x, y, number, xd, yd, d):
     """Return slopes and offset of least squares from its sums, 0 where they are not determined."""
     one, two, three = yy * number - y * y, xy * number - y * x, xy * y - yy * x
     determinant = xx * one - xy * two + x * three
@@ -39,7 +39,7 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth, planes,
             s, sx, sy, sxx, sxy, syy, sd, sxd, syd = sums_around(
                 disparities, colours, row, column, radius, by_colour, limit, growth)
             held = np.float32(0.5) * s
-            slope, fall, offset = _solve(
+            slope, fall, offset = solve(
                 np.float64(sxx + held), np.float64(sxy), np.float64(syy + held), np.float64(sx),
                 np.float64(sy), np.float64(s), np.float64(sxd), np.float64(syd), np.float64(sd))
             planes[row, column, 0], planes[row, column, 1] = slope, fall
@@ -147,7 +147,7 @@ def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, poin
                 syd += down * more
         planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
         if s >= _LEAST:
-            fitted = _solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
+            fitted = solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
             planes[region, 0], planes[region, 1] = fitted[0], fitted[1]
             planes[region, 2] = (fitted[2] + middle - fitted[0] * middle_x
                                  - fitted[1] * middle_y)

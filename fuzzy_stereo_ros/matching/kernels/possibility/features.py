@@ -139,20 +139,46 @@ def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
 
 
 @kernel
-def census(fine, mirrored, columns, codes, first, last):
+def calm(fine, tolerance, columns, calmed, first, last):
+    """
+    Give each pixel the mean of its 3 x 3 where it differs from that by no more than a tolerance.
+
+    What is left of noise in plain regions is a third; what stands out stays as it is (coring).
+    fine, calmed: uint16, padded; tolerance: in units of fine.
+    """
+    totals = np.zeros(columns + 2, np.uint32)
+    limit = np.int32(9 * tolerance)
+    for row in range(first, last):
+        above, here, below = fine[row + MARGIN - 1], fine[row + MARGIN], fine[row + MARGIN + 1]
+        for column in range(columns + 2):
+            place = column + MARGIN - 1
+            totals[column] = np.uint32(above[place]) + here[place] + below[place]
+        line = calmed[row + MARGIN, MARGIN:]
+        for column in range(columns):
+            grey = np.int32(here[column + MARGIN])
+            total = np.int32(totals[column] + totals[column + 1] + totals[column + 2])
+            mean = np.int32(np.float32(total) * np.float32(1 / 9))
+            line[column] = grey if abs(9 * grey - total) > limit else mean
+        pad_row(calmed, row, columns)
+
+
+@kernel
+def census(fine, calmed, mirrored, columns, codes, first, last):
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
 
-    fine: uint16, padded; codes: uint8 (R, 3, stride), a byte plane for eight neighbours, the
-    nearest ones first; behind the columns of a mirrored image its last code is repeated.
+    fine, calmed: uint16, padded, in which the nearest eight and the others are compared; codes:
+    uint8 (R, 3, stride), a byte plane for eight neighbours, the nearest ones first; behind the
+    columns of a mirrored image its last code is repeated.
     """
-    source, target = fine.reshape(-1), codes.reshape(-1)
+    near, far, target = fine.reshape(-1), calmed.reshape(-1), codes.reshape(-1)
     fine_stride, stride = fine.shape[1], codes.shape[2]
     for row in range(first, last):
         for column in range(0, columns, LANES):
             centre_index = (row + MARGIN) * fine_stride + column + MARGIN
-            centre = load(source, centre_index)
             for plane in range(3):
+                source = near if plane == 0 else far
+                centre = load(source, centre_index)
                 code = splat(np.uint8(0))
                 for bit in range(8):
                     place = CENSUS_PLACES[8 * plane + bit]

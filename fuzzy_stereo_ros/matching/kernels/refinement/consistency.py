@@ -36,6 +36,19 @@ def check_consistency(labels, target, disparities, inside, verdict, first, last)
 
 
 @kernel
+def refuse_changed(labels, genes, verdict, settled, first, last):
+    """
+    Copy the verdict, but refuse the cells whose genes are no longer the labels that it judged.
+
+    labels, genes: (R, C); verdict, settled: uint8 (R, C). A step of one is no change.
+    """
+    for row in range(first, last):
+        for column in range(labels.shape[1]):
+            away = abs(np.int32(labels[row, column]) - np.int32(genes[row, column]))
+            settled[row, column] = np.uint8(REFUSED) if away > 1 else verdict[row, column]
+
+
+@kernel
 def root(parent, run):
     """Return the representative of a set, halving the way to it (union-find)."""
     while parent[run] != run:

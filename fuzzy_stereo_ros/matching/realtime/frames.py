@@ -1,0 +1,283 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Evolution from frame to frame: each frame is one generation of a chromosome of planes.
+
+Not in the paper. The chromosome lies on a grid of every other pixel of every other row. What has
+evolved comes over from the previous frame, moved with the picture, where it shows the same and its
+noise is averaged away; all else follows the map of this frame. A generation works on a share of
+the picture: on regions of like grey, grown by thresholds that are drawn anew, where doubt is
+greatest and least was tried. A region is proposed the plane on which the map of this frame agrees
+most; a minimum cut takes what is fitter. Or, as chance has it, partition crossover with that map,
+the cold parent, takes back what is not fitter any more.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
+from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, weak_regions
+from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+import numpy as np
+
+REGIONS = 0.5            # share of the generations that propose planes; the others cross
+SHARE = 4                # such a generation works on one part in so many of the picture
+QUIET, OLDEST = 0.5, 16  # grey levels of averaged noise where planes evolve; or after such frames
+REACH, STEEPEST = 2, 1.5     # cells away that a tangent plane looks, and px they may differ by
+CLEAR = 24               # margin of the scanlines' choice that leaves no doubt
+UNTRUSTED = 5            # trust in a match, of TRUSTED, that is hidden or not consistent
+MOST = 3.0               # px by which neighbours' planes differ at most, as it counts
+SMOOTH = 0.18            # of an impossible match: what 1 px of difference costs without an edge
+EDGE, LEAST_EDGE = 3.3, 0.005    # difference of 16 roots of grey that makes it 1 / e; its floor
+FAR, LEAST = 0.5, 100    # px that a region moves, and its least cells, for evidence to be asked
+STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
+APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
+OVERLAP, SMALLEST = 6, 40    # cells by which joined runs overlap; cells of a region
+ROUNDS, AGREEMENT = 60, 0.7      # random planes tried a region; px by which cells agree
+NEAR, FLAT = 1.0, 0.6     # px, and the share of trusted cells that must lie so near a plane
+STALE = 1.0              # px from the map of this frame at which what evolved is judged anew
+ADVANTAGE = 60           # of UNIT, a cell: by how much what takes its place must be the fitter
+NEW = 0.75               # px from a label at which an evolved gene takes its place
+ROOT_PARTS = 64          # of a root of grey, as it is looked up
+
+
+class Genes(NamedTuple):
+    """
+    What goes over to the next frame.
+
+    planes: float32 (r, c, 3), of cells; evolved: uint8 (r, c), 0 where a gene follows the map;
+    work: uint8 (r, c), how often a plane was proposed; origin: uint8 (2,), pixel of the first cell
+    """
+
+    planes: np.ndarray
+    evolved: np.ndarray
+    work: np.ndarray
+    origin: np.ndarray
+
+
+class Arrival(NamedTuple):
+    """
+    How the tiles of the left picture came over from the previous frame.
+
+    choices: int8, 0 where a tile stayed, 1 where it moved; strengths: uint8, 0 where it shows
+    something else; ages: float32, frames that it is the mean of; noise: grey levels; shift: px by
+    which the picture moved, down and right
+    """
+
+    choices: np.ndarray
+    strengths: np.ndarray
+    ages: np.ndarray
+    noise: float
+    shift: tuple
+
+
+class FrameEvolution:
+    """
+    A population of one for one image size: the chromosome of planes.
+
+    carried: its `Genes`; genes: float32 (1, r, c), their disparities, px, as the frame began;
+    fitness: float64 (1,), by how much it is fitter than it came over; best: 0; converged: whether
+    there is nothing to evolve, as nothing is settled
+    """
+
+    best = 0
+
+    def __init__(self, possibility, rows, columns):
+        """Allocate; possibility: the `CensusPossibility` of full images."""
+        shape = self._shape = rows // 2, columns // 2
+        cells, most = shape[0] * shape[1], shape[0] * shape[1] // SMALLEST + 1
+        self._possibility, self._bands = possibility, cut_bands(shape[0])
+        self._highest = np.float32(possibility.disparities - 1)
+        self._exchange = Exchange(*shape, 4)
+        self._cut, self._regions = Cut(*shape, 4), Regions(*shape, ADVANTAGE)
+        self._across, self._down, self._of_map, self._current, self._proposed = (
+            np.zeros(shape, np.float32) for _ in range(5))
+        self._tangents, self._proposal = (np.zeros((*shape, 3), np.float32) for _ in range(2))
+        self._consistent, self._mutated, self._trusted, self._selected = (
+            np.zeros(shape, np.bool_) for _ in range(4))
+        self._trust, self._labels, self._numbers, self._old, self._new, self._region = (
+            np.zeros(shape, np.int32) for _ in range(6))
+        self._doubts, self._everywhere = np.zeros(shape, np.uint8), np.ones(shape, np.uint8)
+        self._begin, self._end, self._parent, self._size, self._of_run = (
+            np.zeros(cells + 1, np.int32) for _ in range(5))
+        self._row_starts = np.zeros(shape[0] + 1, np.int32)
+        self._sums = np.zeros((2, shape[1] + 1), np.int32)
+        self._pixels, self._dearer = np.zeros(cells, np.int32), np.zeros(cells + 1, np.int64)
+        self._points, self._planes = np.zeros((3, cells), np.float32), np.zeros(
+            (most, 3), np.float32)
+        self._known, self._starts = np.zeros((3, most), np.int64), np.zeros(most + 1, np.int32)
+        self._chosen, self._ends = (np.zeros(most, np.int32) for _ in range(2))
+        self._nearest = [np.zeros(possibility.right.columns // 2 + 1, np.float32)
+                         for _ in self._bands]
+        self._roots = np.rint(ROOT_PARTS * np.sqrt(np.arange(256))).astype(np.int32)
+        steps = np.arange(16 * ROOT_PARTS + 1) * (16 / ROOT_PARTS)
+        self._by_step = np.float32(
+            SMOOTH * costs.UNIT * np.maximum(np.exp(-steps / EDGE), LEAST_EDGE))
+        self._operators = {'region planes': self._propose_regions,
+                           'crossover with the map': self._cross_with_map}
+        self.carried, self.fitness, self.converged = None, np.zeros(1), True
+
+    @property
+    def genes(self):
+        """See above."""
+        return self._current[None]
+
+    @property
+    def operators(self):
+        """The operators of a generation, as `evolve` takes them."""
+        return self._operators
+
+    def arrive(self, crew, previous, arrival):
+        """
+        Take what has evolved until the previous frame; return whether any tile shows the same.
+
+        previous: its `Genes`, or None; arrival: the `Arrival` of the picture
+        """
+        self._crew, self.fitness[:] = crew, 0
+        down, right = (0, 0) if previous is None else np.add(previous.origin, arrival.shift)
+        self.carried = Genes(
+            np.zeros((*self._shape, 3), np.float32),
+            *(np.zeros(self._shape, np.uint8) for _ in range(2)),
+            np.array([down & 1, right & 1], np.uint8))
+        self._origin = int(down & 1), int(right & 1)
+        settled = arrival.ages >= min((arrival.noise / QUIET)**2, OLDEST)
+        self._settled = (settled & (arrival.strengths > 0)).astype(np.uint8)
+        self.converged = previous is None or not self._settled.any()
+        if self.converged:
+            return False
+        crew.each(lambda band: grid.move_genes(
+            *previous[:3], arrival.choices, self._settled, int(down) >> 1, int(right) >> 1,
+            *self.carried[:3], band[1], band[2]), self._bands)
+        return True
+
+    def look(self, chromosome, chosen, verdict, half_fine, inside):
+        """
+        Take the map of this frame.
+
+        chromosome: (R, C) labels; chosen, verdict: of Scanlines and Refinement; half_fine: uint16,
+        the left picture at half size; inside: first and last column of the target that exist
+        """
+        genes, self._inside, self._half_fine = self.carried, inside, half_fine
+
+        def sample(band):
+            grid.sample_map(
+                chromosome, chosen.labels, chosen.offsets, verdict, chosen.margins, CLEAR,
+                *self._origin, self._of_map, self._consistent, self._mutated, self._doubts,
+                band[1], band[2])
+            grid.edge_weights(half_fine, self._roots, self._by_step, self._across, self._down,
+                              band[1], band[2])
+
+        def complete(band):
+            grid.follow_map(self._of_map, REACH, np.float32(STEEPEST), self._mutated,
+                            genes.evolved, genes.planes, self._tangents, band[1], band[2])
+            grid.trust_visible(
+                genes.planes, self._consistent, self._origin[1], inside[0], self._highest,
+                costs.TRUSTED, UNTRUSTED, self._nearest[band[0]], self._current, self._trusted,
+                self._trust, band[1], band[2])
+        self._crew.each(sample, self._bands)
+        self._crew.each(complete, self._bands)
+
+    def express(self, chromosome, chosen, verdict, fine):
+        """
+        Write what has evolved into the map of this frame.
+
+        chromosome: (R, C) labels; chosen, verdict: likewise, written; fine: uint16, the left
+        picture
+        """
+        genes = self.carried
+        self._crew.each(lambda band: grid.write_labels(
+            genes.planes, genes.evolved, self._trusted, fine, *self._origin, np.float32(NEW),
+            self._highest, chromosome, chosen.labels, chosen.offsets, verdict, band[1], band[2]),
+            self._bands)
+
+    def _propose_regions(self, population, random):
+        """Propose to doubted regions the planes on which the map of this frame agrees."""
+        if not _of_regions(random):
+            return
+        genes = self.carried
+        runs, number = self._grown(random)
+        known, starts = self._known[:, :number], self._starts
+        grid.rank_regions(*runs, self._doubts, self.carried.work, *known)
+        cells, doubt, work = known
+        order = np.argsort(-(1 + doubt / cells) / (1 + work / cells), kind='stable')
+        number = grid.choose_regions(order, cells, self._labels.size // SHARE,
+                                     self._chosen[:number], starts)
+        starts, planes = starts[:number + 1], self._planes[:number]
+        grid.list_chosen(*runs, self._chosen, starts, self._ends[:number], self._pixels,
+                         self._labels, self._selected, self.carried.work)
+        region_planes(self._of_map, self._trusted, starts, self._pixels, ROUNDS,
+                      np.float32(AGREEMENT), random.key, self._points, planes, 0, number)
+        self._refuse_bent(starts, planes)
+        grid.propose_planes(self.carried.planes, self._labels, planes, self._settled,
+                            self._highest, self._selected, self._proposal, self._proposed)
+        self._measure()
+        refuse_unfounded(self._labels, self._current, self._proposed, np.float32(FAR), self._old,
+                         self._new, self._trusted, 0, LEAST, self._region, self._parent,
+                         self._dearer, self._size, self._selected)
+        self._new += ADVANTAGE * genes.evolved      # what has evolved does not change for little
+        self._accept(self._cut, random, True)
+
+    def _cross_with_map(self, population, random):
+        """Take the genes of this frame's map for what has evolved, where those are fitter."""
+        genes = self.carried
+        if not _of_regions(random) and grid.propose_map(
+                genes.planes, self._tangents, genes.evolved, self._current, self._of_map,
+                np.float32(STALE), self._selected, self._proposal):
+            self._measure()
+            self._accept(self._regions, random, False)
+
+    def _refuse_bent(self, starts, planes):
+        """Propose nothing to regions of which too few trusted cells lie near their planes."""
+        pixels, number = self._pixels[:starts[-1]], len(planes)
+        region = np.repeat(np.arange(number), np.diff(starts))
+        row, column = np.divmod(pixels, self._shape[1])
+        slope, fall, offset = planes[region].T
+        trusted = self._trusted.reshape(-1)[pixels]
+        near = trusted & (abs(slope * column + fall * row + offset
+                              - self._of_map.reshape(-1)[pixels]) < NEAR)
+        flat = (np.bincount(region, near, number)
+                >= FLAT * np.maximum(np.bincount(region, trusted, number), 1))
+        self._selected.reshape(-1)[pixels[~flat[region]]] = False
+
+    def _grown(self, random):
+        """Return runs of rows, their regions by thresholds drawn at random, and how many."""
+        draws = random.uniform(2)
+        step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
+        apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
+        weak_regions.find_runs(
+            self._half_fine, MARGIN, self._everywhere, step, apart, OVERLAP, self._begin,
+            self._end, self._parent, self._row_starts, self._sums)
+        number = weak_regions.number_regions(
+            self._begin, self._end, self._parent, self._row_starts[-1], SMALLEST, self._size,
+            self._of_run)
+        return (self._begin, self._end, self._row_starts, self._of_run), number
+
+    def _measure(self):
+        """Write what the matches of the genes, and of the proposal, cost where it is selected."""
+        features, largest = tuple(self._possibility.features), self._possibility.model.largest
+
+        def measure(band):
+            for planes, found in ((self.carried.planes, self._old), (self._proposal, self._new)):
+                grid.grid_costs(features, largest, costs.UNIT, self._inside, *self._origin, planes,
+                                self._selected, found, band[1], band[2])
+        self._crew.each(measure, self._bands)
+
+    def _accept(self, crossover, random, evolved):
+        """Take what a crossover chooses of the proposal; evolved: whether such genes have."""
+        genes, exchange, rows = self.carried, self._exchange, self._shape[0]
+        for found in (self._old, self._new):
+            costs.trusted_costs(found, self._trust, found, 0, rows)
+        exchange.hold(costs.list_cells(self._selected, exchange.all_cells))
+        costs.fill_exchange(
+            genes.planes, self._old, self._proposal, self._new, self._selected, self._across,
+            self._down, np.float32(MOST), False, self._numbers, exchange.alone, exchange.pairs)
+        self.fitness -= crossover(exchange, random) / (costs.UNIT * self._labels.size)
+        costs.take_planes(genes.planes, self._old, self._proposal, self._new, exchange.cells,
+                          exchange.taken)
+        grid.mark_taken(exchange.cells, exchange.taken, evolved, genes.evolved)
+
+
+def _of_regions(random):
+    """Return whether the generation of a source of random numbers works on regions."""
+    return random.child(0).uniform(1)[0] < REGIONS

@@ -1,0 +1,203 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Evolution from frame to frame: the kernels of its grid, and what it does to a sequence."""
+from dataclasses import replace
+
+from census_scene import random_map, seen, small_pair, twin_costs
+from fuzzy_stereo_ros.benchmarks.speed import with_noise
+from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.kernels.planes import grid
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+import numpy as np
+import pytest
+import reference_grid as twins
+
+SHAPES = [(2, 2), (3, 40), (17, 33), (40, 51)]      # of images
+CONFIG = MatcherConfig(disparities=32, threads=1, fill=True)
+FRAMES = 12
+
+
+def planes_of(shape, seed=0, slope=0.3, highest=9):
+    """Return random planes, float32 (r, c, 3), whose disparities are about 0 to highest."""
+    chance = np.random.default_rng([seed, *shape])
+    planes = np.float32(chance.uniform(-slope, slope, (*shape, 3)))
+    rows, columns = np.indices(shape)
+    planes[..., 2] = (chance.uniform(-1, highest + 1, shape) - planes[..., 0] * columns
+                      - planes[..., 1] * rows)
+    return planes
+
+
+def cells_of(shape):
+    return shape[0] // 2, shape[1] // 2
+
+
+def tiles_of(shape):
+    return -(-shape[0] // 16), -(-shape[1] // 16)
+
+
+# ---- the kernels ----
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('shift', [(0, 0), (1, -2), (-30, 5)])
+def test_genes_move_with_the_picture_where_it_shows_the_same(shape, shift):
+    cells, tiles = cells_of(shape), tiles_of(shape)
+    genes = planes_of(cells), random_map(cells, 2), random_map(cells, 200, 1)
+    choices, settled = random_map(tiles, 2, 2, np.int8), random_map(tiles, 2, 3)
+    found = [np.zeros_like(part) for part in genes]
+    for first, last in ((0, 1), (1, cells[0])):
+        grid.move_genes(*genes, choices, settled, *shift, *found, first, last)
+    for mine, twin in zip(found, twins.moved(*genes, choices, settled, shift)):
+        np.testing.assert_allclose(mine, twin, atol=1e-4)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('origin', [(0, 0), (0, 1), (1, 1)])
+@pytest.mark.parametrize('min_disparity', [-3, 0, 4])
+def test_matches_of_planes_cost_what_lies_between_those_of_their_labels(
+        shape, origin, min_disparity):
+    disparities, cells = 10, cells_of(shape)
+    left, right = small_pair(*shape)
+    possibility = seen(left, right, disparities, min_disparity)
+    planes, selected = planes_of(cells), random_map(cells, 2, dtype=bool)
+    inside = min_disparity, min_disparity + shape[1] - 1
+    found = np.full(cells, -1, np.int32)
+    grid.grid_costs(tuple(possibility.features), possibility.model.largest, 1024, inside, *origin,
+                    planes, selected, found, 0, cells[0])
+    twin = twins.costs(twin_costs(left, right, disparities, min_disparity), planes, origin, inside,
+                       possibility.model.largest, 1024)
+    assert (found[~selected] == -1).all()
+    np.testing.assert_allclose(found[selected], twin[selected], atol=1)
+
+
+def test_planes_that_are_no_numbers_cost_as_much_as_what_is_impossible():
+    possibility = seen(*small_pair(4, 40), 10)
+    planes = np.full((2, 20, 3), np.nan, np.float32)
+    planes[1] = 1e30
+    found = np.zeros((2, 20), np.int32)
+    grid.grid_costs(tuple(possibility.features), possibility.model.largest, 1024, (0, 39), 0, 0,
+                    planes, np.ones((2, 20), bool), found, 0, 2)
+    assert (found == 1024).all()
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('right, begin', [(0, 0), (1, -4), (1, 7)])
+def test_trusted_is_what_is_consistent_and_not_hidden_by_something_nearer(shape, right, begin):
+    cells = cells_of(shape)
+    planes, consistent = planes_of(cells, slope=0), random_map(cells, 4) > 0
+    disparities, trust = np.zeros(cells, np.float32), np.zeros(cells, np.int32)
+    trusted, nearest = np.zeros(cells, bool), np.zeros(shape[1] // 2 + 3, np.float32)
+    grid.trust_visible(planes, consistent, right, begin, np.float32(9), 256, 5, nearest,
+                       disparities, trusted, trust, 0, cells[0])
+    np.testing.assert_array_equal(disparities, np.clip(planes[..., 2], 0, 9))
+    expected = consistent & twins.visible(disparities, right, begin, nearest.size)
+    np.testing.assert_array_equal(trusted, expected)
+    np.testing.assert_array_equal(trust, np.where(expected, 256, 5))
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('origin', [(0, 0), (1, 0), (1, 1)])
+def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, origin):
+    cells = cells_of(shape)
+    planes, evolved = planes_of(cells), random_map(cells, 2)
+    trusted, fine = random_map(cells, 2, 4, bool), random_map(shape, 60000, 5, np.uint16)
+    chromosome = random_map(shape, 10, 6)
+    found, labels = chromosome.copy(), chromosome.copy()
+    offsets, verdict = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
+    for first, last in ((0, 1), (1, cells[0])):
+        grid.write_labels(planes, evolved, trusted, np.pad(fine, MARGIN), *origin,
+                          np.float32(0.75), np.float32(9), found, labels, offsets, verdict,
+                          first, last)
+    twin = twins.written(planes, evolved, fine, origin, 0.75, 9, chromosome)
+    np.testing.assert_array_equal(found, twin)
+    np.testing.assert_array_equal(labels, twin)
+    changed = verdict != 9
+    assert (changed >= (twin != chromosome)).all()
+    assert (abs(offsets[changed]) <= 8).all() and (offsets[~changed] == 99).all()
+    assert set(np.unique(verdict[changed])) <= {CONSISTENT, REFUSED}
+
+
+def test_regions_are_chosen_in_order_as_far_as_they_fit():
+    numbers, starts = np.zeros(4, np.int32), np.zeros(5, np.int32)
+    cells = np.array([30, 50, 10, 20])
+    assert grid.choose_regions(np.array([1, 0, 3, 2]), cells, 65, numbers, starts) == 2
+    np.testing.assert_array_equal(numbers, [-1, 0, 1, -1])
+    np.testing.assert_array_equal(starts[:3], [0, 50, 60])
+
+
+# ---- sequences ----
+
+
+def faint(image):
+    """Return an image of little contrast, whose surfaces are regions of like grey."""
+    return (112 + image // 8).astype(np.uint8)
+
+
+def still(config, frames=FRAMES, noise=0.5, seed=3):
+    """Return the matches of a faint scene that stands still under fresh noise, and the matcher."""
+    made = made_pair(160, 240, 32, seed, objects=4, colour=True)
+    made = made._replace(left=faint(made.left), right=faint(made.right))
+    chance, matcher = np.random.default_rng(0), StereoMatcher(config)
+    return [matcher.match(*(with_noise(image, noise, chance) for image in (made.left, made.right)))
+            for _ in range(frames)], matcher, made
+
+
+def test_each_frame_is_a_generation_whose_operators_tell_what_they_gained():
+    matches, matcher, _ = still(CONFIG)
+    assert matches[0].generations == 1 and not matches[0].warm
+    last = matches[-1]
+    assert [row.number for row in last.history] == [1, 2]
+    assert {'region planes', 'crossover with the map'} == set(last.history[1].gains)
+    assert min(last.history[1].gains.values()) >= 0 and last.warm
+    assert last.gains == {name: gain for row in last.history for name, gain in row.gains.items()}
+    assert any(match.gains.get('region planes', 0) > 0 for match in matches)
+    assert matcher.state.evolved.any() and matcher.state.work.any()
+
+
+@pytest.mark.parametrize('noise', [0, 0.5])
+def test_a_scene_that_stands_still_gets_better_and_never_worse_than_cold(noise):
+    matches, _, made = still(CONFIG, noise=noise)
+    bad = [score(match.disparity, made.truth, made.visible, (1.0,)).bad_dense[1.0]
+           for match in matches]
+    assert bad[-1] <= bad[0] + 0.1
+    assert noise == 0 or bad[-1] < bad[0]
+
+
+def test_sequences_are_the_same_with_any_number_of_threads_and_other_by_another_seed():
+    one, three, other = (still(replace(CONFIG, **changes))[1].state for changes in (
+        {}, {'threads': 3}, {'seed': 1}))
+    for name in ('labels', 'planes', 'evolved', 'work'):
+        np.testing.assert_array_equal(getattr(one, name), getattr(three, name))
+    assert (one.work != other.work).any()
+
+
+def test_a_frame_of_another_scene_takes_nothing_over():
+    matcher = still(CONFIG)[1]
+    other = made_pair(160, 240, 32, 9, objects=4, colour=True)
+    match = matcher.match(other.left, other.right)
+    assert not matcher.state.evolved.any()
+    cold = StereoMatcher(CONFIG).match(other.left, other.right)
+    np.testing.assert_array_equal(match.disparity, cold.disparity)
+
+
+def test_with_time_for_evolution_more_than_one_generation_runs():
+    matches, _, _ = still(replace(CONFIG, evolution_ms=1000.0), frames=2, noise=0)
+    assert matches[-1].generations > 3
+
+
+def test_without_generations_nothing_evolves():
+    matches, matcher, _ = still(replace(CONFIG, generations=0))
+    assert all(match.generations == 0 for match in matches)
+
+
+def test_a_frame_whose_deadline_has_passed_does_not_evolve_and_keeps_what_it_has():
+    _, matcher, made = still(CONFIG)
+    before = int(matcher.state.evolved.sum())
+    late = StereoMatcher(replace(CONFIG, deadline_ms=1e-6))
+    late.restore(matcher.state)
+    match = late.match(made.left, made.right)
+    assert match.generations == 0
+    assert before == 0 or late.state.evolved.any()

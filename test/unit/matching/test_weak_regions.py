@@ -1,0 +1,205 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Mutation of realtime: regions of weak texture, their planes, and what of them stays."""
+from types import SimpleNamespace
+
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.evolution import Random
+from fuzzy_stereo_ros.matching.kernels.planes import weak_regions
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.realtime import planes
+from fuzzy_stereo_ros.matching.realtime.matcher import Stages
+from fuzzy_stereo_ros.matching.realtime.planes import WeakRegions
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference_regions as twins
+
+DISPARITIES = 24
+
+
+def padded(grey):
+    """Return a half-size picture as the matcher has it, with its margin."""
+    return np.pad(grey, MARGIN, 'edge')
+
+
+def patches(seed, rows, columns):
+    """Return grey of patches with noise, uint16 (r, c), and flags of weak texture, uint8."""
+    draw = np.random.default_rng(seed)
+    grey = draw.integers(0, 6, (rows // 3 + 1, columns // 5 + 1)).repeat(3, 0).repeat(5, 1)
+    grey = 500 * grey[:rows, :columns] + draw.integers(0, 500, (rows, columns))
+    return grey.astype(np.uint16), (draw.random((rows, columns)) < 0.95).astype(np.uint8)
+
+
+def grown(grey, weak, least=6, overlap=3):
+    """Return the regions of a picture, as kernels write them, and how many there are."""
+    pixels = grey.size
+    begin, end, parent, size, region = (np.zeros(pixels, np.int32) for _ in range(5))
+    starts, sums = np.zeros(len(grey) + 1, np.int32), np.zeros((2, grey.shape[1] + 1), np.int32)
+    weak_regions.find_runs(padded(grey), MARGIN, weak, 400, 250, overlap, begin, end, parent,
+                           starts, sums)
+    number = weak_regions.number_regions(begin, end, parent, starts[-1], least, size, region)
+    return (begin, end, starts, region), number
+
+
+def as_map(regions, shape):
+    """Return the number of each pixel's region, -1 for none: int (r, c)."""
+    begin, end, starts, region = regions
+    numbers = np.full(shape, -1)
+    for row in range(shape[0]):
+        for run in range(starts[row], starts[row + 1]):
+            numbers[row, begin[run]:end[run]] = region[run]
+    return numbers
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**20), st.integers(1, 12), st.integers(1, 25))
+def test_regions_are_the_joined_runs_of_the_twin(seed, rows, columns):
+    grey, weak = patches(seed, rows, columns)
+    regions, number = grown(grey, weak)
+    expected = twins.regions(grey, weak, 400, 250, 3, 6)
+    np.testing.assert_array_equal(as_map(regions, grey.shape), expected)
+    assert number == expected.max() + 1
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**20), st.sampled_from([1, 3, 7, 200]))
+def test_points_are_consistent_matches_evenly_spread(seed, most):
+    shape, draw = (8, 21), np.random.default_rng(seed)
+    grey, weak = patches(seed, *shape)
+    regions, number = grown(grey, weak)
+    full = 2 * shape[0] + 1, 2 * shape[1] + 1
+    labels = draw.integers(0, DISPARITIES, full).astype(np.uint8)
+    offsets = draw.integers(-STEPS // 2, STEPS // 2 + 1, full).astype(np.int8)
+    verdict = draw.integers(0, 3, full).astype(np.uint8)
+    tally, starts = np.zeros((3, number), np.int32), np.zeros(number + 1, np.int32)
+    found = np.zeros((3, grey.size), np.float32)
+    weak_regions.gather_points(*regions, most, labels, offsets, verdict, tally, starts, found)
+    numbers = as_map(regions, shape)
+    for region in range(number):
+        mine = found[:, starts[region]:starts[region + 1]]
+        expected = twins.points(numbers, region, most, labels + offsets / STEPS,
+                                verdict == CONSISTENT)
+        np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-6)
+        assert mine.shape[1] <= most
+
+
+def fitted(points, share, rounds=24):
+    """Return the plane of some points (3, n)."""
+    found = np.zeros((1, 3), np.float32)
+    weak_regions.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
+                            rounds, np.float32(planes.AGREEMENT), share, np.uint64(5), found)
+    return found[0]
+
+
+def on_a_plane(draw, number, share, plane=(0.1, -0.2, 9.0)):
+    """Return points of which a share lies on a plane, the others anywhere."""
+    x, y = draw.integers(0, 60, (2, number))
+    d = plane[0] * x + plane[1] * y + plane[2] + draw.uniform(-0.05, 0.05, number)
+    stray = draw.permutation(number) >= round(share * number)
+    return np.array([x, y, np.where(stray, d + draw.choice([-9, -5, 6, 12], number), d)])
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_a_plane_is_found_among_points_of_which_every_third_lies_elsewhere(seed):
+    points = on_a_plane(np.random.default_rng(seed), 150, 0.67)
+    found = fitted(points, 0.6)
+    assert abs(found @ (30, 30, 1) - (0.1 * 30 - 0.2 * 30 + 9)) < 0.1
+    assert abs(found[:2] - (0.1, -0.2)).max() < 0.01
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_a_region_whose_points_do_not_agree_enough_has_no_plane(seed):
+    assert np.isnan(fitted(on_a_plane(np.random.default_rng(seed), 150, 0.55), 0.6)).all()
+
+
+@pytest.mark.parametrize('number', [0, 1, 5])
+def test_few_points_make_no_plane(number):
+    assert np.isnan(fitted(on_a_plane(np.random.default_rng(1), number, 1.0), 0.6)).all()
+
+
+def test_points_on_a_line_make_no_plane():
+    points = np.array([np.arange(40), np.full(40, 7), np.full(40, 3)])
+    assert np.isnan(fitted(points, 0.6)).all()
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**20), st.sampled_from([(0, 42), (-4, 30), (3, 50)]))
+def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, inside):
+    shape, draw = (8, 21), np.random.default_rng(seed)
+    grey, weak = patches(seed, *shape)
+    regions, number = grown(grey, weak)
+    found = draw.integers(-8, 8, (number, 3)).astype(np.float32) / 64
+    found[:, 2] = draw.integers(-2, DISPARITIES + 2, number) + np.float32(0.3)
+    found[draw.random(number) < 0.2] = np.nan
+    parent = draw.integers(0, DISPARITIES, (17, 43)).astype(np.uint8)
+    child = parent.copy()
+    weak_regions.write_mutant(*regions, found, DISPARITIES, np.array(inside), child)
+    np.testing.assert_array_equal(child, twins.mutant(
+        as_map(regions, shape), found.astype(float), DISPARITIES, inside, parent))
+
+
+def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
+    rows, columns = 60, 80
+    regions = WeakRegions(rows, columns, np.uint8)
+    number = regions.grow(padded(np.full((30, 40), 9000, np.uint16)),
+                          np.ones((30, 40), np.uint8))
+    labels = np.full((rows, columns), 8, np.uint8)
+    labels[:, :30] = 14
+    verdict = np.zeros((rows, columns), np.uint8)
+    verdict[::3] = REFUSED
+    chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
+    mutant = regions.mutant(number, chosen, verdict, DISPARITIES, (-DISPARITIES, columns), labels,
+                            Random((0,)))
+    assert number == 1
+    assert (mutant == 8).all()
+
+
+# ---- in the matcher ----
+
+def plain_scene():
+    """Return a pair: a plain wall in a textured frame, a part of it without what matches."""
+    draw = np.random.default_rng(2)
+    scene = draw.integers(40, 200, (30, 46)).repeat(4, axis=0).repeat(4, axis=1)
+    scene[16:104, 24:160] = 120 + draw.integers(0, 2, (88, 136))
+    left, right = scene[:, :160].copy(), scene[:, 6:166].copy()
+    for image in (left, right):
+        image[40:80, 70:110] = 120 + draw.integers(0, 2, (40, 40))
+    return left.astype(np.uint8), right.astype(np.uint8)
+
+
+def matched(**options):
+    """Return the matcher of a plain scene, and its match."""
+    matcher = StereoMatcher(MatcherConfig(
+        disparities=DISPARITIES, **{'threads': 1, 'fill': True, **options.pop('config', {})}),
+        Stages(**options))
+    return matcher, matcher.match(*plain_scene())
+
+
+def test_what_mutation_takes_over_makes_the_chromosome_fitter_and_its_gain_is_told():
+    without, with_planes = matched(mutation=None), matched()
+    fitness_of = with_planes[0].algorithm.fitness_of
+    before, after = (matcher.algorithm.population.genes[0] for matcher, _ in (
+        without, with_planes))
+    assert (before != after).any()
+    assert fitness_of(after) > fitness_of(before)
+    assert with_planes[1].history[0].gains['planes'] == pytest.approx(
+        fitness_of(after) - fitness_of(before), abs=1e-12)
+
+
+def test_what_came_from_a_plane_has_no_confidence():
+    (without, _), (matcher, match) = matched(mutation=None), matched()
+    changed = abs(matcher.algorithm.population.genes[0].astype(int)
+                  - without.algorithm.population.genes[0].astype(int)) > 1
+    assert changed.any()
+    assert (match.confidence[changed] == 0).all()
+    sparse = matched(config={'fill': False})[1].disparity
+    assert np.isnan(sparse[changed]).all()
+
+
+def test_mutation_gives_the_same_bits_with_any_number_of_threads():
+    maps = [matched(config={'threads': threads})[1].disparity for threads in (1, 2, 3)]
+    np.testing.assert_array_equal(maps[0], maps[1])
+    np.testing.assert_array_equal(maps[0], maps[2])

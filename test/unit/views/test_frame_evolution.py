@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""An evolution from frame to frame, as `evolve` shows it of two folders."""
+import json
+
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.views.frame_evolution import shown_of, watched_frames
+import numpy as np
+import pytest
+
+CONFIG = MatcherConfig(disparities=24, threads=1)
+PAIR = made_pair(96, 128, 24, 2, colour=True)
+FRAMES = 4
+
+
+@pytest.fixture
+def folders(tmp_path):
+    for side in ('left', 'right'):
+        (tmp_path / side).mkdir()
+        for number in range(FRAMES):
+            write_image(tmp_path / side / f'{number:02}.png', getattr(PAIR, side))
+    return tmp_path / 'left', tmp_path / 'right'
+
+
+def test_watching_a_sequence_changes_nothing_and_tells_what_came_over():
+    pairs = [(PAIR.left, PAIR.right)] * FRAMES
+    frames = list(watched_frames(CONFIG, pairs, PAIR.truth, PAIR.visible))
+    matcher = StereoMatcher(CONFIG)
+    for frame, pair in zip(frames, pairs):
+        match = matcher.match(*pair)
+        np.testing.assert_array_equal(frame.disparity, match.disparity)
+        np.testing.assert_array_equal(frame.work, matcher.state.work)
+        assert (frame.warm, frame.gains) == (match.warm, match.gains)
+    assert [frame.warm for frame in frames] == [False, True, True, True]
+    assert frames[-1].wrong < 100
+
+
+@pytest.mark.parametrize('number, expected', [(1, [0]), (2, [0, 1]), (30, [0, 2, 9, 29])])
+def test_shown_are_the_first_the_last_and_some_between(number, expected):
+    assert shown_of(range(number)) == expected
+
+
+def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys):
+    pytest.importorskip('matplotlib')
+    picture = tmp_path / 'frames.png'
+    told = ['evolve', *map(str, folders), '--disparities', '24', '--picture', str(picture)]
+    assert main([*told, '--json']) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [frame['frame'] for frame in found['frames']] == [1, 2, 3, 4]
+    assert picture.stat().st_size > 0
+    assert main([*told, '--overwrite']) == 0
+    assert f'{picture}: written' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('options, words', [
+    (['--profile', 'quality'], 'quality does not evolve from frame to frame'),
+    (['--video', 'a.mp4'], '--video shows the generations of one pair')])
+def test_what_frames_cannot_show_is_told_in_a_sentence(folders, options, words, capsys):
+    assert main(['evolve', *map(str, folders), '--disparities', '24', *options]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_folders_of_different_lengths_are_no_sequence(folders, capsys):
+    next(folders[1].iterdir()).unlink()
+    assert main(['evolve', *map(str, folders), '--disparities', '24']) == 2
+    assert 'give two folders of as many images' in capsys.readouterr().err
