@@ -75,13 +75,13 @@ def run(arguments, stream, progress_stream=None):
     """
     with libraries_needed():
         from fuzzy_stereo_ros.benchmarks import (
-            ablation, accuracy, anytime, balance, cost, paper_tables, speed, truth, warm)
+            ablation, accuracy, anytime, balance, cost, deadline, paper_tables, speed, truth, warm)
         from fuzzy_stereo_ros.benchmarks.datasets import data_folder
         from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
         from fuzzy_stereo_ros.benchmarks.request import Request
         from fuzzy_stereo_ros.evaluation.report import markdown
     suites = dict(zip(BENCHMARKS, (accuracy, speed, warm, paper_tables, balance, truth, ablation,
-                                   anytime, cost)))
+                                   anytime, cost, deadline)))
     repeats = arguments.repeats
     if repeats is None:
         repeats = QUICK_REPEATS if arguments.quick else REPEATS

@@ -65,7 +65,8 @@ class MatcherConfig:
     population: int = _number(
         2, 1, 1000, '', 'number of chromosomes alive')
     generations: int = _number(
-        1, 0, 1000000, '', 'largest number of generations in one frame')
+        1, 0, 1000000, '', 'largest number of generations in one frame; realtime adds one of '
+        'planes that go from frame to frame (warm_start)')
     algorithm: str = _choice(
         'realtime', ('realtime', 'quality', 'paper'),
         'genetic algorithm of which profile')

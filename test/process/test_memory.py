@@ -42,10 +42,8 @@ print(before - own_megabytes())
 """
 # What is free at the end of an arena; the first lines are those with which the node begins.
 AT_THE_END = """
-import sys
+import fuzzy_stereo_ros.node
 from fuzzy_stereo_ros import memory
-if sys.argv[1] == 'shared':
-    import fuzzy_stereo_ros.node
 import threading
 import psutil
 
@@ -101,11 +99,10 @@ def test_what_another_thread_has_freed_goes_back_to_the_system():
 
 
 @pytest.mark.skipif(not HAS_TRIM, reason='the C library has no malloc_trim')
-@pytest.mark.parametrize('how, kept', [('shared', range(-10, 10)), ('apart', range(20, 60))])
-def test_what_a_thread_of_the_node_has_freed_goes_back_though_it_is_the_last(how, kept):
-    done = subprocess.run([sys.executable, '-c', AT_THE_END, how], cwd=ROOT, text=True,
+def test_what_a_thread_of_the_node_has_freed_goes_back_though_it_is_the_last():
+    done = subprocess.run([sys.executable, '-c', AT_THE_END], cwd=ROOT, text=True,
                           capture_output=True, check=True)
-    assert int(float(done.stdout)) in kept
+    assert abs(float(done.stdout)) < 10
 
 
 def test_without_such_a_call_nothing_happens(monkeypatch):

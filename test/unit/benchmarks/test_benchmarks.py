@@ -541,7 +541,8 @@ def test_all_benchmarks_run_in_their_short_form_and_fill_the_page(tmp_path, monk
     page = (tmp_path / 'page.md').read_text()
     assert re.findall('<!-- begin of (.+) -->', page) == list(BENCHMARKS)
     shown = re.findall(r'!\[.+\]\((.+)\)', page)
-    assert shown == [f'{name}.svg' for name in ('accuracy', 'warm', 'ablation', 'anytime', 'cost')]
+    assert shown == [f'{name}.svg' for name in (
+        'accuracy', 'warm', 'over_frames', 'ablation', 'anytime', 'cost')]
     for name in shown:
         assert ElementTree.parse(tmp_path / name).getroot().tag.endswith('svg')
     for name, start in (('accuracy', 'Groups'), ('cost', 'Over disparities, 72x40')):

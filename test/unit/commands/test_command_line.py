@@ -367,7 +367,7 @@ def test_where_bits_differ_it_is_told_what_else_does(report, capsys):
     (['--reference', 'right'], {'reference': 'right'}),
     (['--no-warm-start'], {'warm_start': False}),
     (['--profile', 'quality', '--generations', '1'],
-     {'warm_start': False, 'algorithm': 'quality'}),
+     {'warm_start': False, 'population': 1, 'algorithm': 'quality'}),
 ])
 def test_an_option_changes_the_saved_parameter_and_nothing_is_promised(
         report, capsys, words, changed):
