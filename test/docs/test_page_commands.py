@@ -113,6 +113,7 @@ def fill(folder):
         write_camera(folder / f'{side}.yaml', camera, side)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('page', [page for page in pages_with_commands()
                                   if page not in GUIDES and commands(page, 'fuzzy-stereo')])
 def test_the_commands_of_a_page_work_in_their_order(page, tmp_path, monkeypatch):

@@ -93,6 +93,7 @@ def test_every_match_example_works_as_it_is_written(pair):
     assert read_disparity('disparity.pfm').shape == pair.truth.shape
 
 
+@pytest.mark.slow
 def test_every_evolve_example_works_as_it_is_written(pair, tmp_path):
     for words in commands('fuzzy-stereo evolve'):
         assert main(words[1:]) == 0
@@ -100,6 +101,7 @@ def test_every_evolve_example_works_as_it_is_written(pair, tmp_path):
     assert (tmp_path / 'evolution.mp4').stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_every_evaluate_example_works_as_it_is_written(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     made = written_scenes.pair()

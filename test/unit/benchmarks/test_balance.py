@@ -117,6 +117,7 @@ def test_the_tables_of_a_profile_hold_each_scene_and_the_difference():
     assert evolution_tables('paper', found) == []
 
 
+@pytest.mark.slow
 def test_the_report_has_every_part_of_every_profile():
     class SmallRequest(Request):
         def scenes(self):

@@ -481,6 +481,7 @@ def test_cold_is_the_frame_alone_and_warm_is_not():
                             course.bad['warm'] - course.bad['cold']]
 
 
+@pytest.mark.slow
 def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     monkeypatch.setattr(paper_tables, 'TABLE_II_TURNS', 1)
     few = {'population': 4, 'generations': 2}
@@ -522,6 +523,7 @@ def test_what_the_paper_prints_and_what_its_text_says_stand_above_what_is_reache
     assert names == {3: ['the paper, as printed', 'ours'], 1: ['ours']}
 
 
+@pytest.mark.slow
 def test_the_command_prints_json_and_writes_its_section(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv(datasets.DATA_VARIABLE, raising=False)
@@ -534,6 +536,7 @@ def test_the_command_prints_json_and_writes_its_section(tmp_path, monkeypatch, c
     assert '## Accuracy' in (tmp_path / 'page.md').read_text()
 
 
+@pytest.mark.slow
 def test_all_benchmarks_run_in_their_short_form_and_fill_the_page(tmp_path, monkeypatch, capsys):
     pytest.importorskip('matplotlib', reason='pictures need matplotlib')
     monkeypatch.chdir(tmp_path)
