@@ -15,6 +15,7 @@ import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
 WARM_UP_MOTIONS = 0, 4, 8   # px; a picture that moves needs kernels which others do not
+WARM_UP_FRAMES = 16         # of a still scene with noise, in which planes evolve
 ALGORITHMS = {'realtime': RealtimeMatcher, 'quality': QualityMatcher, 'paper': PaperMatcher}
 
 
@@ -92,6 +93,10 @@ class StereoMatcher:
                 for picture in scene:
                     image = np.squeeze(np.stack([picture.astype(kind)] * channels, -1))
                     matcher.match(image, image)
+        if small.algorithm == 'realtime':
+            matcher = StereoMatcher(small)
+            for left, right in _still_frames(scene[0]):
+                matcher.match(left, right)
         algorithm = self._algorithm_of((rows, columns))
         if self.state is None and self.config.disparities <= columns:
             # The system gives memory when it is written to: not in the first frame.
@@ -126,3 +131,14 @@ def _moving_scene(rows, columns):
 
 def _mirrored(image):
     return np.ascontiguousarray(image[:, ::-1])
+
+
+def _still_frames(picture):
+    """Yield noisy pairs of a still scene with a plain wall: uint8 (R, C), left and right."""
+    rows, columns = picture.shape
+    scene = picture.astype(np.float32)
+    scene[rows // 4:, columns // 4:-columns // 8] = 120
+    chance = np.random.default_rng(0)
+    for _ in range(WARM_UP_FRAMES):
+        noisy = scene + chance.normal(0, 1.5, (2, rows, columns))
+        yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
