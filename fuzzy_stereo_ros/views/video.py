@@ -17,7 +17,7 @@ HEAD = 52               # height of the titles above, px
 MARGIN = 8              # px between what stands in the head
 BAR = 10                # height of a bar of colours, px
 LETTERS = 0.5           # size of the letters, as OpenCV counts it
-GREY, WHITE = (32, 32, 32), (235, 235, 235)
+WHITE = 235, 235, 235
 
 
 def check_video(path, rate=RATES[0]):

@@ -83,39 +83,14 @@ def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, t
         bench.match(LEFT, RIGHT)
 
 
-def test_a_fault_while_a_pair_is_saved_is_an_answer_too(ros, monkeypatch, tmp_path):
+@pytest.fixture
+def asked(ros, tmp_path):
+    """Yield a client of ~/save of a node that has matched a pair, and what awaits an answer."""
     from fuzzy_stereo_ros.node import services
     import rclpy
     from ros_bench import Surroundings
     from std_srvs.srv import Trigger
 
-    def fail(**_):
-        raise MemoryError('there is none')
-
-    monkeypatch.setattr(services, 'SavedPair', fail)
-    last = SimpleNamespace(pair=None, config=None, before=None, match=None)
-    with own_domain() as domain, closing(Surroundings(domain)) as around:
-        node = rclpy.create_node('asked', context=around.context)
-        services.Services(node, SimpleNamespace(last=last), str(tmp_path), dict)
-        around.executor.add_node(node)
-        client = around.listener.create_client(Trigger, '/asked/save')
-        around.until(client.service_is_ready, 'the service')
-        future = client.call_async(Trigger.Request())
-        around.until(future.done, 'an answer')
-        assert not future.result().success
-        assert future.result().message.endswith('MemoryError: there is none')
-        node.destroy_node()
-
-
-def test_one_pair_is_saved_at_a_time_and_the_next_caller_is_told(ros, monkeypatch, tmp_path):
-    from fuzzy_stereo_ros.node import services
-    import rclpy
-    from ros_bench import Surroundings
-    from std_srvs.srv import Trigger
-
-    go_on = threading.Event()
-    monkeypatch.setattr(services, 'SavedPair', lambda **_: go_on.wait(SOON))
-    monkeypatch.setattr(services, 'write_saved_pair', lambda folder, saved: None)
     last = SimpleNamespace(pair=None, config=None, before=None, match=None)
     with own_domain() as domain, closing(Surroundings(domain)) as around:
         node = rclpy.create_node('asked', context=around.context)
@@ -126,15 +101,38 @@ def test_one_pair_is_saved_at_a_time_and_the_next_caller_is_told(ros, monkeypatc
 
         def answered(future):
             around.until(future.done, 'an answer')
-            return future.result().success, future.result().message.split(';')[0]
+            return future.result().success, future.result().message
 
-        first = client.call_async(Trigger.Request())
-        assert answered(client.call_async(Trigger.Request())) == (
-            False, 'another pair is being saved')
-        go_on.set()
-        assert answered(first)[0]
-        assert answered(client.call_async(Trigger.Request()))[0]
+        yield partial(client.call_async, Trigger.Request()), answered
         node.destroy_node()
+
+
+def test_a_fault_while_a_pair_is_saved_is_an_answer_too(asked, monkeypatch):
+    from fuzzy_stereo_ros.node import services
+
+    def fail(**_):
+        raise MemoryError('there is none')
+
+    monkeypatch.setattr(services, 'SavedPair', fail)
+    ask, answered = asked
+    success, message = answered(ask())
+    assert not success
+    assert message.endswith('MemoryError: there is none')
+
+
+def test_one_pair_is_saved_at_a_time_and_the_next_caller_is_told(asked, monkeypatch):
+    from fuzzy_stereo_ros.node import services
+
+    go_on = threading.Event()
+    monkeypatch.setattr(services, 'SavedPair', lambda **_: go_on.wait(SOON))
+    monkeypatch.setattr(services, 'write_saved_pair', lambda folder, saved: None)
+    ask, answered = asked
+    first = ask()
+    success, message = answered(ask())
+    assert (success, message.split(';')[0]) == (False, 'another pair is being saved')
+    go_on.set()
+    assert answered(first)[0]
+    assert answered(ask())[0]
 
 
 def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):

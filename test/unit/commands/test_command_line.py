@@ -17,7 +17,6 @@ from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, option_name
 from fuzzy_stereo_ros.parameters.table import written
 from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 from saved_scene import running
@@ -26,23 +25,12 @@ PARAMETERS = {parameter.name: parameter for parameter in fields(MatcherConfig)}
 DISPARITIES = 16
 
 
-@pytest.fixture(scope='module')
-def pair():
-    return made_pair(48, 80, DISPARITIES, seed=3)
-
-
 @pytest.fixture
-def folder(tmp_path, monkeypatch, pair):
+def folder(folder, pair):
     """Work in a folder with a pair, its truth, and files that are bad in one way each."""
-    monkeypatch.chdir(tmp_path)
-    write_image('left.png', pair.left)
-    write_image('right.png', pair.right)
-    write_disparity('truth.pfm', pair.truth)
-    write_image('visible.png', np.where(pair.visible, 255, 128).astype(np.uint8))
-    write_image('small.png', pair.right[:, :-1])
     write_image('row.png', pair.left[:1])
-    (tmp_path / 'text.png').write_text('no image')
-    return tmp_path
+    (folder / 'text.png').write_text('no image')
+    return folder
 
 
 def match_arguments(**changes):

@@ -11,35 +11,21 @@ from fuzzy_stereo_ros.commands import evolve
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
+from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.options import option_name
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from fuzzy_stereo_ros.views.evolution import STAY
-import numpy as np
 import pytest
 
 DISPARITIES = 16
 
 
-@pytest.fixture(scope='module')
-def pair():
-    return made_pair(48, 80, DISPARITIES, seed=3)
-
-
 @pytest.fixture
-def folder(tmp_path, monkeypatch, pair):
+def folder(folder):
     """Work in a folder with a pair, its truth, and files that are in the way."""
-    monkeypatch.chdir(tmp_path)
-    write_image('left.png', pair.left)
-    write_image('right.png', pair.right)
-    write_image('small.png', pair.right[:, :-1])
-    write_disparity('truth.pfm', pair.truth)
-    write_image('visible.png', np.where(pair.visible, 255, 128).astype(np.uint8))
-    (tmp_path / 'there.png').write_text('the one before')
-    (tmp_path / 'there.mp4').write_text('the one before')
-    (tmp_path / 'folder.png').mkdir()
-    return tmp_path
+    (folder / 'there.png').write_text('the one before')
+    (folder / 'there.mp4').write_text('the one before')
+    (folder / 'folder.png').mkdir()
+    return folder
 
 
 def words_for(*more, **changes):

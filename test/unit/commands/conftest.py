@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A pair and its truth, as files of the folder in which a command runs."""
+from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope='module')
+def pair():
+    return made_pair(48, 80, 16, seed=3)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, pair):
+    """Work in a folder with a pair, its truth, and a right image that does not fit."""
+    monkeypatch.chdir(tmp_path)
+    write_image('left.png', pair.left)
+    write_image('right.png', pair.right)
+    write_image('small.png', pair.right[:, :-1])
+    write_disparity('truth.pfm', pair.truth)
+    write_image('visible.png', np.where(pair.visible, 255, 128).astype(np.uint8))
+    return tmp_path
