@@ -1,34 +1,71 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows: cut by the image's size alone, so that threads share work, never results."""
-from concurrent.futures import ThreadPoolExecutor
 import os
+from queue import SimpleQueue
+from threading import Thread
+from weakref import finalize
 
 OVERLAP = 16        # rows that a band's vertical paths start early
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
 
 
 class Crew:
-    """The threads of one matcher. Kernels release the interpreter's lock while they run."""
+    """
+    The threads of one matcher, the caller's among them.
+
+    Kernels release the interpreter's lock while they run. An executor would do the same with a
+    future for each item, at five times the cost: there are some thirty calls a frame.
+    """
 
     def __init__(self, threads):
         """Start the threads. threads: 0 takes one a core."""
         self.threads = threads or os.cpu_count() or 1
-        self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
+        self._calls = SimpleQueue()
+        self._helpers = [Thread(target=_help, args=(self._calls,), daemon=True)
+                         for _ in range(self.threads - 1)]
+        for helper in self._helpers:
+            helper.start()
+        self._end = finalize(self, _end, self._calls, len(self._helpers))
 
     def each(self, work, items):
         """Call work(item) for every item and return when all are done; errors are raised here."""
-        if self._pool is None or len(items) == 1:
-            for item in items:
+        helpers = min(len(self._helpers), len(items) - 1)
+        rest, done = iter(items), SimpleQueue()
+        for _ in range(helpers):
+            self._calls.put((work, rest, done))
+        try:
+            for item in rest:
                 work(item)
-            return
-        for _ in self._pool.map(work, items):
-            pass
+        finally:
+            errors = [done.get() for _ in range(helpers)]
+        for error in errors:
+            if error is not None:
+                raise error
 
     def close(self):
         """End the threads."""
-        if self._pool is not None:
-            self._pool.shutdown()
+        self._end()
+        for helper in self._helpers:
+            helper.join()
+
+
+def _help(calls):
+    """Work on what is left of each call, until None comes."""
+    for work, rest, done in iter(calls.get, None):
+        error = None
+        try:
+            for item in rest:
+                work(item)
+        except BaseException as raised:     # handed to the caller, who raises it
+            error = raised
+        done.put(error)
+        del work, rest, done, error         # a thread that waits keeps no frame alive
+
+
+def _end(calls, helpers):
+    for _ in range(helpers):
+        calls.put(None)
 
 
 def cut_bands(rows, height=1):

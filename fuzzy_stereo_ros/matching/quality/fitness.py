@@ -105,7 +105,7 @@ class PlaneFitness:
         exchange: crossover.Exchange; first, second: (planes, trusted costs); selected: bool (R, C)
         """
         exchange.hold(kernels.list_cells(selected, exchange.all_cells))
-        kernels.fill_exchange(*first, *second, selected, self._across, self._down,
+        kernels.fill_exchange(*first, *second, selected, exchange.cells, self._across, self._down,
                               np.float32(MOST), self._flat, self._numbers, exchange.alone,
                               exchange.pairs)
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, weak_regions
-from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_bent, refuse_unfounded
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 import numpy as np
@@ -110,6 +110,8 @@ class FrameEvolution:
         self._chosen, self._ends = (np.zeros(most, np.int32) for _ in range(2))
         self._nearest = [np.zeros(possibility.right.columns // 2 + 1, np.float32)
                          for _ in self._bands]
+        self._lines = np.zeros((len(self._bands), 2, 4, shape[1] + 1), np.float32)
+        self._doubted = np.zeros((len(self._bands), shape[1]), np.uint8)
         self._roots = np.rint(ROOT_PARTS * np.sqrt(np.arange(256))).astype(np.int32)
         steps = np.arange(16 * ROOT_PARTS + 1) * (16 / ROOT_PARTS)
         self._by_step = np.float32(
@@ -135,19 +137,19 @@ class FrameEvolution:
         previous: its `Genes`, or None; arrival: the `Arrival` of the picture
         """
         self._crew, self.fitness[:] = crew, 0
-        down, right = (0, 0) if previous is None else np.add(previous.origin, arrival.shift)
-        self.carried = Genes(
-            np.zeros((*self._shape, 3), np.float32),
-            *(np.zeros(self._shape, np.uint8) for _ in range(2)),
-            np.array([down & 1, right & 1], np.uint8))
-        self._origin = int(down & 1), int(right & 1)
+        down, right = (0, 0) if previous is None else map(int, previous.origin + arrival.shift)
+        self._origin = down & 1, right & 1
         settled = arrival.ages >= min((arrival.noise / QUIET)**2, OLDEST)
         self._settled = (settled & (arrival.strengths > 0)).astype(np.uint8)
         self.converged = previous is None or not self._settled.any()
+        make = np.zeros if self.converged else np.empty
+        self.carried = Genes(
+            make((*self._shape, 3), np.float32), *(make(self._shape, np.uint8) for _ in range(2)),
+            np.array(self._origin, np.uint8))
         if self.converged:
             return False
         crew.each(lambda band: grid.move_genes(
-            *previous[:3], arrival.choices, self._settled, int(down) >> 1, int(right) >> 1,
+            *previous[:3], arrival.choices, self._settled, down >> 1, right >> 1,
             *self.carried[:3], band[1], band[2]), self._bands)
         return True
 
@@ -188,8 +190,8 @@ class FrameEvolution:
         genes = self.carried
         self._crew.each(lambda band: grid.write_labels(
             genes.planes, genes.evolved, self._trusted, fine, *self._origin, np.float32(NEW),
-            self._highest, chromosome, chosen.labels, chosen.offsets, verdict, band[1], band[2]),
-            self._bands)
+            self._highest, chromosome, chosen.labels, chosen.offsets, verdict,
+            self._lines[band[0]], self._doubted[band[0]], band[1], band[2]), self._bands)
 
     def _propose_regions(self, population, random):
         """Propose to doubted regions the planes on which the map of this frame agrees."""
@@ -208,7 +210,8 @@ class FrameEvolution:
                          self._labels, self._selected, self.carried.work)
         region_planes(self._of_map, self._trusted, starts, self._pixels, ROUNDS,
                       np.float32(AGREEMENT), random.key, self._points, planes, 0, number)
-        self._refuse_bent(starts, planes)
+        refuse_bent(planes, starts, self._pixels, self._of_map, self._trusted, np.float32(NEAR),
+                    FLAT, self._selected)
         grid.propose_planes(self.carried.planes, self._labels, planes, self._settled,
                             self._highest, self._selected, self._proposal, self._proposed)
         self._measure()
@@ -226,19 +229,6 @@ class FrameEvolution:
                 np.float32(STALE), self._selected, self._proposal):
             self._measure()
             self._accept(self._regions, random, False)
-
-    def _refuse_bent(self, starts, planes):
-        """Propose nothing to regions of which too few trusted cells lie near their planes."""
-        pixels, number = self._pixels[:starts[-1]], len(planes)
-        region = np.repeat(np.arange(number), np.diff(starts))
-        row, column = np.divmod(pixels, self._shape[1])
-        slope, fall, offset = planes[region].T
-        trusted = self._trusted.reshape(-1)[pixels]
-        near = trusted & (abs(slope * column + fall * row + offset
-                              - self._of_map.reshape(-1)[pixels]) < NEAR)
-        flat = (np.bincount(region, near, number)
-                >= FLAT * np.maximum(np.bincount(region, trusted, number), 1))
-        self._selected.reshape(-1)[pixels[~flat[region]]] = False
 
     def _grown(self, random):
         """Return runs of rows, their regions by thresholds drawn at random, and how many."""
@@ -270,8 +260,9 @@ class FrameEvolution:
             costs.trusted_costs(found, self._trust, found, 0, rows)
         exchange.hold(costs.list_cells(self._selected, exchange.all_cells))
         costs.fill_exchange(
-            genes.planes, self._old, self._proposal, self._new, self._selected, self._across,
-            self._down, np.float32(MOST), False, self._numbers, exchange.alone, exchange.pairs)
+            genes.planes, self._old, self._proposal, self._new, self._selected, exchange.cells,
+            self._across, self._down, np.float32(MOST), False, self._numbers, exchange.alone,
+            exchange.pairs)
         self.fitness -= crossover(exchange, random) / (costs.UNIT * self._labels.size)
         costs.take_planes(genes.planes, self._old, self._proposal, self._new, exchange.cells,
                           exchange.taken)

@@ -55,3 +55,14 @@ def test_no_number_of_threads_means_one_a_core():
     crew = Crew(0)
     assert crew.threads >= 1
     crew.close()
+
+
+def test_the_threads_of_a_crew_that_nobody_has_any_more_end():
+    before = set(threading.enumerate())
+    crew = Crew(3)
+    helpers = set(threading.enumerate()) - before
+    assert len(helpers) == 2
+    del crew
+    for helper in helpers:
+        helper.join(20)
+        assert not helper.is_alive()

@@ -7,7 +7,7 @@ from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.benchmarks.speed import with_noise
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.planes import grid
+from fuzzy_stereo_ros.matching.kernels.planes import evidence, grid
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
@@ -107,10 +107,11 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     chromosome = random_map(shape, 10, 6)
     found, labels = chromosome.copy(), chromosome.copy()
     offsets, verdict = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
+    memory = np.zeros((2, 4, cells[1] + 1), np.float32), np.zeros(cells[1], np.uint8)
     for first, last in ((0, 1), (1, cells[0])):
         grid.write_labels(planes, evolved, trusted, np.pad(fine, MARGIN), *origin,
                           np.float32(0.75), np.float32(9), found, labels, offsets, verdict,
-                          first, last)
+                          *memory, first, last)
     twin = twins.written(planes, evolved, fine, origin, 0.75, 9, chromosome)
     np.testing.assert_array_equal(found, twin)
     np.testing.assert_array_equal(labels, twin)
@@ -118,6 +119,24 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     assert (changed >= (twin != chromosome)).all()
     assert (abs(offsets[changed]) <= 8).all() and (offsets[~changed] == 99).all()
     assert set(np.unique(verdict[changed])) <= {CONSISTENT, REFUSED}
+
+
+def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_refused():
+    shape, starts = (4, 6), np.array([0, 12, 18, 24], np.int32)
+    pixels = np.random.default_rng(0).permutation(24).astype(np.int32)
+    disparities, trusted = random_map(shape, 4).astype(np.float32), random_map(shape, 2, 1, bool)
+    planes = np.array([(0.1, 0.2, 1), (0, 0, 2), (0.5, 0, 0)], np.float32)
+    for share in (0.2, 0.5, 0.9):
+        selected = np.ones(shape, bool)
+        evidence.refuse_bent(planes, starts, pixels, disparities, trusted, np.float32(1), share,
+                             selected)
+        for plane, first, last in zip(planes, starts, starts[1:]):
+            row, column = np.divmod(pixels[first:last], shape[1])
+            known = trusted[row, column]
+            away = abs(np.column_stack([column, row, np.ones_like(row)]) @ plane
+                       - disparities[row, column])
+            bent = (known & (away < 1)).sum() < share * max(known.sum(), 1)
+            assert (selected[row, column] == (not bent)).all()
 
 
 def test_regions_are_chosen_in_order_as_far_as_they_fit():

@@ -203,51 +203,53 @@ def list_cells(selected, cells):
 
 
 @kernel
-def fill_exchange(first_planes, first_costs, second_planes, second_costs, selected, across, down,
-                  most, flat, numbers, alone, pairs):
+def fill_exchange(first_planes, first_costs, second_planes, second_costs, selected, cells, across,
+                  down, most, flat, numbers, alone, pairs):
     """
     Write what taking the second parent's planes changes: see crossover.Exchange, 4 neighbours.
 
-    first_costs, second_costs: int32 (R, C); selected: bool (R, C), the cells; numbers: int32
-    (R, C), memory; alone: int32 (n,), pairs: int32 (n, 2)
+    first_costs, second_costs: int32 (R, C); selected: bool (R, C), the cells; cells: int32 (n,),
+    the same as a list, ascending; numbers: int32 (R, C), memory; alone: int32 (n,), pairs: int32
+    (n, 2)
     """
     rows, columns = selected.shape
-    number = 0
-    for row in range(rows):
-        for column in range(columns):
-            mine = -1
-            if selected[row, column]:
-                mine = number
-                alone[mine] = second_costs[row, column] - first_costs[row, column]
-                pairs[mine, 0] = pairs[mine, 1] = 0
-                number += 1
-            numbers[row, column] = mine
-            for side in range(2):
-                y, x = row - side, column - 1 + side
-                if y < 0 or x < 0:
-                    continue
-                theirs = numbers[y, x]
-                if mine < 0 and theirs < 0:
-                    continue
+    for number in range(cells.size):
+        row, column = cells[number] // columns, cells[number] % columns
+        numbers[row, column] = number
+        alone[number] = second_costs[row, column] - first_costs[row, column]
+        for side in range(2):
+            # with the left and the upper one, then with the right and the lower one
+            y, x = row - side, column - 1 + side
+            pairs[number, side] = 0
+            if y >= 0 and x >= 0:
                 weight = down[row, column] if side else across[row, column]
                 one, other = first_planes[row, column], first_planes[y, x]
-                new, newer = second_planes[row, column], second_planes[y, x]
-                if flat:
-                    old = step(one, row, column, other, y, x, weight, most)
-                    mixed = step(new, row, column, other, y, x, weight, most)
-                    remixed = step(one, row, column, newer, y, x, weight, most)
-                    both = step(new, row, column, newer, y, x, weight, most)
-                else:
-                    old = bend(one, row, column, other, y, x, weight, most)
-                    mixed = bend(new, row, column, other, y, x, weight, most)
-                    remixed = bend(one, row, column, newer, y, x, weight, most)
-                    both = bend(new, row, column, newer, y, x, weight, most)
-                if mine >= 0:
-                    alone[mine] += mixed - old
-                if theirs >= 0:
-                    alone[theirs] += remixed - old
-                if mine >= 0 and theirs >= 0:
-                    pairs[mine, side] = both + old - mixed - remixed
+                new = second_planes[row, column]
+                old = _differ(one, row, column, other, y, x, weight, most, flat)
+                mixed = _differ(new, row, column, other, y, x, weight, most, flat)
+                alone[number] += mixed - old
+                if selected[y, x]:
+                    newer = second_planes[y, x]
+                    remixed = _differ(one, row, column, newer, y, x, weight, most, flat)
+                    both = _differ(new, row, column, newer, y, x, weight, most, flat)
+                    alone[numbers[y, x]] += remixed - old
+                    pairs[number, side] = both + old - mixed - remixed
+            y, x = row + side, column + 1 - side
+            if y < rows and x < columns and not selected[y, x]:
+                weight = down[y, x] if side else across[y, x]
+                one, other = first_planes[y, x], first_planes[row, column]
+                newer = second_planes[row, column]
+                alone[number] += (
+                    _differ(one, y, x, newer, row, column, weight, most, flat)
+                    - _differ(one, y, x, other, row, column, weight, most, flat))
+
+
+@inlined
+def _differ(one, row, column, other, y, x, weight, most, flat):
+    """Return what two neighbours cost: flat, by their disparities alone."""
+    if flat:
+        return step(one, row, column, other, y, x, weight, most)
+    return bend(one, row, column, other, y, x, weight, most)
 
 
 @kernel

@@ -1,9 +1,34 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the two images by themselves speak for moving a region to another plane."""
+"""Whether what is seen of a region speaks for moving it to another plane."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 import numpy as np
+
+
+@kernel
+def refuse_bent(planes, starts, pixels, disparities, trusted, near, share, selected):
+    """
+    Refuse regions of which too few trusted pixels lie near their planes.
+
+    planes: float32 (n, 3); starts, pixels: of region i, pixels[starts[i]:starts[i + 1]]; near: px;
+    share: of the trusted pixels; disparities: float32 (R, C), px; trusted: bool (R, C); selected:
+    bool (R, C), set to false in regions that are refused
+    """
+    columns = selected.shape[1]
+    for region in range(planes.shape[0]):
+        slope, fall, offset = planes[region]
+        mine = pixels[starts[region]:starts[region + 1]]
+        known = agreeing = 0
+        for pixel in mine:
+            row, column = pixel // columns, pixel % columns
+            if trusted[row, column]:
+                known += 1
+                agreeing += abs(slope * np.float32(column) + fall * np.float32(row) + offset
+                                - disparities[row, column]) < near
+        if agreeing < share * max(known, 1):
+            for pixel in mine:
+                selected[pixel // columns, pixel % columns] = False
 
 
 @kernel

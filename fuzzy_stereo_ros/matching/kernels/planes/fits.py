@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
 
 _SAMPLES = 150       # pixels of a region, about, on which a plane is tried
-_LEAST = 6           # pixels that a plane is fitted to
+LEAST = 6            # points that a plane is fitted to
 _FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
 _STEEPEST = 2.0      # px a px
 
@@ -23,6 +23,27 @@ def solve(xx, xy, yy, x, y, number, xd, yd, d):
     fall = (xx * (yd * number - y * d) - xd * two + x * (xy * d - yd * x)) / determinant
     offset = (xx * (yy * d - yd * y) - xy * (xy * d - yd * x) + xd * three) / determinant
     return slope, fall, offset
+
+
+@inlined
+def random_plane(points, first, number, key, count):
+    """
+    Return (is it one, slope, fall, offset) of the plane through three of `number` points.
+
+    points: float32 (3, N), x, y and disparity, of which those from `first` on count; key, count:
+    uint64, random numbers `count` to `count + 2` of a key choose the three
+    """
+    one = first + below(mixed(key, count), np.uint64(number))
+    two = first + below(mixed(key, count + np.uint64(1)), np.uint64(number))
+    three = first + below(mixed(key, count + np.uint64(2)), np.uint64(number))
+    x, y, d = points[0, one], points[1, one], points[2, one]
+    x2, y2, d2 = points[0, two] - x, points[1, two] - y, points[2, two] - d
+    x3, y3, d3 = points[0, three] - x, points[1, three] - y, points[2, three] - d
+    area = x2 * y3 - x3 * y2
+    if abs(area) < _FLATTEST:
+        return False, np.float32(0), np.float32(0), np.float32(0)
+    a, b = (d2 * y3 - d3 * y2) / area, (x2 * d3 - x3 * d2) / area
+    return abs(a) <= _STEEPEST and abs(b) <= _STEEPEST, a, b, d - a * x - b * y
 
 
 @kernel(error_model='numpy')
@@ -78,7 +99,7 @@ def _points_of(flat, known, begin, end, pixels, columns, points):
                 points[1, number] = pixel // columns
                 points[2, number] = flat[pixel]
                 number += 1
-        if number >= _LEAST:
+        if number >= LEAST:
             break
     return number
 
@@ -107,23 +128,13 @@ def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, poin
             x[:number].mean(), y[:number].mean(), d[:number].mean())
         most, slope, fall, offset = -1, np.float32(0), np.float32(0), np.float32(middle)
         stride = max(1, number // _SAMPLES)
-        for attempt in range(rounds + 1 if number >= _LEAST else 1):
+        for attempt in range(rounds + 1 if number >= LEAST else 1):
             a, b, c = slope, fall, offset
             if attempt > 0:
                 count = np.uint64((region * rounds + attempt) * 3)
-                one, two, three = (
-                    below(mixed(key, count), np.uint64(number)),
-                    below(mixed(key, count + np.uint64(1)), np.uint64(number)),
-                    below(mixed(key, count + np.uint64(2)), np.uint64(number)))
-                x2, y2, d2 = x[two] - x[one], y[two] - y[one], d[two] - d[one]
-                x3, y3, d3 = x[three] - x[one], y[three] - y[one], d[three] - d[one]
-                area = x2 * y3 - x3 * y2
-                if abs(area) < _FLATTEST:
+                is_plane, a, b, c = random_plane(points, 0, number, key, count)
+                if not is_plane:
                     continue
-                a, b = (d2 * y3 - d3 * y2) / area, (x2 * d3 - x3 * d2) / area
-                if abs(a) > _STEEPEST or abs(b) > _STEEPEST:
-                    continue
-                c = d[one] - a * x[one] - b * y[one]
             agreeing = 0
             for place in range(0, number, stride):
                 agreeing += abs(a * x[place] + b * y[place] + c - d[place]) < limit
@@ -146,7 +157,7 @@ def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, poin
                 sxd += right * more
                 syd += down * more
         planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
-        if s >= _LEAST:
+        if s >= LEAST:
             fitted = solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
             planes[region, 0], planes[region, 1] = fitted[0], fitted[1]
             planes[region, 2] = (fitted[2] + middle - fitted[0] * middle_x

@@ -15,6 +15,8 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
 from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
 import numpy as np
 
+_ROUNDING = np.float32(0.01)     # px, more than sums of a plane are rounded by
+
 
 @kernel
 def move_genes(planes, evolved, work, choices, settled, down, right, moved_planes, moved_evolved,
@@ -24,26 +26,30 @@ def move_genes(planes, evolved, work, choices, settled, down, right, moved_plane
 
     planes: float32 (r, c, 3); evolved: uint8 (r, c), 0 where a gene follows the map; work: uint8
     (r, c); choices: int8 (tile rows, tile columns), 0 where a tile of pixels stayed; settled:
-    uint8, likewise, 0 where nothing comes over; down, right: cells; rows first .. last are written
+    uint8, likewise, 0 where nothing comes over and zeros are written; down, right: cells; rows
+    first .. last are written
     """
     rows, columns = evolved.shape
+    side = TILE // 2
     for row in range(first, last):
-        tile_row = 2 * row // TILE
-        for column in range(columns):
-            tile = 2 * column // TILE
-            moved_evolved[row, column] = moved_work[row, column] = 0
-            if settled[tile_row, tile] == 0:
-                continue
-            y, x = row, column
-            if choices[tile_row, tile] != 0:
-                y, x = row - down, column - right
-            if not (0 <= y < rows and 0 <= x < columns):
-                continue
-            moved_evolved[row, column], moved_work[row, column] = evolved[y, x], work[y, x]
-            slope, fall = planes[y, x, 0], planes[y, x, 1]
-            moved_planes[row, column, 0], moved_planes[row, column, 1] = slope, fall
-            moved_planes[row, column, 2] = (planes[y, x, 2] - slope * np.float32(column - x)
-                                            - fall * np.float32(row - y))
+        for tile in range(settled.shape[1]):
+            begin, end = tile * side, min((tile + 1) * side, columns)
+            here = row // side, tile
+            y, moved = (row - down, right) if choices[here] != 0 else (row, 0)
+            from_, to = begin, begin        # of the cells of this tile that come over
+            if settled[here] != 0 and 0 <= y < rows:
+                from_, to = max(begin, moved), min(end, columns + moved)
+            for column in range(begin, end):
+                if not from_ <= column < to:
+                    moved_evolved[row, column] = moved_work[row, column] = 0
+                    moved_planes[row, column] = 0
+            for column in range(from_, to):
+                x = np.uint64(column - moved)
+                slope, fall, offset = planes[y, x, 0], planes[y, x, 1], planes[y, x, 2]
+                moved_evolved[row, column], moved_work[row, column] = evolved[y, x], work[y, x]
+                moved_planes[row, column, 0], moved_planes[row, column, 1] = slope, fall
+                moved_planes[row, column, 2] = (offset - slope * np.float32(moved)
+                                                - fall * np.float32(row - y))
 
 
 @kernel
@@ -81,26 +87,34 @@ def follow_map(disparities, reach, limit, mutated, evolved, planes, tangents, fi
     The planes through the cells of the map are sloped as the neighbours `reach` cells away are.
 
     disparities: float32 (r, c), px; limit: px by which those neighbours may differ; mutated: bool,
-    evolved: uint8 (r, c); planes, tangents: float32 (r, c, 3), the genes, and the map's, which are
-    written where the gene has evolved
+    evolved: uint8 (r, c); planes, tangents: float32 (r, c, 3), the genes, and those of the map
     """
     rows, columns = evolved.shape
     for row in range(first, last):
+        here, above, below = disparities[row], disparities[row], disparities[row]
+        if reach <= row < rows - reach:
+            above, below = disparities[row - reach], disparities[row + reach]
         for column in range(columns):
-            here = disparities[row, column]
-            slope = fall = np.float32(0)
+            slope = np.float32(0)
             if reach <= column < columns - reach:
-                before, after = disparities[row, column - reach], disparities[row, column + reach]
-                if abs(before - here) < limit and abs(after - here) < limit:
-                    slope = (after - before) / np.float32(2 * reach)
-            if reach <= row < rows - reach:
-                before, after = disparities[row - reach, column], disparities[row + reach, column]
-                if abs(before - here) < limit and abs(after - here) < limit:
-                    fall = (after - before) / np.float32(2 * reach)
-            found = tangents[row, column] if evolved[row, column] else planes[row, column]
+                slope = _slope(here[column - reach], here[column], here[column + reach], reach,
+                               limit)
+            fall = _slope(above[column], here[column], below[column], reach, limit)
+            found = tangents[row, column]
             found[0], found[1] = slope, fall
-            found[2] = here - slope * np.float32(column) - fall * np.float32(row)
+            found[2] = here[column] - slope * np.float32(column) - fall * np.float32(row)
+        for column in range(columns):
+            if not evolved[row, column]:
+                for part in range(3):
+                    planes[row, column, part] = tangents[row, column, part]
             evolved[row, column] |= mutated[row, column]
+
+
+@inlined
+def _slope(before, here, after, reach, limit):
+    """Return how much a map rises from cell to cell, 0 where it jumps by `limit` or more."""
+    flat = (abs(before - here) < limit) & (abs(after - here) < limit)
+    return (after - before) / np.float32(2 * reach) if flat else np.float32(0)
 
 
 @kernel(error_model='numpy')
@@ -312,9 +326,55 @@ def _like(fine, y, x, row, column, down, right, shape):
     return best_row, best
 
 
+@inlined
+def _spread(planes, evolved, row, apart, lines):
+    """Write of the cells of a row: disparity, slope, fall, and how far labels may lie from it."""
+    columns = evolved.shape[1]
+    middle, slopes, falls, slack = lines[0], lines[1], lines[2], lines[3]
+    for column in range(columns):
+        slope, fall = planes[row, column, 0], planes[row, column, 1]
+        middle[column] = (slope * np.float32(column) + fall * np.float32(row)
+                          + planes[row, column, 2])
+        slopes[column], falls[column] = slope, fall
+        slack[column] = apart - _ROUNDING if evolved[row, column] else np.float32(np.inf)
+    lines[:, columns] = lines[:, columns - 1]
+
+
+@inlined
+def _is_far(lines, place, right, down, label):
+    """Return whether the plane of a cell is far from a label so many px from the cell."""
+    disparity = lines[0, place] + lines[1, place] * right + lines[2, place] * down
+    return abs(disparity - label) > lines[3, place]
+
+
+@kernel
+def _doubted(upper, lower, down, side, labels, begin, doubted):
+    """
+    Write which pixels are far from the plane of a cell around them; return how many.
+
+    upper, lower: of the cells above and below, see _spread; down, side: 1 for the lower and the
+    right ones of a cell's four pixels; labels: of the row, every other one from `begin` on;
+    doubted: uint8
+    """
+    # indices without a sign, else this is no loop of vectors
+    number, half = 0, np.float32(0.5)
+    above, below, before, after = (half * np.float32(down), half * np.float32(-down),
+                                   half * np.float32(side), half * np.float32(-side))
+    for column in range(doubted.size):
+        label = np.float32(labels[np.uint64(2 * column + begin)])
+        one, two = np.uint64(column), np.uint64(column + side)
+        found = (_is_far(upper, one, before, above, label)
+                 | _is_far(upper, two, after, above, label)
+                 | _is_far(lower, one, before, below, label)
+                 | _is_far(lower, two, after, below, label))
+        doubted[one] = found
+        number += found
+    return number
+
+
 @kernel
 def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, chromosome, labels,
-                 offsets, verdict, first, last):
+                 offsets, verdict, lines, doubted, first, last):
     """
     Give pixels around evolved cells the labels of their planes.
 
@@ -322,21 +382,25 @@ def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, ch
     the chromosome's by less than `apart` px stay.
 
     evolved: uint8, trusted: bool (r, c); fine: uint16, grey of the full image with a margin;
-    chromosome, labels: (R, C) labels, offsets: int8 (R, C), verdict: uint8 (R, C), written; first,
-    last: rows of cells
+    chromosome, labels: (R, C) labels, offsets: int8 (R, C), verdict: uint8 (R, C), written; lines:
+    float32 (2, 4, c + 1), doubted: uint8 (c,), memory; first, last: rows of cells
     """
-    rows, columns = evolved.shape
-    half = np.float32(0.5)
+    (rows, columns), half = evolved.shape, np.float32(0.5)
+    _spread(planes, evolved, first, apart, lines[first & 1])
     for row in range(first, last):
-        below = min(row + 1, rows - 1)
-        for column in range(columns):
-            after = min(column + 1, columns - 1)
-            if not (evolved[row, column] | evolved[row, after] | evolved[below, column]
-                    | evolved[below, after]):
-                continue
-            for y in range(2 * row + down, min(2 * row + down + 2, chromosome.shape[0])):
-                for x in range(2 * column + right, min(2 * column + right + 2,
-                                                       chromosome.shape[1])):
+        _spread(planes, evolved, min(row + 1, rows - 1), apart, lines[(row + 1) & 1])
+        for y in range(2 * row + down, min(2 * row + down + 2, chromosome.shape[0])):
+            lower = y - 2 * row - down
+            for side in range(2):
+                # few pixels differ by so much from any plane around them
+                there = doubted[:min(columns, (chromosome.shape[1] - right - side + 1) // 2)]
+                if _doubted(lines[row & 1], lines[(row + lower) & 1], lower, side, chromosome[y],
+                            right + side, there) == 0:
+                    continue
+                for column in range(there.size):
+                    if not doubted[column]:
+                        continue
+                    x = 2 * column + right + side
                     r, c = _like(fine, y, x, row, column, down, right, evolved.shape)
                     if not evolved[r, c]:
                         continue

@@ -8,16 +8,12 @@ segments.py does, and noise leads no region across an edge. Coordinates are thos
 image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
-from fuzzy_stereo_ros.matching.kernels.planes.fits import solve
+from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, random_plane, solve
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, root
 from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
 import numpy as np
 
 _FOLLOWS = 2         # a run's grey follows its pixels by a quarter of their difference
-_LEAST = 6           # points that a plane is fitted to
-_FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
-_STEEPEST = 2.0      # px a px
 _ENOUGH = 0.9        # share of the points whose agreement ends the search
 _REFITS = 4          # by least squares, each to what agrees with the one before
 
@@ -190,31 +186,21 @@ def fit_planes(points, starts, rounds, limit, share, key, planes):
         first, last = starts[region], starts[region + 1]
         planes[region] = np.nan
         number = last - first
-        if number < _LEAST:
+        if number < LEAST:
             continue
         slope = fall = offset = np.float32(0)
         most = 0
         for attempt in range(rounds):
             count = np.uint64((region * rounds + attempt) * 3)
-            one = first + below(mixed(key, count), np.uint64(number))
-            two = first + below(mixed(key, count + np.uint64(1)), np.uint64(number))
-            three = first + below(mixed(key, count + np.uint64(2)), np.uint64(number))
-            x, y, d = points[0, one], points[1, one], points[2, one]
-            x2, y2, d2 = points[0, two] - x, points[1, two] - y, points[2, two] - d
-            x3, y3, d3 = points[0, three] - x, points[1, three] - y, points[2, three] - d
-            area = x2 * y3 - x3 * y2
-            if abs(area) < _FLATTEST:
+            is_plane, a, b, c = random_plane(points, first, number, key, count)
+            if not is_plane:
                 continue
-            a, b = (d2 * y3 - d3 * y2) / area, (x2 * d3 - x3 * d2) / area
-            if abs(a) > _STEEPEST or abs(b) > _STEEPEST:
-                continue
-            c = d - a * x - b * y
             agreeing = _agreeing(points, first, last, a, b, c, limit)
             if agreeing > most:
                 most, slope, fall, offset = agreeing, a, b, c
                 if agreeing >= _ENOUGH * number:
                     break
-        if most >= _LEAST:
+        if most >= LEAST:
             for _ in range(_REFITS):
                 slope, fall, offset = _fitted(points, first, last, slope, fall, offset,
                                               np.float32(1.5) * limit)
