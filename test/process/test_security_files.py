@@ -1,47 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Where commands and the node write, and that they open no sockets: SECURITY.md promises it."""
-import json
 import os
-from pathlib import Path
 import subprocess
 import sys
 
+from audits import all_files, environment, noted
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
-from node_process import ROOT
 import pytest
 from saved_scene import running
-
-CODE = Path(fuzzy_stereo_ros.__file__).parent
-ASKING = 'subprocess.Popen', 'lscpu'    # by numpy.testing of NumPy 1, which numba imports
-
-
-def environment(folder, module):
-    """Return the environment of an audited module whose home is in a folder."""
-    return {**os.environ, 'AUDITED_MODULE': module, 'AUDITED_NOTES': str(folder / 'notes'),
-            'PYTHONPATH': os.pathsep.join([str(ROOT), str(ROOT / 'test' / 'support')]),
-            'HOME': str(folder / 'home')}
-
-
-def is_cache(path):
-    """Return whether a path is of the cache of kernels, or of Python's own beside the code."""
-    return FOLDER.parent in (path, *path.parents) or (
-        CODE in path.parents and '__pycache__' in path.parts)
-
-
-def noted(folder, allowed):
-    """Return what was noted but for writing below allowed folders and to caches of code."""
-    lines = (folder / 'notes').read_text().splitlines()
-    notes = [json.loads(line) for line in lines]
-    assert notes, 'nothing was noted'
-    return [(event, where) for event, where in notes if event.startswith('socket') or not any(
-        one in (Path(where), *Path(where).parents) for one in (*allowed, Path(os.devnull)))
-        and not is_cache(Path(where)) and (event, Path(where).name) != ASKING]
 
 
 def audited(folder, *words):
@@ -103,10 +74,6 @@ def test_what_is_written_elsewhere_and_sockets_are_found_out(tmp_path):
 
 HOSTILE = ('/../../../evil/left/image_rect', '/../../../evil/left/camera_info',
            '/../../../evil/right/image_rect', '/../../../evil/right/camera_info')
-
-
-def all_files(folder):
-    return {path for path in folder.rglob('*') if path.is_file()}
 
 
 def test_names_of_topics_in_a_bag_are_no_paths(tmp_path):

@@ -5,11 +5,11 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
+from audits import all_files, environment, noted
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from node_process import NodeProcess, own_domain, shifted_pair
 from pages import text_of
 import pytest
-from test_security_files import all_files, environment, noted
 
 PAIR = shifted_pair(7)
 HOSTILE = '../../../../evil'
