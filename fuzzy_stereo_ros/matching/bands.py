@@ -50,6 +50,19 @@ class Crew:
             helper.join()
 
 
+def by_bands(crew, work, reach, image, result):
+    """
+    Write what a filter makes of an image, band by band.
+
+    work: called with rows of the image, returns as many; reach: rows that it looks up and down
+    """
+    def filter_band(band):
+        _, first, last = band
+        begin = max(first - reach, 0)
+        result[first:last] = work(image[begin:last + reach])[first - begin:last - begin]
+    crew.each(filter_band, cut_bands(len(image)))
+
+
 def _help(calls):
     """Work on what is left of each call, until None comes."""
     for work, rest, done in iter(calls.get, None):

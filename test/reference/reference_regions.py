@@ -35,8 +35,8 @@ def regions(grey, weak, step, apart, overlap, least):
                 difference = abs(int(grey[row, low:high].sum(dtype=np.int64))
                                  - int(grey[above, low:high].sum(dtype=np.int64)))
                 joined[one, other] = joined[other, one] = difference <= apart * (high - low)
-    for _ in nodes:
-        joined = (joined.astype(int) @ joined.astype(int)) > 0
+    for _ in range(len(nodes).bit_length()):        # each doubles the longest way
+        joined = (joined.astype(np.float32) @ joined.astype(np.float32)) > 0
     numbers, sizes = np.full(grey.shape, -1), {}
     for one, (row, begin, end) in enumerate(nodes):
         first = int(np.argmax(joined[one]))

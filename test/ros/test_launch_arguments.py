@@ -81,7 +81,7 @@ def test_every_argument_of_every_launch_file_is_described():
     (FUZZY_STEREO, 'params_file', '/no/such.yaml',
      "params_file is '/no/such.yaml', which is no file; give the path of a file of parameters, "
      'or nothing for the defaults'),
-    (RIGS, 'rigs_file', '/no/such.yaml', 'the file of rigs /no/such.yaml cannot be read: '
+    (RIGS, 'rigs_file', '/no/such.yaml', 'the file of rigs /no/such.yaml: '
      "[Errno 2] No such file or directory: '/no/such.yaml'"),
     (DEMO, 'disparities', '700', 'disparities is 700; allowed are 1 to the 640 columns'),
     (DEMO, 'rate', '0', 'rate is 0.0; allowed are numbers from 0.1 to 1000'),

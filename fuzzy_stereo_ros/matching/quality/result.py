@@ -6,12 +6,12 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.planes.views import compare_views
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    CONSISTENT, refuse_speckles, REFUSED)
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
 from fuzzy_stereo_ros.matching.quality.regions import listed
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND
+from fuzzy_stereo_ros.matching.speckles import Speckles
 import numpy as np
 
 MOST = 1.0               # px by which the views may differ
@@ -122,9 +122,8 @@ def refine(crew, config, population, seed, random):
     verdict = compare(crew, planes, right.disparities(other), config.min_disparity)
     disparity = flattened(left, finished(planes, seed), seed.surface, random)
     if config.speckle_size > 1:
-        refuse_speckles(np.rint(disparity).astype(np.int16).reshape(-1), verdict.reshape(-1),
-                        verdict.shape[1], config.speckle_range, config.speckle_size,
-                        *(np.zeros(verdict.size, np.int32) for _ in range(4)))
+        Speckles(*verdict.shape).refuse(crew, np.rint(disparity).astype(np.int16), verdict,
+                                        config.speckle_range, config.speckle_size)
     agreed = verdict == CONSISTENT
     sure = certainty(left, member, seed, config.min_disparity) * agreed
     confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed

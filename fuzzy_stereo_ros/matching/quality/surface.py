@@ -24,7 +24,6 @@ class DenseSurface:
         self.verdict = np.zeros((rows, columns), np.uint8)
         self.fitted, self._filled, self._median, self._smooth = (
             np.zeros((rows, columns), np.float32) for _ in range(4))
-        self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
         self._histograms = [np.zeros(dense_map.BINS * disparities + 1, np.float32)
                             for _ in self._bands]
         steps = np.arange(3 * 256)
@@ -43,13 +42,6 @@ class DenseSurface:
         crew.each(lambda band: consistency.check_consistency(
             labels, target, self._disparities, inside, self.verdict, band[1], band[2]),
             self._bands)
-
-    def refuse_speckles(self, labels, speckle_size, speckle_range):
-        """Refuse the small components of a map of labels, int16 (R, C)."""
-        if speckle_size > 1:
-            consistency.refuse_speckles(
-                labels.reshape(-1), self.verdict.reshape(-1), labels.shape[1], speckle_range,
-                speckle_size, *self._runs)
 
     def fill(self, crew, labels, offsets, colour, result):
         """

@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
-from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, weak_regions
+from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_bent, refuse_unfounded
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions
 import numpy as np
 
 REGIONS = 0.5            # share of the generations that propose planes; the others cross
@@ -99,10 +99,8 @@ class FrameEvolution:
         self._trust, self._labels, self._numbers, self._old, self._new, self._region = (
             np.zeros(shape, np.int32) for _ in range(6))
         self._doubts, self._everywhere = np.zeros(shape, np.uint8), np.ones(shape, np.uint8)
-        self._begin, self._end, self._parent, self._size, self._of_run = (
-            np.zeros(cells + 1, np.int32) for _ in range(5))
-        self._row_starts = np.zeros(shape[0] + 1, np.int32)
-        self._sums = np.zeros((2, shape[1] + 1), np.int32)
+        self._grey_regions = GreyRegions(*shape)
+        self._parent, self._size = (np.zeros(cells + 1, np.int32) for _ in range(2))
         self._pixels, self._dearer = np.zeros(cells, np.int32), np.zeros(cells + 1, np.int64)
         self._points, self._planes = np.zeros((3, cells), np.float32), np.zeros(
             (most, 3), np.float32)
@@ -188,7 +186,7 @@ class FrameEvolution:
         picture
         """
         genes = self.carried
-        self._crew.each(lambda band: grid.write_labels(
+        self._crew.each(lambda band: grid_labels.write_labels(
             genes.planes, genes.evolved, self._trusted, fine, *self._origin, np.float32(NEW),
             self._highest, chromosome, chosen.labels, chosen.offsets, verdict,
             self._lines[band[0]], self._doubted[band[0]], band[1], band[2]), self._bands)
@@ -235,13 +233,8 @@ class FrameEvolution:
         draws = random.uniform(2)
         step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
         apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
-        weak_regions.find_runs(
-            self._half_fine, MARGIN, self._everywhere, step, apart, OVERLAP, self._begin,
-            self._end, self._parent, self._row_starts, self._sums)
-        number = weak_regions.number_regions(
-            self._begin, self._end, self._parent, self._row_starts[-1], SMALLEST, self._size,
-            self._of_run)
-        return (self._begin, self._end, self._row_starts, self._of_run), number
+        return self._grey_regions.grow(self._crew, self._half_fine, self._everywhere, step, apart,
+                                       OVERLAP, SMALLEST)
 
     def _measure(self):
         """Write what the matches of the genes, and of the proposal, cost where it is selected."""

@@ -6,15 +6,17 @@ The chromosome at half size: the cold parent of every frame, and what it tells t
 Not in the paper. It is made anew for each pair, so that it bears witness against a stale previous
 best; its labels narrow the windows of the full search and carry it over weak texture.
 """
+from functools import partial
 from typing import NamedTuple
 
 import cv2
+from fuzzy_stereo_ros.matching.bands import by_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    check_consistency, refuse_speckles)
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
+from fuzzy_stereo_ros.matching.speckles import Speckles
 import numpy as np
 
 TILE = 64               # half-size pixels that are searched at a time
@@ -58,7 +60,7 @@ class HalfSize:
         labels_type = self._scanlines.chosen.labels.dtype
         self._verdict, self.weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
         self._labels, self._filled = (np.zeros(shape, labels_type) for _ in range(2))
-        self._runs = [np.zeros(self._verdict.size, np.int32) for _ in range(4)]
+        self._speckles = Speckles(*shape)
         self._steps = np.zeros(shape, np.uint16)
         self._prior = prior_of(np.zeros((rows, columns), gene_type(disparities)),
                                np.zeros((rows, columns), np.uint8), disparities,
@@ -75,11 +77,10 @@ class HalfSize:
         crew.each(lambda band: check_consistency(
             chosen.labels, chosen.target, self._half_disparities, half_inside,
             self._verdict, band[1], band[2]), bands)
-        refuse_speckles(chosen.labels.reshape(-1), self._verdict.reshape(-1),
-                        self._labels.shape[1], 1, SPECKLE, *self._runs)
+        self._speckles.refuse(crew, chosen.labels, self._verdict, 1, SPECKLE)
         crew.each(lambda band: filling.fill_rows(
             chosen.labels, self._verdict, self._filled, band[1], band[2]), bands)
-        cv2.medianBlur(self._filled, 5, dst=self._labels)
+        by_bands(crew, partial(cv2.medianBlur, ksize=5), 2, self._filled, self._labels)
         return Half(self._labels, self._verdict, chosen)
 
     def prior(self, half, grey):

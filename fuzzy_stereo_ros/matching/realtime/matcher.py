@@ -120,13 +120,13 @@ class RealtimeMatcher:
                         self._evolve_further(best, chosen, verdict, random, budget)]
             watch.took('evolution')
         before = sum(watch.times.values())
-        settled = self._refinement.settle(crew, chosen.labels, best)
-        labels = self._refinement.smooth(crew, best, self._views.full.left.grey)
+        labels = self._refinement.smooth(crew, chosen.labels, best, self._views.full.left.grey)
         disparity, confidence = self._refinement.express(crew, labels, chosen, config)
         watch.took('refinement')
         state = None
         if config.warm_start:
-            state = self._warm_start.hand_on(labels, settled, self.frames.carried, config)
+            state = self._warm_start.hand_on(
+                labels, self._refinement.settled, self.frames.carried, config)
             watch.took('handing_on')
         self._durations.note(LAST, sum(watch.times.values()) - before)
         return Match(disparity, confidence, history, watch.times,
@@ -148,9 +148,9 @@ class RealtimeMatcher:
 
     def _mutate(self, population, random):
         """Propose planes to the regions of weak texture; what is fitter is taken over."""
-        number = self._regions.grow(self._views.half.left.fine, self._half_size.weak)
+        grown = self._regions.grow(self._crew, self._views.half.left.fine, self._half_size.weak)
         mutant = self._regions.mutant(
-            number, self._scanlines.chosen, self._refinement.verdict, self._config.disparities,
+            grown, self._scanlines.chosen, self._refinement.verdict, self._config.disparities,
             self._views.inside, population.genes[population.best], Random((self._config.seed,)))
         population.accept(self._crew, self._crossover, random, mutant)
 

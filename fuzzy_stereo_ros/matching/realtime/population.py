@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The population of the profile `realtime`: chromosomes of whole labels, the fittest first."""
+from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
 
@@ -38,7 +39,9 @@ class Population:
         crew.each(lambda band: filling.fill_rows(
             labels, verdict, by_rows, band[1], band[2]), self._bands)
         if self._size > 1:
-            filling.fill_columns(labels, verdict, by_rows, self.genes[1], self._below)
+            crew.each(lambda band: filling.fill_columns(
+                labels, verdict, by_rows, self.genes[1], self._below, band[1], band[2]),
+                cut_bands(labels.shape[1]))
         self.fitness = np.full(self._size, self._measure.measure(crew, by_rows))
         self.converged = False
 

@@ -5,12 +5,15 @@ From the best chromosome to disparities: which pixels to refuse, medians, sub-pi
 
 Not in the paper, whose maps are whole-pixel and dense.
 """
+from functools import partial
+
 import cv2
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.bands import by_bands, cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import medians, output, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    check_consistency, refuse_changed, refuse_speckles)
+    check_consistency, refuse_changed)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.speckles import Speckles
 import numpy as np
 
 ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
@@ -31,7 +34,7 @@ class Refinement:
         around = rows + 2 * medians.RADIUS, columns + 2 * medians.RADIUS + 2 * LANES
         self._bands, self._disparities = cut_bands(rows), disparities
         self.verdict, self.settled = (np.zeros((rows, columns), np.uint8) for _ in range(2))
-        self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
+        self._speckles = Speckles(rows, columns)
         self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
         self._members = [np.zeros(medians.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
         self._median = np.zeros((rows, columns + 2 * LANES), labels_type)
@@ -48,35 +51,30 @@ class Refinement:
             chosen.labels, chosen.target, self._disparities, inside, self.verdict,
             band[1], band[2]), self._bands)
         if config.speckle_size > 1:
-            refuse_speckles(chosen.labels.reshape(-1), self.verdict.reshape(-1),
-                            self.verdict.shape[1], config.speckle_range, config.speckle_size,
-                            *self._runs)
+            self._speckles.refuse(crew, chosen.labels, self.verdict, config.speckle_range,
+                                  config.speckle_size)
         return self.verdict
 
-    def settle(self, crew, labels, chromosome):
+    def smooth(self, crew, labels, chromosome, grey):
         """
-        Return the verdict on the genes of a chromosome: uint8 (R, C).
+        Return the membership median, then a 5 x 5 median, of a chromosome: (R, C) labels.
 
         labels: (R, C), those that `verdict` judges. What evolution took from a plane was not
         measured: like what is filled it has no confidence.
         """
-        crew.each(lambda band: refuse_changed(
-            labels, chromosome, self.verdict, self.settled, band[1], band[2]), self._bands)
-        return self.settled
-
-    def smooth(self, crew, chromosome, grey):
-        """Return the membership median, then a 5 x 5 median, of a chromosome: (R, C) labels."""
         columns = chromosome.shape[1]
         bits = max(int(self._disparities - 1).bit_length(), 1)
 
-        def pad(band):
+        def settle(band):
+            refuse_changed(labels, chromosome, self.verdict, self.settled, band[1], band[2])
             medians.pad_map(chromosome, columns, self._padded, band[1], band[2])
             medians.pad_map(grey, columns, self._padded_grey, band[1], band[2])
-        crew.each(pad, self._bands)
+        crew.each(settle, self._bands)
         crew.each(lambda band: medians.membership_median(
             self._padded, self._padded_grey, ALIKE, bits, columns, self._median,
             self._members[band[0]], band[1], band[2]), self._bands)
-        cv2.medianBlur(self._median[:, :columns], 5, dst=self._labels)
+        by_bands(crew, partial(cv2.medianBlur, ksize=5), 2, self._median[:, :columns],
+                 self._labels)
         return self._labels
 
     def express(self, crew, labels, chosen, config):
@@ -88,17 +86,21 @@ class Refinement:
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
         threshold = np.float32(max(config.confidence_threshold, LEAST_SURE))
-        crew.each(lambda band: subpixel.fit(
-            chosen.labels, chosen.offsets, self.settled, self._fitted, band[1], band[2]),
-            self._bands)
-        crew.each(lambda band: subpixel.smooth_offsets(
-            labels, self._fitted, *self._rows[band[0]], self._fine, band[1], band[2]),
-            self._bands)
-        crew.each(lambda band: output.certainty(
-            chosen.sums, chosen.margins, self.settled, self._certain, band[1], band[2]),
-            self._bands)
-        cv2.blur(self._certain, (AROUND, AROUND), dst=self._blurred)
-        crew.each(lambda band: output.write_out(
-            self._fine, self.settled, self._blurred, config.min_disparity, config.disparities,
-            config.fill, threshold, disparity, confidence, band[1], band[2]), self._bands)
+
+        def fit(band):
+            subpixel.fit(chosen.labels, chosen.offsets, self.settled, self._fitted, band[1],
+                         band[2])
+            output.certainty(chosen.sums, chosen.margins, self.settled, self._certain, band[1],
+                             band[2])
+
+        def write_out(band):
+            subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
+                                    band[1], band[2])
+            output.write_out(
+                self._fine, self.settled, self._blurred, config.min_disparity, config.disparities,
+                config.fill, threshold, disparity, confidence, band[1], band[2])
+        crew.each(fit, self._bands)
+        by_bands(crew, partial(cv2.blur, ksize=(AROUND, AROUND)), AROUND // 2, self._certain,
+                 self._blurred)
+        crew.each(write_out, self._bands)
         return disparity, confidence

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Left-right consistency and speckles."""
 from census_scene import random_map
+from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    check_consistency, CONSISTENT, OUTSIDE, refuse_speckles, REFUSED)
+    check_consistency, CONSISTENT, OUTSIDE, REFUSED)
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
+from fuzzy_stereo_ros.matching.speckles import Speckles
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -27,8 +29,7 @@ def inside_of(min_disparity, columns):
 
 def despeckled(labels, verdict, step, smallest):
     verdict = verdict.copy()
-    refuse_speckles(labels.reshape(-1), verdict.reshape(-1), labels.shape[1], step, smallest,
-                    *(np.full(labels.size, -7, np.int32) for _ in range(4)))
+    Speckles(*labels.shape).refuse(Crew(1), labels, verdict, step, smallest)
     return verdict
 
 
@@ -94,7 +95,7 @@ def test_what_is_left_after_the_speckles_has_none(maps, step, smallest):
     np.testing.assert_array_equal(once, despeckled(labels, once, step, smallest))
 
 
-@pytest.mark.parametrize('shape', [(25, 40), (1, 300), (300, 1)])
+@pytest.mark.parametrize('shape', [(25, 40), (1, 300), (300, 1), (300, 40), (700, 9)])
 def test_speckles_of_16_bit_labels_are_those_of_flood_fill(shape):
     labels = random_map(shape, 3, 4, np.uint16) + np.uint16(300)
     verdict = random_map(shape, 3, 5)

@@ -33,7 +33,8 @@ def by_rows(labels, verdict):
 
 def by_columns(labels, verdict, rows):
     filled = np.full_like(labels, 77)
-    fill_columns(labels, verdict, rows, filled, np.zeros_like(labels[0]))
+    fill_columns(labels, verdict, rows, filled, np.zeros_like(labels[0]), 0, 1)
+    fill_columns(labels, verdict, rows, filled, np.zeros_like(labels[0]), 1, labels.shape[1])
     return filled
 
 

@@ -7,7 +7,7 @@ from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.benchmarks.speed import with_noise
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.planes import evidence, grid
+from fuzzy_stereo_ros.matching.kernels.planes import evidence, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
@@ -109,7 +109,7 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     offsets, verdict = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
     memory = np.zeros((2, 4, cells[1] + 1), np.float32), np.zeros(cells[1], np.uint8)
     for first, last in ((0, 1), (1, cells[0])):
-        grid.write_labels(planes, evolved, trusted, np.pad(fine, MARGIN), *origin,
+        grid_labels.write_labels(planes, evolved, trusted, np.pad(fine, MARGIN), *origin,
                           np.float32(0.75), np.float32(9), found, labels, offsets, verdict,
                           *memory, first, last)
     twin = twins.written(planes, evolved, fine, origin, 0.75, 9, chromosome)

@@ -79,5 +79,5 @@ def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities
     labels, grey = random_map(shape, disparities, 7, dtype), random_map(shape, 50, 8)
     refinement = Refinement(*shape, disparities, dtype)
     np.testing.assert_array_equal(
-        refinement.smooth(Crew(1), labels, grey),
+        refinement.smooth(Crew(1), labels, labels, grey),
         twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))

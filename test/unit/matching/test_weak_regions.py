@@ -4,6 +4,7 @@
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import weak_regions
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -11,8 +12,8 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT,
 from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
 from fuzzy_stereo_ros.matching.realtime import planes
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.planes import WeakRegions
-from hypothesis import given, settings, strategies as st
+from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions, WeakRegions
+from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
 import reference_regions as twins
@@ -35,27 +36,22 @@ def patches(seed, rows, columns):
 
 def grown(grey, weak, least=6, overlap=3):
     """Return the regions of a picture, as kernels write them, and how many there are."""
-    pixels = grey.size
-    begin, end, parent, size, region = (np.zeros(pixels, np.int32) for _ in range(5))
-    starts, sums = np.zeros(len(grey) + 1, np.int32), np.zeros((2, grey.shape[1] + 1), np.int32)
-    weak_regions.find_runs(padded(grey), MARGIN, weak, 400, 250, overlap, begin, end, parent,
-                           starts, sums)
-    number = weak_regions.number_regions(begin, end, parent, starts[-1], least, size, region)
-    return (begin, end, starts, region), number
+    return GreyRegions(*grey.shape).grow(Crew(1), padded(grey), weak, 400, 250, overlap, least)
 
 
 def as_map(regions, shape):
     """Return the number of each pixel's region, -1 for none: int (r, c)."""
-    begin, end, starts, region = regions
+    begin, end, row_runs, region = regions
     numbers = np.full(shape, -1)
     for row in range(shape[0]):
-        for run in range(starts[row], starts[row + 1]):
+        for run in range(*row_runs[row]):
             numbers[row, begin[run]:end[run]] = region[run]
     return numbers
 
 
 @settings(max_examples=60)
 @given(st.integers(0, 2**20), st.integers(1, 12), st.integers(1, 25))
+@example(3, 130, 7)     # two bands
 def test_regions_are_the_joined_runs_of_the_twin(seed, rows, columns):
     grey, weak = patches(seed, rows, columns)
     regions, number = grown(grey, weak)
@@ -144,16 +140,16 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
 def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     rows, columns = 60, 80
     regions = WeakRegions(rows, columns, np.uint8)
-    number = regions.grow(padded(np.full((30, 40), 9000, np.uint16)),
-                          np.ones((30, 40), np.uint8))
+    flat_regions = regions.grow(Crew(1), padded(np.full((30, 40), 9000, np.uint16)),
+                                np.ones((30, 40), np.uint8))
     labels = np.full((rows, columns), 8, np.uint8)
     labels[:, :30] = 14
     verdict = np.zeros((rows, columns), np.uint8)
     verdict[::3] = REFUSED
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
-    mutant = regions.mutant(number, chosen, verdict, DISPARITIES, (-DISPARITIES, columns), labels,
-                            Random((0,)))
-    assert number == 1
+    mutant = regions.mutant(flat_regions, chosen, verdict, DISPARITIES, (-DISPARITIES, columns),
+                            labels, Random((0,)))
+    assert flat_regions[1] == 1
     assert (mutant == 8).all()
 
 

@@ -19,22 +19,25 @@ _REFITS = 4          # by least squares, each to what agrees with the one before
 
 
 @kernel
-def find_runs(fine, margin, weak, step, apart, overlap, begin, end, parent, row_starts, sums):
+def find_runs(fine, margin, weak, step, apart, overlap, begin, end, parent, row_runs, sums, first,
+              last):
     """
     Write the runs of like pixels of weak texture and join those that are like above each other.
+
+    Those of the rows first .. last are numbered from first * c on.
 
     fine: uint16 (r + 2 margin, ...), grey with a margin; weak: uint8 (r, c); step: what a pixel
     may differ from its run by; apart: what the means of two runs may differ by where they overlap,
     by `overlap` pixels or more; begin, end, parent: int32 (r * c,), columns of each run and
-    the union-find of runs; row_starts: int32 (r + 1,), the first run of each row; sums: int32
-    (2, c + 1), memory.
+    the union-find of runs; row_runs: int32 (r, 2), the first run of each row and the one after
+    its last; sums: int32 (2, c + 1), memory.
     """
-    rows, columns = weak.shape
-    known = 0
-    for row in range(rows):
+    columns = weak.shape[1]
+    known = first * columns
+    for row in range(first, last):
         here, above = sums[row & 1], sums[1 - (row & 1)]
         line, textured = fine[row + margin], weak[row]
-        first = row_starts[row] = known
+        row_runs[row, 0] = known
         total, mean, open_at = np.int32(0), np.int32(0), np.int32(-1)
         for column in range(columns):
             here[column] = total
@@ -53,20 +56,34 @@ def find_runs(fine, margin, weak, step, apart, overlap, begin, end, parent, row_
         if open_at >= 0:
             begin[known], end[known], parent[known] = open_at, columns, known
             known += 1
-        if row > 0:
-            _join(row_starts[row - 1], first, known, here, above, apart, overlap, begin, end,
+        row_runs[row, 1] = known
+        if row > first:
+            _join(row_runs[row - 1], row_runs[row], here, above, apart, overlap, begin, end,
                   parent)
-    row_starts[rows] = known
+
+
+@kernel
+def join_runs(fine, margin, apart, overlap, begin, end, parent, row_runs, sums, edges):
+    """Join the runs of bands of rows where they meet; edges: the first row of each band."""
+    for row in edges[1:]:
+        for part in range(2):
+            total, line = np.int32(0), fine[row - part + margin]
+            for column in range(sums.shape[1]):
+                sums[part, column] = total
+                total += np.int32(line[np.uint64(column + margin)])
+        _join(row_runs[row - 1], row_runs[row], sums[0], sums[1], apart, overlap, begin, end,
+              parent)
 
 
 @inlined
-def _join(other, first, last, here, above, apart, overlap, begin, end, parent):
-    """Join the runs first .. last of a row with the like ones above, other .. first."""
-    for run in range(first, last):
-        while other < first and end[other] <= begin[run]:
+def _join(upper_runs, runs, here, above, apart, overlap, begin, end, parent):
+    """Join the runs of a row with the like ones above; runs: the first, and the one after."""
+    other, stop = upper_runs
+    for run in range(runs[0], runs[1]):
+        while other < stop and end[other] <= begin[run]:
             other += 1
         upper = other
-        while upper < first and begin[upper] < end[run]:
+        while upper < stop and begin[upper] < end[run]:
             low, high = max(begin[upper], begin[run]), min(end[upper], end[run])
             difference = here[high] - here[low] - above[high] + above[low]
             if high - low >= overlap and abs(difference) <= apart * (high - low):
@@ -76,31 +93,33 @@ def _join(other, first, last, here, above, apart, overlap, begin, end, parent):
 
 
 @kernel
-def number_regions(begin, end, parent, runs, least, size, region):
+def number_regions(begin, end, parent, row_runs, least, size, region):
     """
     Give numbers to the regions of at least so many pixels; return how many there are.
 
-    begin, end, parent: of find_runs, of which the first `runs` count; size: int32, memory;
-    region: int32, by run, -1 for those of smaller regions
+    begin, end, parent, row_runs: of find_runs; size: int32, memory; region: int32, by run, -1 for
+    those of smaller regions
     """
-    size[:runs] = 0
-    for run in range(runs):
-        size[root(parent, run)] += end[run] - begin[run]
+    for first, last in row_runs:
+        for run in range(first, last):
+            size[run] = 0
+            size[root(parent, run)] += end[run] - begin[run]
     number = 0
-    for run in range(runs):
-        above = root(parent, run)
-        if above == run:
-            region[run] = -1
-            if size[run] >= least:
-                region[run] = number
-                number += 1
-        else:
-            region[run] = region[above]
+    for first, last in row_runs:
+        for run in range(first, last):
+            above = root(parent, run)
+            if above == run:
+                region[run] = -1
+                if size[run] >= least:
+                    region[run] = number
+                    number += 1
+            else:
+                region[run] = region[above]
     return number
 
 
 @kernel
-def gather_points(begin, end, row_starts, region, most, labels, offsets, verdict, tally, starts,
+def gather_points(begin, end, row_runs, region, most, labels, offsets, verdict, tally, starts,
                   points):
     """
     Write consistent matches of each region, at most `most` of them, evenly spread.
@@ -111,8 +130,8 @@ def gather_points(begin, end, row_starts, region, most, labels, offsets, verdict
     """
     every, due, place = tally
     every[:] = 0
-    for row in range(row_starts.size - 1):
-        for run in range(row_starts[row], row_starts[row + 1]):
+    for row in range(len(row_runs)):
+        for run in range(row_runs[row, 0], row_runs[row, 1]):
             if region[run] >= 0:
                 for column in range(begin[run], end[run]):
                     every[region[run]] += verdict[2 * row + 1, 2 * column + 1] == CONSISTENT
@@ -122,8 +141,8 @@ def gather_points(begin, end, row_starts, region, most, labels, offsets, verdict
         every[mine] = (count + most - 1) // most
         place[mine], due[mine] = starts[mine], 1
         starts[mine + 1] = starts[mine] + count // max(every[mine], 1)
-    for row in range(row_starts.size - 1):
-        for run in range(row_starts[row], row_starts[row + 1]):
+    for row in range(len(row_runs)):
+        for run in range(row_runs[row, 0], row_runs[row, 1]):
             mine = region[run]
             if mine < 0:
                 continue
@@ -210,7 +229,7 @@ def fit_planes(points, starts, rounds, limit, share, key, planes):
 
 
 @kernel
-def write_mutant(begin, end, row_starts, region, planes, disparities, inside, mutant):
+def write_mutant(begin, end, row_runs, region, planes, disparities, inside, mutant):
     """
     Give the cells of regions that have a plane its labels where they differ by more than one.
 
@@ -218,8 +237,8 @@ def write_mutant(begin, end, row_starts, region, planes, disparities, inside, mu
     mutant: (R, C) labels
     """
     half = np.float32(0.5)
-    for row in range(row_starts.size - 1):
-        for run in range(row_starts[row], row_starts[row + 1]):
+    for row in range(len(row_runs)):
+        for run in range(row_runs[row, 0], row_runs[row, 1]):
             mine = region[run]
             if mine < 0 or np.isnan(planes[mine, 0]):
                 continue

@@ -114,35 +114,69 @@ def _touch(labels, begin, end, columns, step):
     return place < end
 
 
-@kernel
-def refuse_speckles(labels, verdict, columns, step, smallest, begin, end, parent, size):
-    """
-    Refuse the components of fewer than `smallest` pixels, 4-connected by steps of at most `step`.
+@inlined
+def _unite(parent, size, one, two):
+    """Join the sets of two runs, and their sizes."""
+    one, two = root(parent, one), root(parent, two)
+    if one != two:
+        parent[max(one, two)] = min(one, two)
+        size[min(one, two)] += size[max(one, two)]
 
-    labels, verdict: flat, of R * columns pixels; begin, end, parent, size: int32, as long,
-    working memory with an element a run.
+
+@inlined
+def _join_rows(labels, columns, step, begin, end, parent, size, above, stop, first, last):
+    """Join the runs first .. last of a row with those above, above .. stop, that they touch."""
+    for run in range(first, last):
+        low, high = begin[run] - columns, end[run] - columns
+        while above < stop and end[above] <= low:
+            above += 1
+        other = above
+        while other < stop and begin[other] < high:
+            if _touch(labels, max(low, begin[other]) + columns, min(high, end[other]) + columns,
+                      columns, step):
+                _unite(parent, size, run, other)
+            other += 1
+
+
+@kernel
+def find_components(labels, verdict, columns, step, begin, end, parent, size, marks, first, last):
     """
-    known = above_first = 0
-    for place in range(0, labels.size, columns):
-        first = known
-        known = _runs_of_row(labels, verdict, begin, end, place, place + columns, step, known)
-        above = above_first
-        for run in range(first, known):
-            parent[run] = run
-            size[run] = 0
-            low, high = begin[run] - columns, end[run] - columns
-            while above < first and end[above] <= low:
-                above += 1
-            other = above
-            while other < first and begin[other] < high:
-                if _touch(labels, max(low, begin[other]) + columns,
-                          min(high, end[other]) + columns, columns, step):
-                    one, two = root(parent, run), root(parent, other)
-                    parent[max(one, two)] = min(one, two)
-                other += 1
-        above_first = first
-    for run in range(known):
-        size[root(parent, run)] += end[run] - begin[run]
-    for run in range(known):
-        if size[root(parent, run)] < smallest:
+    Find the components of some rows: 4-connected by steps of at most `step`, without refused ones.
+
+    labels, verdict: flat, of R * columns pixels; begin, end, parent, size: int32, as long, an
+    element a run, of which those of these rows begin at first * columns; marks: int64 (3,), where
+    the runs of the first row end, where those of the last row begin, and end
+    """
+    known = above = first * columns
+    for row in range(first, last):
+        begun = known
+        known = _runs_of_row(labels, verdict, begin, end, row * columns, (row + 1) * columns,
+                             step, known)
+        for run in range(begun, known):
+            parent[run], size[run] = run, end[run] - begin[run]
+        if row == first:
+            marks[0] = known
+        else:
+            _join_rows(labels, columns, step, begin, end, parent, size, above, begun, begun,
+                       known)
+        above = begun
+    marks[1], marks[2] = above, known
+
+
+@kernel
+def join_components(labels, columns, step, begin, end, parent, size, marks, edges):
+    """Join the components of bands where they touch; edges: the first row of each band."""
+    for band in range(1, edges.size):
+        _join_rows(labels, columns, step, begin, end, parent, size, marks[band - 1, 1],
+                   marks[band - 1, 2], edges[band] * columns, marks[band, 0])
+
+
+@kernel
+def refuse_small(verdict, smallest, begin, end, parent, size, first, last):
+    """Refuse the runs first .. last that belong to components of fewer than `smallest` pixels."""
+    for run in range(first, last):
+        top = run
+        while parent[top] != top:       # other threads read the same: nothing is shortened
+            top = parent[top]
+        if size[top] < smallest:
             verdict[begin[run]:end[run]] = REFUSED

@@ -47,28 +47,28 @@ def fill_rows(labels, verdict, filled, first, last):
 
 
 @kernel
-def fill_columns(labels, verdict, by_rows, filled, below):
+def fill_columns(labels, verdict, by_rows, filled, below, first, last):
     """
     Give each refused pixel the smaller label of the nearest two in its column.
 
     by_rows: (R, C), what stands in for an end that the column does not have; below: (C,), working
-    memory.
+    memory; first, last: columns.
     """
-    rows, columns = labels.shape
-    for column in range(columns):
+    rows = len(labels)
+    for column in range(first, last):
         filled[0, column] = by_rows[0, column]
     for row in range(1, rows):
-        for column in range(columns):
+        for column in range(first, last):
             if verdict[row, column] != REFUSED:
                 filled[row, column] = labels[row, column]
             elif verdict[row - 1, column] != REFUSED:
                 filled[row, column] = labels[row - 1, column]
             else:
                 filled[row, column] = filled[row - 1, column]
-    for column in range(columns):
+    for column in range(first, last):
         below[column] = by_rows[rows - 1, column]
     for row in range(rows - 1, -1, -1):
-        for column in range(columns):
+        for column in range(first, last):
             if verdict[row, column] != REFUSED:
                 below[column] = labels[row, column]
             else:

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+From plane genes on a grid, see grid.py, to the labels of all pixels around its cells.
+
+Few pixels change in a frame: vectors look for those, and each is then looked at by itself.
+"""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+import numpy as np
+
+_ROUNDING = np.float32(0.01)     # px, more than sums of a plane are rounded by
+
+
+@inlined
+def _like(fine, y, x, row, column, down, right, shape):
+    """Return the cell around a pixel, (row, column) before it, that is most like it in grey."""
+    grey = np.int32(fine[y + MARGIN, x + MARGIN])
+    best_row, best, least = row, column, np.int32(1 << 30)
+    for r in range(row, min(row + (y - down) % 2 + 1, shape[0])):
+        for c in range(column, min(column + (x - right) % 2 + 1, shape[1])):
+            unlike = abs(np.int32(fine[2 * r + down + MARGIN, 2 * c + right + MARGIN]) - grey)
+            if unlike < least:
+                least, best_row, best = unlike, r, c
+    return best_row, best
+
+
+@inlined
+def _spread(planes, evolved, row, apart, lines):
+    """Write of the cells of a row: disparity, slope, fall, and how far labels may lie from it."""
+    columns = evolved.shape[1]
+    middle, slopes, falls, slack = lines[0], lines[1], lines[2], lines[3]
+    for column in range(columns):
+        slope, fall = planes[row, column, 0], planes[row, column, 1]
+        middle[column] = (slope * np.float32(column) + fall * np.float32(row)
+                          + planes[row, column, 2])
+        slopes[column], falls[column] = slope, fall
+        slack[column] = apart - _ROUNDING if evolved[row, column] else np.float32(np.inf)
+    lines[:, columns] = lines[:, columns - 1]
+
+
+@inlined
+def _is_far(lines, place, right, down, label):
+    """Return whether the plane of a cell is far from a label so many px from the cell."""
+    disparity = lines[0, place] + lines[1, place] * right + lines[2, place] * down
+    return abs(disparity - label) > lines[3, place]
+
+
+@kernel
+def _doubted(upper, lower, down, side, labels, begin, doubted):
+    """
+    Write which pixels are far from the plane of a cell around them; return how many.
+
+    upper, lower: of the cells above and below, see _spread; down, side: 1 for the lower and the
+    right ones of a cell's four pixels; labels: of the row, every other one from `begin` on;
+    doubted: uint8
+    """
+    # indices without a sign, else this is no loop of vectors
+    number, half = 0, np.float32(0.5)
+    above, below, before, after = (half * np.float32(down), half * np.float32(-down),
+                                   half * np.float32(side), half * np.float32(-side))
+    for column in range(doubted.size):
+        label = np.float32(labels[np.uint64(2 * column + begin)])
+        one, two = np.uint64(column), np.uint64(column + side)
+        found = (_is_far(upper, one, before, above, label)
+                 | _is_far(upper, two, after, above, label)
+                 | _is_far(lower, one, before, below, label)
+                 | _is_far(lower, two, after, below, label))
+        doubted[one] = found
+        number += found
+    return number
+
+
+@kernel
+def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, chromosome, labels,
+                 offsets, verdict, lines, doubted, first, last):
+    """
+    Give pixels around evolved cells the labels of their planes.
+
+    A pixel belongs to the cell around it that is most like it in grey. Labels that differ from
+    the chromosome's by less than `apart` px stay.
+
+    evolved: uint8, trusted: bool (r, c); fine: uint16, grey of the full image with a margin;
+    chromosome, labels: (R, C) labels, offsets: int8 (R, C), verdict: uint8 (R, C), written; lines:
+    float32 (2, 4, c + 1), doubted: uint8 (c,), memory; first, last: rows of cells
+    """
+    (rows, columns), half = evolved.shape, np.float32(0.5)
+    _spread(planes, evolved, first, apart, lines[first & 1])
+    for row in range(first, last):
+        _spread(planes, evolved, min(row + 1, rows - 1), apart, lines[(row + 1) & 1])
+        for y in range(2 * row + down, min(2 * row + down + 2, chromosome.shape[0])):
+            lower = y - 2 * row - down
+            for side in range(2):
+                # few pixels differ by so much from any plane around them
+                there = doubted[:min(columns, (chromosome.shape[1] - right - side + 1) // 2)]
+                if _doubted(lines[row & 1], lines[(row + lower) & 1], lower, side, chromosome[y],
+                            right + side, there) == 0:
+                    continue
+                for column in range(there.size):
+                    if not doubted[column]:
+                        continue
+                    x = 2 * column + right + side
+                    r, c = _like(fine, y, x, row, column, down, right, evolved.shape)
+                    if not evolved[r, c]:
+                        continue
+                    disparity = (planes[r, c, 0] * (half * np.float32(x - right))
+                                 + planes[r, c, 1] * (half * np.float32(y - down))
+                                 + planes[r, c, 2])
+                    disparity = min(max(disparity, np.float32(0)), highest)
+                    if abs(disparity - np.float32(chromosome[y, x])) < apart:
+                        continue
+                    label = np.int64(np.rint(disparity))
+                    chromosome[y, x] = labels[y, x] = label
+                    offsets[y, x] = np.int64(np.rint((disparity - np.float32(label))
+                                                     * np.float32(STEPS)))
+                    verdict[y, x] = CONSISTENT if trusted[r, c] else REFUSED
