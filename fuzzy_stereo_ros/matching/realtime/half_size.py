@@ -83,14 +83,19 @@ class HalfSize:
         by_bands(crew, partial(cv2.medianBlur, ksize=5), 2, self._filled, self._labels)
         return Half(self._labels, self._verdict, chosen)
 
-    def prior(self, half, grey):
+    def prior(self, crew, half, grey):
         """Return the prior of the full search where texture is weak; grey: uint8, full left."""
-        narrowing.weak_texture(grey, *half.labels.shape, WEAK_TEXTURE, self._steps, self.weak)
-        narrowing.flat(half.labels, FLAT, self._smooth)
-        chosen = half.chosen
-        narrowing.lean_on_half(
-            half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.verdict,
-            self.weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights)
+        bands, chosen = self._scanlines.bands, half.chosen
+        crew.each(lambda band: narrowing.texture_steps(grey, self._steps, band[1], band[2]), bands)
+
+        def lean(band):
+            narrowing.weak_texture(self._steps, WEAK_TEXTURE, self.weak, band[1], band[2])
+            narrowing.flat(half.labels, FLAT, self._smooth, band[1], band[2])
+            narrowing.lean_on_half(
+                half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.verdict,
+                self.weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights,
+                band[1], band[2])
+        crew.each(lean, bands)
         return self._prior
 
     def disparity_ranges(self, half, windows, tile):

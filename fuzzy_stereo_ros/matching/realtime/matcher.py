@@ -97,7 +97,7 @@ class RealtimeMatcher:
                          self._stages.describe)
         watch.took('possibility')
         half = self._half_size.search(crew, self._views.inside)
-        texture_prior = self._half_size.prior(half, self._views.full.left.grey)
+        texture_prior = self._half_size.prior(crew, half, self._views.full.left.grey)
         previous_prior = self._stages.previous_best(self._warm_start, crew, previous, half)
         watch.took('coarse')
         ranges = self._half_size.disparity_ranges(half, self._scanlines.windows, TILE)

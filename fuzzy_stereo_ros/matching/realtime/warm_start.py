@@ -10,6 +10,7 @@ map, the cold witness. Without noise it has nothing to add, and is not asked.
 """
 from dataclasses import dataclass
 
+from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
 from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
 from fuzzy_stereo_ros.matching.kernels.temporal import trust
@@ -121,9 +122,12 @@ class WarmStart:
                                   band[1], band[2])
             crew.each(move, bands)
             labels, verdict = self._moved
-        trust.trusted_cells(labels, verdict, half.labels, DISTANCE, self._half_labels,
-                            self._trusted, 0, len(self._trusted))
-        narrowing.flat(self._half_labels, FLAT, self._smooth)
+        half_bands = cut_bands(len(self._trusted))
+        crew.each(lambda band: trust.trusted_cells(
+            labels, verdict, half.labels, DISTANCE, self._half_labels, self._trusted, band[1],
+            band[2]), half_bands)
+        crew.each(lambda band: narrowing.flat(
+            self._half_labels, FLAT, self._smooth, band[1], band[2]), half_bands)
         crew.each(lambda band: trust.lean_on_previous(
             self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
         return self._prior._replace(labels=labels)

@@ -5,7 +5,7 @@ from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.scanlines.narrowing import (
-    flat, lean_on_half, tile_windows, weak_texture)
+    flat, lean_on_half, texture_steps, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
@@ -65,7 +65,10 @@ def test_weak_texture_is_that_of_the_twin(rows, columns, greys, limit, seed):
     padded = np.pad(grey, ((0, 0), (0, 64)))
     half = rows // 2, columns // 2
     steps, weak = np.zeros(half, np.uint16), np.full(half, 9, np.uint8)
-    weak_texture(padded, *half, limit, steps, weak)
+    for first, last in ((0, 1), (1, half[0])):
+        texture_steps(padded, steps, first, last)
+    for first, last in ((0, 1), (1, half[0])):
+        weak_texture(steps, limit, weak, first, last)
     np.testing.assert_array_equal(weak, twins.weak_texture(grey, limit))
 
 
@@ -76,7 +79,8 @@ def test_flat_is_that_of_the_twin(shape, dtype, most):
     labels = random_map(shape, 3 + most, 1, dtype)
     labels[:, shape[1] // 2:] = 7
     smooth = np.full(shape, 9, np.uint8)
-    flat(labels, most, smooth)
+    for first, last in ((0, 1), (1, shape[0])):
+        flat(labels, most, smooth, first, last)
     np.testing.assert_array_equal(smooth, twins.flat(labels, most))
 
 
@@ -91,7 +95,9 @@ def test_the_half_map_is_leant_on_where_texture_is_weak_and_it_is_flat_and_not_r
     offsets = random_map(size, 16, 5, np.int8) - np.int8(8)
     labels, weights = np.full(shape, 9, dtype), np.full(shape, 9, np.uint8)
     margins = random_map(size, 9, 6)
-    lean_on_half(half, (chosen, offsets, margins), verdict, weak, smooth, 4, labels, weights)
+    for first, last in ((0, 1), (1, size[0])):
+        lean_on_half(half, (chosen, offsets, margins), verdict, weak, smooth, 4, labels, weights,
+                     first, last)
     fine = 2 * half + np.where(chosen == half, np.rint(offsets / 8), 0)
     np.testing.assert_array_equal(labels, twins.doubled(fine, shape))
     leant = (weak == 1) & (smooth == 1) & (verdict != REFUSED) & (margins >= 4)

@@ -54,22 +54,26 @@ def fill_columns(labels, verdict, by_rows, filled, below, first, last):
     by_rows: (R, C), what stands in for an end that the column does not have; below: (C,), working
     memory; first, last: columns.
     """
-    rows = len(labels)
-    for column in range(first, last):
-        filled[0, column] = by_rows[0, column]
+    rows, columns = len(labels), last - first
+    filled[0, first:last] = by_rows[0, first:last]
     for row in range(1, rows):
-        for column in range(first, last):
-            if verdict[row, column] != REFUSED:
-                filled[row, column] = labels[row, column]
-            elif verdict[row - 1, column] != REFUSED:
-                filled[row, column] = labels[row - 1, column]
+        line, above = filled[row, first:last], filled[row - 1, first:last]
+        ours, theirs = labels[row, first:last], labels[row - 1, first:last]
+        our_verdict, their_verdict = verdict[row, first:last], verdict[row - 1, first:last]
+        for column in range(columns):
+            if our_verdict[column] != REFUSED:
+                line[column] = ours[column]
+            elif their_verdict[column] != REFUSED:
+                line[column] = theirs[column]
             else:
-                filled[row, column] = filled[row - 1, column]
-    for column in range(first, last):
-        below[column] = by_rows[rows - 1, column]
+                line[column] = above[column]
+    under = below[first:last]
+    under[:] = by_rows[rows - 1, first:last]
     for row in range(rows - 1, -1, -1):
-        for column in range(first, last):
-            if verdict[row, column] != REFUSED:
-                below[column] = labels[row, column]
+        line, ours, our_verdict = (filled[row, first:last], labels[row, first:last],
+                                   verdict[row, first:last])
+        for column in range(columns):
+            if our_verdict[column] != REFUSED:
+                under[column] = ours[column]
             else:
-                filled[row, column] = min(filled[row, column], below[column])
+                line[column] = min(line[column], under[column])

@@ -38,20 +38,31 @@ def tile_windows(half, disparities, tile, grow, margin, low, blocks):
 
 
 @kernel
-def weak_texture(grey, rows, columns, limit, steps, weak):
+def texture_steps(grey, steps, first, last):
     """
-    Mark the half pixels around which the full image has little texture.
+    Write the steps of grey along the rows of an image at half size.
 
-    grey: uint8 (R, C + slack) at full size; steps: uint16 (r, c), working memory; weak: uint8
-    (r, c), 1 where the steps along the row of 6 x 3 pixels sum to less than `limit`.
+    grey: uint8 (R, C + slack) at full size; steps: uint16 (r, c), of three pixels of a full row
     """
-    for row in range(rows):
+    columns = steps.shape[1]
+    for row in range(first, last):
         for column in range(columns - 1):
             here = np.int16(grey[2 * row, 2 * column + 1])
             steps[row, column] = (abs(here - np.int16(grey[2 * row, 2 * column]))
                                   + abs(np.int16(grey[2 * row, 2 * column + 2]) - here))
         steps[row, columns - 1] = steps[row, max(columns - 2, 0)]
-    for row in range(rows):
+
+
+@kernel
+def weak_texture(steps, limit, weak, first, last):
+    """
+    Mark the half pixels around which the full image has little texture.
+
+    steps: of texture_steps; weak: uint8 (r, c), 1 where the steps along the row of 6 x 3 pixels
+    sum to less than `limit`.
+    """
+    rows, columns = steps.shape
+    for row in range(first, last):
         above, below = max(row - 1, 0), min(row + 1, rows - 1)
         for column in range(columns):
             left, right = max(column - 1, 0), min(column + 1, columns - 1)
@@ -62,11 +73,11 @@ def weak_texture(grey, rows, columns, limit, steps, weak):
 
 
 @kernel
-def flat(labels, most, smooth):
+def flat(labels, most, smooth, first, last):
     """Mark the pixels whose 3 x 3 labels span at most `most`: uint8 (r, c)."""
     rows, columns = labels.shape
     low, high = np.empty(columns + 2, labels.dtype), np.empty(columns + 2, labels.dtype)
-    for row in range(rows):
+    for row in range(first, last):
         above, here, below = labels[max(row - 1, 0)], labels[row], labels[min(row + 1, rows - 1)]
         for column in range(columns):
             low[column + 1] = min(above[column], here[column], below[column])
@@ -82,7 +93,7 @@ def flat(labels, most, smooth):
 
 
 @kernel
-def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights):
+def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights, first, last):
     """
     Spread the half map, doubled, as a prior: weight 1 where it can be leant on, else 0.
 
@@ -90,12 +101,12 @@ def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights):
     with a margin below `clear` says nothing: a prior from nothing would make nothing look sure.
 
     half, verdict, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
-    labels, weights: (R, C), R in (2 r, 2 r + 1).
+    labels, weights: (R, C), R in (2 r, 2 r + 1); first, last: rows of the half map.
     """
     rows, columns = half.shape
     first_labels, offsets, margins = found
     doubled, weight = np.zeros(columns, np.int32), np.zeros(columns, np.uint8)
-    for row in range(rows):
+    for row in range(first, last):
         for column in range(columns):
             label, offset = half[row, column], offsets[row, column]
             further = np.int32(offset > STEPS // 4) - np.int32(offset < -STEPS // 4)
@@ -109,6 +120,6 @@ def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights):
             weight_line[2 * column] = weight_line[2 * column + 1] = weight[column]
         line[2 * columns:] = doubled[columns - 1]
         weight_line[2 * columns:] = weight[columns - 1]
-        last = labels.shape[0] if row == rows - 1 else 2 * row + 2
-        labels[2 * row + 1:last] = line
-        weights[2 * row + 1:last] = weight_line
+        end = labels.shape[0] if row == rows - 1 else 2 * row + 2
+        labels[2 * row + 1:end] = line
+        weights[2 * row + 1:end] = weight_line
