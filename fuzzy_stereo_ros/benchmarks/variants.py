@@ -17,6 +17,7 @@ from fuzzy_stereo_ros.matching.paper.population import Kinship
 from fuzzy_stereo_ros.matching.quality.evidence import NoEvidence
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
+from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 import numpy as np
@@ -79,7 +80,15 @@ def cut(rows, columns):
 
 
 def without_previous_best(warm_start, crew, state, half):
-    """Return no prior: the previous frames are averaged, but their best has no say."""
+    """Return no prior of the previous best."""
+
+
+class NothingComesOver(FrameEvolution):
+    """No evolution from frame to frame: the chromosome of planes is new in each frame."""
+
+    def arrive(self, crew, previous, arrival):
+        """Take nothing that has evolved before."""
+        return super().arrive(crew, None, arrival)
 
 
 def describe_by_grey_classes(view, first, last):
@@ -111,9 +120,14 @@ REALTIME = (
             part='mutation'),
     Variant('noise not heeded', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
+    Variant('previous frames averaged, no previous best',
+            stages=RealtimeStages(previous_best=without_previous_best, frames=NothingComesOver),
+            still=False, part='previous best'),
     Variant('previous frames averaged, no previous best as prior',
             stages=RealtimeStages(previous_best=without_previous_best), still=False,
             part='previous best'),
+    Variant('previous frames averaged, no evolution from frame to frame',
+            stages=RealtimeStages(frames=NothingComesOver), still=False, part='previous best'),
     Variant("the paper's possibility, three grey classes",
             stages=RealtimeStages(describe=describe_by_grey_classes), timed=False),
 )

@@ -47,6 +47,8 @@ class Stages(NamedTuple):
     crossover: called with rows and columns, returns a crossover, see matching/crossover.py
     mutation: called with rows, columns and a dtype of labels, returns what proposes mutants; None
     for none
+    frames: called with a `CensusPossibility`, rows and columns, returns what evolves from frame to
+    frame
     """
 
     noise: Callable = NoiseEstimate
@@ -54,6 +56,7 @@ class Stages(NamedTuple):
     previous_best: Callable = WarmStart.prior_of_previous
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
     mutation: Callable | None = WeakRegions
+    frames: Callable = FrameEvolution
 
 
 class RealtimeMatcher:
@@ -78,7 +81,7 @@ class RealtimeMatcher:
             self._views.full, self._refinement.verdict, self._scanlines.chosen.target)
         self.population = Population(config.population, self._fitness, self._scanlines.bands)
         self._crossover = self._stages.crossover(rows, columns)
-        self.frames = FrameEvolution(self._views.full, rows, columns)
+        self.frames = self._stages.frames(self._views.full, rows, columns)
         self._durations = Durations()
         self._operators = {'crossover': partial(cross, self._crew, self._crossover)}
         if self._stages.mutation is not None:

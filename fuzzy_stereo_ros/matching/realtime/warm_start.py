@@ -93,6 +93,8 @@ class WarmStart:
             self._averaging.begin(crew, views)
         else:
             self._averaging.average(crew, views, state.pictures, state.ages)
+        left = self._averaging.seen[0]
+        trust.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
 
     @property
     def noise_left(self):
@@ -111,7 +113,6 @@ class WarmStart:
         half: the `Half`, which tells where the previous best is out of date
         """
         left, bands = self._averaging.seen[0], self._averaging.bands
-        trust.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
         if self._averaging.noise < QUIET or not self._strengths.any():
             return None
         labels, verdict, shift = state.labels, state.verdict, self._averaging.shift

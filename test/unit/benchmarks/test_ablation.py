@@ -120,7 +120,12 @@ def test_codes_of_grey_classes_differ_by_how_little_possible_a_match_is():
     assert (distance[grey == grey[::-1]] == 0).all()
 
 
-@pytest.mark.parametrize('variant', [one for one in REALTIME[1:] if one.part != 'mutation'],
+# Planes need plain regions, which this scene has not: other tests hold what is without them.
+WITHOUT_PLANES = [one for one in REALTIME[1:] if one.part != 'mutation'
+                  and not one.name.endswith('no evolution from frame to frame')]
+
+
+@pytest.mark.parametrize('variant', WITHOUT_PLANES,
                          ids=lambda one: one.name)
 def test_every_variant_is_another_matcher_than_the_default(variant):
     others = best(frames=3), best(variant.stages, 3, **variant.changes)

@@ -5,11 +5,13 @@ from dataclasses import replace
 
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.benchmarks.speed import with_noise
+from fuzzy_stereo_ros.benchmarks.variants import NothingComesOver
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.planes import evidence, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
@@ -155,11 +157,11 @@ def faint(image):
     return (112 + image // 8).astype(np.uint8)
 
 
-def still(config, frames=FRAMES, noise=0.5, seed=3):
+def still(config, frames=FRAMES, noise=0.5, seed=3, stages=None):
     """Return the matches of a faint scene that stands still under fresh noise, and the matcher."""
     made = made_pair(160, 240, 32, seed, objects=4, colour=True)
     made = made._replace(left=faint(made.left), right=faint(made.right))
-    chance, matcher = np.random.default_rng(0), StereoMatcher(config)
+    chance, matcher = np.random.default_rng(0), StereoMatcher(config, stages)
     return [matcher.match(*(with_noise(image, noise, chance) for image in (made.left, made.right)))
             for _ in range(frames)], matcher, made
 
@@ -200,6 +202,14 @@ def test_a_frame_of_another_scene_takes_nothing_over():
     assert not matcher.state.evolved.any()
     cold = StereoMatcher(CONFIG).match(other.left, other.right)
     np.testing.assert_array_equal(match.disparity, cold.disparity)
+
+
+def test_without_evolution_from_frame_to_frame_no_plane_comes_over():
+    stages = Stages(frames=NothingComesOver)
+    alone, other = still(CONFIG)[1].state, still(CONFIG, stages=stages)[1].state
+    np.testing.assert_array_equal(alone.pictures, other.pictures)
+    assert alone.evolved.any() and not other.evolved.any()
+    assert (alone.labels != other.labels).any()
 
 
 def test_with_time_for_evolution_more_than_one_generation_runs():
