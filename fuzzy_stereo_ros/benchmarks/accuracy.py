@@ -11,7 +11,8 @@ on the same pictures.
 from dataclasses import dataclass, replace
 from functools import partial
 
-from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
+from fuzzy_stereo_ros.benchmarks.confidence import (
+    BINS, left_right_sureness, reliability, sparsification)
 from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_accuracy
 from fuzzy_stereo_ros.benchmarks.request import grouped
 from fuzzy_stereo_ros.evaluation.baselines import (
@@ -26,6 +27,8 @@ OURS, QUALITY = 'ours', 'ours, profile quality'
 FINE_LIMIT = 0.5
 MUCH_WORSE = 1.5
 NOISES = 0, 1.5, 3      # grey levels, standard deviation
+# The confidence_threshold of config/<name>.yaml.
+PRESETS = {'costmap': 0.95, 'mapping': 0.8, 'inspection': 0.5}
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,9 @@ class Result:
     own, other, ideal: `Sparsification` by our confidence, by the difference of left and right
     map, and by the error itself. quality_seconds: what the profile `quality` took.
     noisy: {noise: {contestant: (dense, sparse, density)}}, percent wrong of all pixels, percent
-    wrong of those that are valid, and how many percent those are.
+    wrong of those that are valid, and how many percent those are. reliable: {noise: {ours: of
+    `reliability`}}, of all pixels with truth. kept: {preset: (percent kept, percent wrong of
+    these)}, of the same.
     """
 
     scene: Scene
@@ -51,6 +56,8 @@ class Result:
     ideal: tuple
     quality_seconds: float
     noisy: dict
+    reliable: dict
+    kept: dict
 
 
 def run(request):
@@ -104,7 +111,25 @@ def measure(scene, request):
         quality.times['total'] / 1000,
         {noise: {name: (bad_percent(filled, known, scene.limit), *_sparse(found, known, scene))
                  for name, (filled, found) in found_maps.items()}
-         for noise, (_, found_maps) in noisy.items()})
+         for noise, (_, found_maps) in noisy.items()},
+        {noise: {name: reliability(*_judged(found, known, scene))
+                 for name, found in found_matches.items()}
+         for noise, (found_matches, _) in noisy.items()},
+        {preset: _kept(threshold, *_judged(match, known, scene))
+         for preset, threshold in PRESETS.items()})
+
+
+def _judged(match, known, scene):
+    """Return which pixels with truth are wrong, hidden ones too, and their confidence."""
+    told = np.isfinite(known.truth)
+    error = abs(known.as_scored(match.disparity) - known.truth)[told]
+    return ~(error <= scene.limit), match.confidence[told]
+
+
+def _kept(threshold, wrong, confidence):
+    """Return the percent of the pixels that a threshold keeps, and the percent wrong of these."""
+    kept = confidence >= threshold
+    return 100 * float(kept.mean()), 100 * float(wrong[kept].mean()) if kept.any() else None
 
 
 def with_camera_noise(known, sigma):
@@ -172,6 +197,8 @@ def tables(results):
                for group, found in fine.items()]),
         *_noise_tables(groups, contestants),
         _confidence(groups),
+        *_reliability_tables(groups),
+        _presets(groups),
         Table('Scenes, error in percent', (*columns, 'seconds of quality'),
               [(result.scene.path, *(result.bad.get(name) for name in contestants),
                 result.quality_seconds) for result in results], _much_worse(results, tuned)),
@@ -221,6 +248,37 @@ def _confidence(groups):
         rows,
         'Area under the sparsification curve, in percent: the mean share of wrong pixels among '
         'those kept. The left-right difference is that of our own maps of the two images.')
+
+
+def _reliability_tables(groups):
+    """Return the tables of how many pixels of each confidence are right."""
+    edges = [f'{low:g} to {high:g}' for low, high in zip(BINS, BINS[1:])]
+    made = []
+    for name in (OURS, QUALITY):
+        rows = []
+        for group, found in groups.items():
+            for noise in NOISES:
+                number, right = np.sum([result.reliable[noise][name] for result in found], axis=0)
+                rows.append((f'{_title(group, found)}, noise {noise}', *(
+                    float(100 * good / many) if many else None
+                    for many, good in zip(number, right))))
+        made.append(Table(
+            f'Confidence: percent of pixels that are right, by what it says, {name}',
+            ('', *edges), rows,
+            'Of all valid pixels with truth, also of those that one camera sees.'))
+    return made
+
+
+def _presets(groups):
+    """Return the table of what the presets of config/ keep, and of what they get wrong."""
+    rows = [(_title(group, found), *(
+        _mean_of([result.kept[preset][place] for result in found])
+        for preset in PRESETS for place in (0, 1))) for group, found in groups.items()]
+    return Table(
+        'Presets of confidence_threshold: percent of the pixels kept, and wrong of these',
+        ('', *(f'{preset} ({threshold:g}), {what}' for preset, threshold in PRESETS.items()
+               for what in ('kept', 'wrong'))), rows,
+        'Of all pixels with truth, also of those that one camera sees; profile realtime, cold.')
 
 
 def _much_worse(results, rivals):

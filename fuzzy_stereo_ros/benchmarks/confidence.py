@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Does confidence tell what is wrong? The sparsification curve of a map and a confidence."""
+"""Does confidence tell what is wrong? Sparsification, and how often what it says is right."""
 from typing import NamedTuple
 
 import numpy as np
+
+BINS = 0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1     # of confidence
 
 
 class Sparsification(NamedTuple):
@@ -49,3 +51,16 @@ def left_right_sureness(left_map, right_map):
     met = np.full(left_map.shape, np.nan)
     met[inside] = right_map[rows[inside], np.rint(place[inside]).astype(np.intp)]
     return -abs(left_map - met)
+
+
+def reliability(wrong, confidence):
+    """
+    Return how many pixels a confidence has in each of its BINS, and how many of these are right.
+
+    wrong: bool (N,); confidence: float (N,), 0 to 1; returns int64 (2, bins). Pixels of confidence
+    0 are invalid, and in no bin.
+    """
+    valid = confidence > 0
+    place = np.digitize(confidence[valid], BINS[1:-1])
+    return np.array([np.bincount(place[chosen], minlength=len(BINS) - 1)
+                     for chosen in (slice(None), ~wrong[valid])])

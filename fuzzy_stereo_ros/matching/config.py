@@ -39,7 +39,7 @@ class MatcherConfig:
     fill: bool = _switch(
         False, 'fill refused pixels from the background; a filled pixel has confidence 0')
     confidence_threshold: float = _number(
-        0.0, 0.0, 1.0, '', 'pixels less sure than this are invalid')
+        0.0, 0.0, 1.0, '', 'pixels of less confidence are invalid')
     speckle_size: int = _number(
         100, 0, 1000000, 'px',
         'connected regions smaller than this are refused; 0 keeps all (realtime and '

@@ -22,6 +22,8 @@ ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
 REACH = RADIUS * STRIDE   # px of a support that must lie within the other image too
 FAINT = 0.004            # contrast with them that makes half sure
 LEAST_SURE = 0.02        # less is noise
+# Share of right pixels by tenths of certainty, see realtime/refinement.py.
+RIGHT = 0, 0.66, 0.8, 0.91, 0.95, 0.98, 0.997, 0.999, 1, 1, 1
 CLEAR_MARGIN = 0.4       # summed cost, parts of FULL, by which the best label elsewhere is worse
 
 
@@ -128,6 +130,7 @@ def refine(crew, config, population, seed, random):
     sure = certainty(left, member, seed, config.min_disparity) * agreed
     confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed
     confidence[confidence < LEAST_SURE] = 0
+    confidence = np.interp(10 * confidence, range(11), RIGHT).astype(np.float32)
     disparity += np.float32(config.min_disparity)
     if not config.fill:
         disparity[(confidence == 0) | (confidence < config.confidence_threshold)] = np.nan

@@ -124,7 +124,8 @@ class RealtimeMatcher:
             watch.took('evolution')
         before = sum(watch.times.values())
         labels = self._refinement.smooth(crew, chosen.labels, best, self._views.full.left.grey)
-        disparity, confidence = self._refinement.express(crew, labels, chosen, config)
+        disparity, confidence = self._refinement.express(
+            crew, labels, chosen, self._warm_start.leant, config)
         watch.took('refinement')
         state = None
         if config.warm_start:

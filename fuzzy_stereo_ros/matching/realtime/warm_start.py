@@ -25,6 +25,7 @@ DISTANCE = 3         # px that a trusted gene may differ from the half map
 FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
 DEAD_ZONE = 0        # of the prior
 CUTS = 1, 2, 4       # what another label costs more at the most, by frames that a tile survived
+SELF_MADE = 6        # of a margin, by each of that: else noise would make itself surer each frame
 LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
 
@@ -83,6 +84,7 @@ class WarmStart:
         nothing = np.zeros((rows, columns), self._half_labels.dtype)
         self._moved = np.zeros_like(nothing), np.zeros((rows, columns), np.uint8)
         self._weights = np.zeros((rows, columns), np.uint8)
+        self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS)], np.uint8)
         self._strengths = np.zeros_like(self._averaging.seen[0].choices, np.uint8)
         self._prior = prior_of(nothing, self._weights, disparities,
                                *((DEAD_ZONE, cut) for cut in CUTS))
@@ -114,6 +116,7 @@ class WarmStart:
         """
         left, bands = self._averaging.seen[0], self._averaging.bands
         if self._averaging.noise < QUIET or not self._strengths.any():
+            self._weights[:] = 0
             return None
         labels, verdict, shift = state.labels, state.verdict, self._averaging.shift
         if any(shift):
@@ -132,6 +135,11 @@ class WarmStart:
         crew.each(lambda band: trust.lean_on_previous(
             self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
         return self._prior._replace(labels=labels)
+
+    @property
+    def leant(self):
+        """How much the search leant on the previous best, and what of a margin comes of it."""
+        return self._weights, self._due
 
     def arrival(self):
         """Return where and how the tiles of the left picture came over: an `Arrival`."""

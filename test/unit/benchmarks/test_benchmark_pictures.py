@@ -5,7 +5,9 @@ import re
 from xml.etree import ElementTree
 
 from fuzzy_stereo_ros.benchmarks import pictures
-from fuzzy_stereo_ros.benchmarks.accuracy import NOISES, Result, tables as accuracy_tables
+from fuzzy_stereo_ros.benchmarks.accuracy import (
+    NOISES, PRESETS, Result, tables as accuracy_tables)
+from fuzzy_stereo_ros.benchmarks.confidence import BINS
 from fuzzy_stereo_ros.benchmarks.cost import QUICK, race_table
 from fuzzy_stereo_ros.benchmarks.pictures import as_svg, titled
 from fuzzy_stereo_ros.benchmarks.warm import Course, tables as warm_tables
@@ -14,6 +16,7 @@ from fuzzy_stereo_ros.evaluation.baselines import (
 from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
+import numpy as np
 import pytest
 
 pytest.importorskip('matplotlib', reason='pictures need matplotlib')
@@ -34,7 +37,10 @@ def result(group, family, error):
     return Result(Scene(group, 'one', family, 16, None), bad, bad, None, None,
                   (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0,
                   {noise: {name: (percent, percent, 100.0) for name, percent in bad.items()}
-                   for noise in NOISES})
+                   for noise in NOISES},
+                  {noise: {name: np.ones((2, len(BINS) - 1), int) for name in names[:2]}
+                   for noise in NOISES},
+                  dict.fromkeys(PRESETS, (100.0, 1.0)))
 
 
 def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups():

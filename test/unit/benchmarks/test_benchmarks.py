@@ -10,7 +10,9 @@ from xml.etree import ElementTree
 
 import cv2
 from fuzzy_stereo_ros.benchmarks import accuracy, datasets, paper_tables, speed, warm
-from fuzzy_stereo_ros.benchmarks.confidence import left_right_sureness, sparsification
+from fuzzy_stereo_ros.benchmarks.accuracy import PRESETS
+from fuzzy_stereo_ros.benchmarks.confidence import (
+    BINS, left_right_sureness, reliability, sparsification)
 from fuzzy_stereo_ros.benchmarks.datasets import (
     available_scenes, available_sequences, data_folder, known_pair)
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
@@ -30,6 +32,8 @@ from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
+from repository import ROOT
+import yaml
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 NAN = np.nan
@@ -334,6 +338,21 @@ def test_pixels_that_are_equally_sure_count_as_mixed():
 def test_what_has_no_confidence_is_dropped_first():
     wrong = np.array([False, True])
     assert sparsification(wrong, np.array([0, NAN])).area == pytest.approx(25)
+
+
+def test_pixels_are_counted_by_what_their_confidence_says_but_for_those_of_none():
+    confidence = np.array([0, 0, 0.1, 0.55, 0.9, 0.92, 0.93, 1])
+    wrong = np.array([True, False, True, False, False, True, False, False])
+    number, right = reliability(wrong, confidence)
+    assert len(number) == len(BINS) - 1
+    assert number.tolist() == [1, 1, 0, 0, 0, 3, 1]
+    assert right.tolist() == [0, 1, 0, 0, 0, 2, 1]
+
+
+@pytest.mark.parametrize('preset', PRESETS)
+def test_a_preset_of_config_has_the_threshold_that_the_table_tells_of(preset):
+    content = yaml.safe_load((ROOT / 'config' / f'{preset}.yaml').read_text())
+    assert content == {'/**': {'ros__parameters': {'confidence_threshold': PRESETS[preset]}}}
 
 
 def test_maps_that_meet_are_sure_and_maps_that_do_not_are_unsure():

@@ -230,3 +230,11 @@ def test_a_frame_whose_deadline_has_passed_does_not_evolve_and_keeps_what_it_has
     match = late.match(made.left, made.right)
     assert match.generations == 0
     assert before == 0 or late.state.evolved.any()
+
+
+def test_a_covered_lens_never_looks_sure_however_long_it_is_covered():
+    chance, matcher = np.random.default_rng(0), StereoMatcher(CONFIG)
+    for _ in range(14):
+        pair = (with_noise(np.full((160, 240, 3), 30, np.uint8), 1.5, chance) for _ in range(2))
+        match = matcher.match(*pair)
+    assert (match.confidence > 0.95).mean() < 0.001

@@ -8,13 +8,18 @@ from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
 from fuzzy_stereo_ros.matching.kernels.refinement.output import CLEAR_MARGIN
-from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, LEAST_SURE, Refinement
+from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, LEAST_SURE, Refinement, RIGHT
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 import reference_refinement as twins
 
 CREW = Crew(1)
+DUE = np.array([0, 6, 24], np.uint8)
+
+
+def leant_nowhere(shape):
+    return np.zeros(shape, np.uint8), DUE
 
 
 def chosen_at_random(shape, disparities, seed):
@@ -37,15 +42,18 @@ def expressed(shape, disparities, seed=0, verdict=None, **changes):
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = Refinement(*shape, disparities, final.dtype)
     refinement.settled[:] = verdict
-    disparity, confidence = refinement.express(CREW, final, chosen, config)
+    leant = random_map(shape, 3, seed + 6)
+    disparity, confidence = refinement.express(CREW, final, chosen, (leant, DUE), config)
     fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, verdict)
-    sure = twins.confidence(twins.certainty(chosen.sums, chosen.margins, verdict), verdict)
+    sure = twins.confidence(twins.certainty(
+        chosen.sums, np.maximum(chosen.margins.astype(int) - DUE[leant], 0), verdict), verdict)
     return disparity, confidence, fine, sure, verdict
 
 
 def check(shape, disparities, seed=0, **changes):
     disparity, confidence, fine, sure, verdict = expressed(shape, disparities, seed, **changes)
-    np.testing.assert_allclose(confidence, sure, atol=1e-6)
+    right = np.where(sure >= LEAST_SURE, np.interp(10 * sure, range(11), RIGHT), 0)
+    np.testing.assert_allclose(confidence, right, atol=0.0101)     # half of a step's most
     # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
     config = MatcherConfig(disparities=disparities, **changes)
     np.testing.assert_array_equal(disparity, twins.disparities_of(
@@ -73,7 +81,8 @@ def test_labels_in_the_middle_of_their_like_move_by_the_mean_of_their_offsets():
     offsets[1, 1], offsets[4, 4] = 8, 5
     chosen = SimpleNamespace(labels=final, offsets=offsets, sums=final, margins=final)
     refinement = Refinement(5, 5, 64, np.uint8)
-    disparity, _ = refinement.express(CREW, final, chosen, MatcherConfig())
+    disparity, _ = refinement.express(
+        CREW, final, chosen, leant_nowhere(final.shape), MatcherConfig())
     assert disparity[2, 2] == 20 + 1 / 16       # 13 / 25 of a sixteenth, rounded
     assert disparity[0, 0] == 20 + 1 / 16       # 8 / 9
     assert disparity[0, 4] == 20
@@ -96,7 +105,8 @@ def test_only_where_nothing_is_known_a_pixel_is_refused_without_a_threshold(marg
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros((19, 19), np.int8),
                              sums=np.full((19, 19), 255, np.uint8), margins=margins)
     refinement = Refinement(19, 19, 64, np.uint8)
-    disparity, _ = refinement.express(CREW, labels, chosen, MatcherConfig())
+    disparity, _ = refinement.express(
+        CREW, labels, chosen, leant_nowhere(labels.shape), MatcherConfig())
     assert np.count_nonzero(disparity == 7) == valid * AROUND**2
     assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
 
@@ -107,10 +117,14 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
                              sums=np.zeros((4, 5), np.uint8),
                              margins=np.full((4, 5), CLEAR_MARGIN, np.uint8))
     refinement = Refinement(4, 5, 64, np.uint8)
-    disparity, confidence = refinement.express(
-        CREW, labels, chosen, MatcherConfig(confidence_threshold=0.5))
-    assert np.all(confidence == 0.5)
-    assert np.all(disparity == 7)
+    leant = leant_nowhere(labels.shape)
+    confidence = float(refinement.express(
+        CREW, labels, chosen, leant, MatcherConfig())[1][0, 0])
+    assert RIGHT[5] <= confidence <= RIGHT[5] + 0.01
+    for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
+        disparity, _ = refinement.express(
+            CREW, labels, chosen, leant, MatcherConfig(confidence_threshold=threshold))
+        assert (np.isfinite(disparity) == known).all()
 
 
 def test_a_fill_leaves_nothing_invalid():

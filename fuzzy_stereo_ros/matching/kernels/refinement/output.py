@@ -10,12 +10,14 @@ CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: h
 
 
 @kernel
-def certainty(sums, margins, verdict, certain, first, last):
+def certainty(sums, margins, leant, due, verdict, certain, first, last):
     """
     Say how sure each label is by itself: how possible, and by how much the only one.
 
     sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
-    elsewhere is; certain: float32 (R, C), 0 to 1, 0 where not consistent.
+    elsewhere is; leant: uint8 (R, C), how much the search leant on the previous best, and due:
+    uint8, by that, how much of a margin comes of it; certain: float32 (R, C), 0 to 1, 0 where not
+    consistent.
     """
     alone = np.empty(256, np.float32)
     for margin in range(256):
@@ -24,27 +26,31 @@ def certainty(sums, margins, verdict, certain, first, last):
         for column in range(sums.shape[1]):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(verdict[row, column] == CONSISTENT)
-            certain[row, column] = possible * alone[margins[row, column]] * consistent
+            margin = max(np.int32(margins[row, column]) - np.int32(due[leant[row, column]]), 0)
+            certain[row, column] = possible * alone[margin] * consistent
 
 
 @kernel
-def write_out(fine, verdict, certain, min_disparity, disparities, fill, threshold, disparity,
-              confidence, first, last):
+def write_out(fine, verdict, certain, least, shares, min_disparity, disparities, fill, threshold,
+              disparity, confidence, first, last):
     """
     Write disparities in pixels and how sure each is.
 
-    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: float32 (R, C), of the area;
-    threshold: float32, consistent pixels less sure are NaN unless filled; disparity, confidence:
-    float32 (R, C). What is not consistent has confidence 0.
+    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: float32 (R, C), of the area, 0 to
+    1; least: float32, what is less certain is as good as any label; shares: float32 (n + 1,), the
+    confidence by n-ths of certainty; threshold: float32, pixels of less confidence are NaN unless
+    filled; disparity, confidence: float32 (R, C). What is not consistent has confidence 0.
     """
+    steps = np.float32(shares.size - 1)
     lowest = np.float32(min_disparity)
     highest = np.float32(min_disparity + disparities - 1)
     for row in range(first, last):
         for column in range(disparity.shape[1]):
             consistent = verdict[row, column] == CONSISTENT
-            sure = certain[row, column] if consistent else np.float32(0)
+            enough = consistent and certain[row, column] >= least
+            sure = shares[np.int64(certain[row, column] * steps)] if enough else np.float32(0)
             confidence[row, column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
-            known = fill or (consistent and sure >= threshold)
+            known = fill or (enough and sure >= threshold)
             disparity[row, column] = min(max(value, lowest), highest) if known else np.float32(
                 np.nan)
