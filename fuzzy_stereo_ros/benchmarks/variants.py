@@ -111,7 +111,7 @@ def describe_by_grey_classes(view, first, last):
 DEFAULT = Variant('as it is')
 REALTIME = (
     DEFAULT,
-    Variant('no population: one chromosome', {'population': 1}, part='population'),
+    Variant('population of 2, filled in two ways', {'population': 2}),
     Variant('no crossover: the fitter chromosome as a whole',
             stages=RealtimeStages(crossover=WholeMember), part='crossover'),
     Variant("the paper's line crossover", stages=RealtimeStages(crossover=line)),

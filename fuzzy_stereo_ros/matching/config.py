@@ -63,7 +63,7 @@ class MatcherConfig:
     seed: int = _number(
         0, 0, 2**31 - 1, '', 'where chance starts; with it equal input gives equal output')
     population: int = _number(
-        2, 1, 1000, '', 'number of chromosomes alive')
+        1, 1, 1000, '', 'number of chromosomes alive; in realtime two at most')
     generations: int = _number(
         1, 0, 1000000, '', 'largest number of generations in one frame; realtime adds one of '
         'planes that go from frame to frame (warm_start)')

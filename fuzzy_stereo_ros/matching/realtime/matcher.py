@@ -4,10 +4,10 @@
 The profile `realtime`: chromosomes from scanlines and the previous frame, joined by crossover.
 
 One frame: the half-size chromosome tells where to look; the scanline chromosome is the best that
-the data give; its inconsistent cells take background genes in two ways, which makes the initial
-population. Crossover gives the fittest the fitter regions of the other; mutation proposes planes
-to regions of weak texture, and what is fitter stays. What has evolved in the frames before comes
-over, evolves further, and takes its place in the fittest.
+the data give; its inconsistent cells take background genes, in two ways where the population has
+two. Crossover gives the fittest the fitter regions of the other; mutation proposes planes to
+regions of weak texture, and crossover takes what is fitter. What has evolved in the frames before
+comes over, evolves further, and takes its place in the fittest.
 """
 from collections.abc import Callable
 from dataclasses import replace

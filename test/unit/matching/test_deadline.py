@@ -104,7 +104,7 @@ def test_a_generation_cut_short_leaves_a_population_whose_best_gained_what_is_to
         assert row.best_fitness == pytest.approx(seed + sum(gains), rel=1e-12)
 
 
-@pytest.mark.parametrize('config', [CONFIGS['realtime']])
+@pytest.mark.parametrize('config', [replace(CONFIGS['realtime'], population=2)])
 def test_the_fitness_that_is_told_is_that_of_each_chromosome(clock, config):
     """From a common zero: a sample of the rows is measured, and all that crossover gains."""
     algorithm = matched(config, clock)[1].algorithm
