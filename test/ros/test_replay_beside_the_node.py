@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo replay` makes of a bag is what the live node makes of it, bit for bit."""
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from made_bags import COLUMNS, DISPARITIES, open_bag, ROWS, scene, stamps, TOPICS, write_bag
 import numpy as np
 import pytest
@@ -10,13 +11,18 @@ FRAMES = 10
 KINDS = 'Image', 'CameraInfo', 'Image', 'CameraInfo'
 
 
-@pytest.fixture(scope='module')
-def bag(tmp_path_factory):
-    """Return the path of a bag of noisy images and their calibration, whose centres differ."""
+def faint_scene():
+    """Return pairs that stay but for noise, of plain surfaces, whose planes evolve."""
+    return [pair._replace(left=112 + pair.left // 8, right=112 + pair.right // 8)
+            for pair in scene(2 * FRAMES, 160, 240, 32, noise=4.0)]
+
+
+def written(folder, pairs):
+    """Return the path of a bag of pairs and their calibration, whose centres differ."""
     def change(number, messages):
         messages[TOPICS[3]].p[2] -= 2.5
 
-    return write_bag(tmp_path_factory.mktemp('bag') / 'bag', pairs=scene(FRAMES), change=change)
+    return write_bag(folder / 'bag', pairs=pairs, change=change)
 
 
 def play(bench, bag):
@@ -50,12 +56,14 @@ def replayed(bag):
                 for connection, _, raw in reader.messages() if connection.topic == '/disparity']
 
 
-@pytest.mark.parametrize(('options', 'parameters'), [
-    ([], []),
-    (['--scale', '0.5', '--seed', '3', '--min-disparity', '-2', '--fill'],
-     ['scale:=0.5', 'seed:=3', 'min_disparity:=-2', 'fill:=true'])])
+@pytest.mark.parametrize(('pairs', 'options', 'parameters'), [
+    (scene(FRAMES), [], []),
+    (scene(FRAMES), ['--scale', '0.5', '--seed', '3', '--min-disparity', '-2', '--fill'],
+     ['scale:=0.5', 'seed:=3', 'min_disparity:=-2', 'fill:=true']),
+    (faint_scene(), [], [])], ids=['noisy', 'reduced', 'evolving'])
 def test_replay_and_the_live_node_give_identical_messages(
-        make_bench, bag, tmp_path, options, parameters):
+        make_bench, tmp_path, pairs, options, parameters):
+    bag = written(tmp_path, pairs)
     arguments = [word for one in (f'disparity_range:={DISPARITIES}', *parameters)
                  for word in ('-p', one)]
     with make_bench('--ros-args', *arguments) as bench:
@@ -63,7 +71,7 @@ def test_replay_and_the_live_node_give_identical_messages(
         bench.connect()
         live = play(bench, bag)
     assert replay(bag, output=tmp_path / 'out', options=options) == 0
-    assert list(live) == stamps(FRAMES)
+    assert list(live) == stamps(len(pairs))
     for message, expected in zip(replayed(tmp_path / 'out'), live.values(), strict=True):
         assert message == expected
         assert message.image.data == expected.image.data
@@ -74,3 +82,11 @@ def test_the_warm_start_matters_in_the_bag_that_is_compared():
                   for start in (True, False))
     different = np.count_nonzero((warm != cold) & ~(np.isnan(warm) & np.isnan(cold)))
     assert different > ROWS * COLUMNS / 20
+
+
+def test_planes_evolve_from_frame_to_frame_in_a_bag_that_is_compared():
+    matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES))
+    found = [matcher.match(pair.left, pair.right, stamp).gains
+             for pair, stamp in zip(faint_scene(), stamps(2 * FRAMES))]
+    assert matcher.state.evolved.any()
+    assert any(gains.get('region planes', 0) > 0 for gains in found)
