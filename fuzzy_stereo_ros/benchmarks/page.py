@@ -3,9 +3,9 @@
 """
 The page of benchmarks: each report has a section of its own, which the next run replaces.
 
-`python -m fuzzy_stereo_ros.benchmarks.page docs/algorithm.md` renews the tables that a page
-quotes, between `<!-- quote NAME: TITLE -->` and `<!-- end of quote -->`, NAME being the
-benchmark's.
+`python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md` renews the tables that
+pages quote, between `<!-- quote NAME: TITLE -->` and `<!-- end of quote -->`, NAME being the
+benchmark's; with `TITLE | WORDS` the rows alone that have these words.
 """
 from pathlib import Path
 import re
@@ -63,18 +63,23 @@ def table_of(page, name, title):
     """
     Return the lines of a table in the section of a benchmark; both are found by their names.
 
+    title: of the table, or 'title | words' for its rows that have the words
     Raises ValueError where the page has no such table.
     """
+    title, _, words = title.partition(' | ')
     section = re.search(f'<!-- begin of {name} -->\n(.*?)<!-- end of {name} -->', page, re.DOTALL)
     table = section and re.search(f'^### {re.escape(title)}\n\n((?:\\|.*\n)+)', section[1],
                                   re.MULTILINE)
     if not table:
         raise ValueError(f"{PAGE} has no table '{title}' of {name}; "
                          f'run `fuzzy-stereo benchmark {name} --output docs/{PAGE}`')
-    return table[1]
+    head, rows = table[1].splitlines(True)[:2], table[1].splitlines(True)[2:]
+    return ''.join(head + [row for row in rows if words in row])
 
 
 if __name__ == '__main__':
     for quoting in map(Path, sys.argv[1:]):
-        write_whole(quoting, requoted(quoting.read_text(encoding='utf-8'), quoting.with_name(
-            PAGE).read_text(encoding='utf-8')).encode())
+        page = (quoting.resolve().parent / 'docs' / PAGE if quoting.name == 'README.md'
+                else quoting.with_name(PAGE))
+        write_whole(quoting, requoted(quoting.read_text(encoding='utf-8'),
+                                      page.read_text(encoding='utf-8')).encode())

@@ -170,10 +170,14 @@ def test_every_command_that_exists_is_shown():
     assert {words[1] for words in commands('fuzzy-stereo ')} == set(command_line.commands())
 
 
-def test_the_algorithm_page_quotes_the_page_of_benchmarks():
-    assert len(QUOTE.findall(ALGORITHM)) == ALGORITHM.count('<!-- quote ')
-    assert requoted(ALGORITHM, FIGURES) == ALGORITHM, \
-        'renew them: python -m fuzzy_stereo_ros.benchmarks.page docs/algorithm.md'
+@pytest.mark.parametrize('page', [README, ALGORITHM], ids=['README.md', 'algorithm.md'])
+def test_a_page_quotes_the_page_of_benchmarks(page):
+    assert len(QUOTE.findall(page)) == page.count('<!-- quote ') > 0
+    assert requoted(page, FIGURES) == page, \
+        'renew them: python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md'
+
+
+def test_the_benchmarks_that_the_algorithm_page_names_exist():
     for name in re.findall(r'`fuzzy-stereo benchmark (\w+)`', ALGORITHM):
         assert name in BENCHMARKS
 
@@ -185,6 +189,8 @@ def test_a_table_is_quoted_from_the_section_of_its_benchmark():
     text = 'x\n<!-- quote one: Title -->\nold\n<!-- end of quote -->\ny'
     assert requoted(text, page) == (
         'x\n<!-- quote one: Title -->\n| a |\n|---|\n| 1 |\n<!-- end of quote -->\ny')
+    assert table_of(page, 'one', 'Title | 1') == table_of(page, 'one', 'Title')
+    assert table_of(page, 'one', 'Title | 2') == '| a |\n|---|\n'
     for missing in (('two', 'Title'), ('one', 'Titl'), ('three', 'Title')):
         with pytest.raises(ValueError, match=f"no table '{missing[1]}' of {missing[0]}"):
             table_of(page, *missing)
