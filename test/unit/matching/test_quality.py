@@ -120,7 +120,7 @@ def test_a_uniform_pair_is_rejected_and_noise_is_not_sure():
     nothing = StereoMatcher(config).match(uniform, uniform)
     assert np.isnan(nothing.disparity).all() and (nothing.confidence == 0).all()
     unlike = StereoMatcher(config).match(*noise)
-    assert np.isnan(unlike.disparity).mean() > 0.9 and unlike.confidence.max() < 0.1
+    assert np.isnan(unlike.disparity).mean() > 0.9 and unlike.confidence.max() < 0.4
 
 
 def test_no_generation_starts_after_the_deadline():

@@ -183,7 +183,7 @@ def test_the_motorcycle_is_no_more_wrong_warm(pan, noise):
 
 
 @pytest.mark.parametrize('pan', [0, 2, 8])
-@pytest.mark.parametrize('noise, share', [(3.0, 0.88), (6.0, 0.75)])
+@pytest.mark.parametrize('noise, share', [(3.0, 0.88), (6.0, 0.77)])
 def test_the_motorcycle_through_a_moving_window_has_fewer_wrong_pixels_warm(pan, noise, share):
     assert motorcycle_course(pan, noise, True).wrong < share * motorcycle_course(
         pan, noise, False).wrong

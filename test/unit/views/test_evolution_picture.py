@@ -52,7 +52,7 @@ def check_origins(picture, snapshots):
 @pytest.mark.parametrize('profile, with_truth', [
     ('paper', True), ('realtime', False), ('quality', True)])
 def test_the_still_shows_where_genes_come_from(tmp_path, profile, with_truth):
-    two = {'population': 2} if profile == 'quality' else {}     # one alone has no first parent
+    two = {} if profile == 'paper' else {'population': 2}       # one alone has no first parent
     course, match, told = evolution(profile, with_truth, **two)
     write_evolution(tmp_path / 'still.png', course, match)
     assert os.listdir(tmp_path) == ['still.png']
@@ -212,7 +212,8 @@ def test_the_film_has_a_frame_for_each_generation_and_stays_at_the_last(tmp_path
 
 @pytest.mark.parametrize('profile', ['paper', 'realtime'])
 def test_each_frame_shows_where_its_genes_come_from(tmp_path, profile):
-    drawn, told = filmed(tmp_path / 'film.avi', profile=profile, generations=2)
+    two = {} if profile == 'paper' else {'population': 2}
+    drawn, told = filmed(tmp_path / 'film.avi', profile=profile, generations=2, **two)
     for frame, snapshot in zip(drawn[1:], told[1:]):
         assert check_origins(frame, [snapshot]) >= 2
 
