@@ -3,10 +3,12 @@
 """Match the pairs of one stereo camera in order, while changed parameters are prepared."""
 from concurrent import futures
 from dataclasses import replace
+from functools import partial
 import threading
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.memory import give_back_memory
@@ -54,9 +56,13 @@ class PairMatcher:
         self._thread = futures.ThreadPoolExecutor(1, 'preparation')
         self._requested, self._prepared, self._preparing = None, None, []
 
-    def warm_up(self):
-        """Compile the kernels or load them; in the thread that matches, before the first pair."""
-        self._matcher = self._warm_matcher(self.config)
+    def warm_up(self, report=None):
+        """
+        Compile the kernels or load them; in the thread that matches, before the first pair.
+
+        report: see `compiling.warm_up`.
+        """
+        self._matcher = self._warm_matcher(self.config, partial(warm_up, report=report))
 
     def match(self, pair):
         """
@@ -121,9 +127,10 @@ class PairMatcher:
             self._prepared, self.change = prepared, READY if error is None else FAILED
         self._on_ready(config, error)
 
-    def _warm_matcher(self, config):
+    def _warm_matcher(self, config, warm_up=None):
+        """Return a StereoMatcher after warm_up(it, rows, columns), its own if none."""
         matcher = StereoMatcher(config.at_scale(self._scale))
-        matcher.warm_up(*self._shape)
+        (warm_up or type(matcher).warm_up)(matcher, *self._shape)
         give_back_memory()      # of this warm-up
         return matcher
 

@@ -39,10 +39,11 @@ def main(argv=None):
 def commands():
     """Return {name: module} of the commands, which take a second or two to be imported."""
     from fuzzy_stereo_ros.commands import (
-        benchmark, convert, evaluate, evolve, match, replay, synthesise)
+        benchmark, convert, evaluate, evolve, match, replay, synthesise, warm_up)
 
     return {'match': match, 'evolve': evolve, 'replay': replay, 'evaluate': evaluate,
-            'benchmark': benchmark, 'synthesise': synthesise, 'convert': convert}
+            'benchmark': benchmark, 'synthesise': synthesise, 'convert': convert,
+            'warm-up': warm_up}
 
 
 @contextmanager

@@ -8,9 +8,9 @@ import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.commands.parts import add_truth_options, check_outputs, for_json, read_truth
+from fuzzy_stereo_ros.commands.parts import (
+    add_truth_options, check_outputs, for_json, read_truth, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
-from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.views.evolution import EvolutionAnimation, write_evolution
@@ -67,7 +67,7 @@ def run(arguments, stream, progress_stream=None):
         return
     left, right = read_pair(arguments.left, arguments.right)
     truth, mask = read_truth(arguments, left.shape[:2])
-    StereoMatcher(config).warm_up(*left.shape[:2])
+    warm_matcher(config, progress_stream or sys.stderr, left.shape[:2])
     convergence = Convergence(config, left if config.reference == 'left' else right, truth, mask)
     animation = EvolutionAnimation(outputs['video'], convergence) if 'video' in outputs else None
     try:

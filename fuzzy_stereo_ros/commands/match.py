@@ -5,11 +5,12 @@ import argparse
 from dataclasses import asdict
 import json
 from pathlib import Path
+import sys
 import time
 
-from fuzzy_stereo_ros.commands.parts import add_truth_options, check_outputs, for_json, read_truth
+from fuzzy_stereo_ros.commands.parts import (
+    add_truth_options, check_outputs, for_json, read_truth, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
-from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import check_disparity_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, write_image
@@ -89,8 +90,7 @@ def _run(arguments, config, stream, saved=None):
     else:
         left, right = saved.pair.left, saved.pair.right
     truth, mask = read_truth(arguments, left.shape[:2])
-    matcher = StereoMatcher(config)
-    matcher.warm_up(*left.shape[:2])
+    matcher = warm_matcher(config, sys.stderr, left.shape[:2])
     start = time.perf_counter()
     match = matcher.match(left, right) if saved is None else _match_again(matcher, saved)
     milliseconds = 1000 * (time.perf_counter() - start)

@@ -1,11 +1,37 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parts of several commands: options of ground truth, checks of outputs, figures as JSON."""
+from contextlib import ExitStack
+from importlib.util import find_spec
 import math
 from pathlib import Path
 
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
+
+
+def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
+    """
+    Return a StereoMatcher that is warm for images of a shape.
+
+    A bar shows on a text stream what is compiled, where that is a terminal, or always.
+    """
+    matcher, bars = StereoMatcher(config), []
+    with ExitStack() as opened:
+        def report(progress):
+            from tqdm import tqdm
+
+            if not bars:
+                bars.append(opened.enter_context(tqdm(
+                    total=100, desc='compiling the kernels', file=stream,
+                    bar_format='{l_bar}{bar}| {elapsed}<{remaining}')))
+            bars[0].update(100 * progress.share - bars[0].n)
+
+        shown = (always or stream.isatty()) and find_spec('tqdm') is not None
+        warm_up(matcher, *shape, report if shown else None)
+    return matcher
 
 
 def add_truth_options(parser):

@@ -8,6 +8,7 @@ import sys
 from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_changes,
     node_settings)
@@ -173,7 +174,7 @@ def _replayed(options, source, outputs, bar):
             cluster.warm_up()
         else:
             matcher = StereoMatcher(options.scaled_config)
-            matcher.warm_up(*WARM_UP_SIZE)
+            warm_up(matcher, *WARM_UP_SIZE)
         stopped = opened.enter_context(Interruption()).came
         results = (match_in_segments(source.steps(), cluster, stats, stopped)
                    if options.in_segments else match_in_order(source.steps(), matcher))

@@ -15,6 +15,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
+from fuzzy_stereo_ros.commands.parts import warm_matcher
 from fuzzy_stereo_ros.demo.sequence import MotorcycleWindow
 from fuzzy_stereo_ros.demo.stage import NodeFailed, open_stage, ros_environment, running_node
 from fuzzy_stereo_ros.demo.table import table
@@ -60,13 +61,13 @@ def run(arguments):
     parameters = {'profile': arguments.profile,
                   **{ros_name(name): value for name, value in changes.items()}}
     sequence = MotorcycleWindow()
+    warm_matcher(config, sys.stdout, always=True)
     try:
         with ExitStack() as stack:
             log = stack.enter_context(ros_environment())
             process = stack.enter_context(running_node(parameters, log))
             stage = stack.enter_context(open_stage(sequence, process))
-            print('starting the node; the first start on a machine compiles its kernels, which '
-                  'takes up to 60 s', flush=True)
+            print('starting the node', flush=True)
             started = time.monotonic()
             stage.wait_until_ready()
             print(f'ready after {time.monotonic() - started:.1f} s')

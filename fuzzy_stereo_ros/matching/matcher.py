@@ -82,21 +82,8 @@ class StereoMatcher:
         Raises ValueError for a size that cannot be matched.
         """
         check_size(rows, columns)
-        small = replace(self.config, warm_start=True, deadline_ms=0.0,
-                        population=min(self.config.population, 4),
-                        generations=min(self.config.generations, 2))
-        columns_for_all = max(WARM_UP_SIZE[1], self.config.disparities)
-        scene = _moving_scene(WARM_UP_SIZE[0], columns_for_all)
-        for kind in (np.uint8, np.uint16):
-            for channels in (1, 3):
-                matcher = StereoMatcher(small)
-                for picture in scene:
-                    image = np.squeeze(np.stack([picture.astype(kind)] * channels, -1))
-                    matcher.match(image, image)
-        if small.algorithm == 'realtime':
-            matcher = StereoMatcher(small)
-            for left, right in _still_frames(scene[0]):
-                matcher.match(left, right)
+        for matcher, left, right in warm_up_pairs(self.config):
+            matcher.match(left, right)
         algorithm = self._algorithm_of((rows, columns))
         if self.state is None and self.config.disparities <= columns:
             # The system gives memory when it is written to: not in the first frame.
@@ -118,6 +105,23 @@ class StereoMatcher:
             self.algorithm = kind(self.config, *shape, self._stages)
             self._shape = shape
         return self.algorithm
+
+
+def warm_up_pairs(config):
+    """Yield (matcher, left, right), small pairs to match that call all that a config needs."""
+    small = replace(config, warm_start=True, deadline_ms=0.0,
+                    population=min(config.population, 4), generations=min(config.generations, 2))
+    scene = _moving_scene(WARM_UP_SIZE[0], max(WARM_UP_SIZE[1], config.disparities))
+    for kind in (np.uint8, np.uint16):
+        for channels in (1, 3):
+            matcher = StereoMatcher(small)
+            for picture in scene:
+                image = np.squeeze(np.stack([picture.astype(kind)] * channels, -1))
+                yield matcher, image, image
+    if small.algorithm == 'realtime':
+        matcher = StereoMatcher(small)
+        for left, right in _still_frames(scene[0]):
+            yield matcher, left, right
 
 
 def _moving_scene(rows, columns):

@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from fuzzy_stereo_ros.parameters.table import ros_name
 import numpy as np
 
+LOADING = 'loading the kernels'
 RECENT = 200    # pairs that medians and percentiles look back on
 # By what the keys of `counts_of` begin with: why they are lost, and what to do.
 LOSSES = {
@@ -53,14 +54,14 @@ class Diagnostics:
         with self._lock:
             self.refused[reason] += 1
 
-    def publish(self, now, counts, values, ready, subscribed, quiet):
+    def publish(self, now, counts, values, loading, subscribed, quiet):
         """
-        Publish the state at a time in s; ready, subscribed, quiet: as of `status_of`.
+        Publish the state at a time in s; loading, subscribed, quiet: as of `status_of`.
 
         counts: {key: number} as of `counts_of`; values: {key: text}, others.
         """
         rates = self.rates(now, counts)
-        level, sentence = status_of(ready, subscribed, quiet, rates)
+        level, sentence = status_of(loading, subscribed, quiet, rates)
         self.values = {**{key: str(count) for key, count in counts.items()},
                        'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
                        'output rate': f"{rates['pairs matched']:.1f} pairs/s", **values,
@@ -145,15 +146,16 @@ def counts_of(synchroniser, pairs, lost):
     return counts
 
 
-def status_of(ready, subscribed, quiet, rates):
+def status_of(loading, subscribed, quiet, rates):
     """
     Return (level, sentence) of diagnostics; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
 
-    ready: whether kernels are warm; subscribed: whether an output has a subscriber; quiet: s
-    without a pair where that is too long, else 0; rates: per second, by keys of `counts_of`.
+    loading: what is done before the first pair, '' once the kernels are warm; subscribed: whether
+    an output has a subscriber; quiet: s without a pair where that is too long, else 0; rates: per
+    second, by keys of `counts_of`.
     """
-    if not ready:
-        return 'STALE', 'loading the kernels'
+    if loading:
+        return 'STALE', loading
     if not subscribed:
         return 'OK', 'idle: no output has a subscriber'
     if quiet:
@@ -166,6 +168,13 @@ def status_of(ready, subscribed, quiet, rates):
         return 'WARN', (f'matching {matched:.1f} pairs/s and dropping {dropped:.1f}: they come '
                         'faster than they can be matched; see scale and disparity_range')
     return 'OK', f'matching {matched:.1f} pairs/s'
+
+
+def compiling_sentence(progress):
+    """Return how far a compiling.Progress is, in words."""
+    if progress.left is None:
+        return f'compiling the kernels: {100 * progress.share:.0f} %'
+    return f'compiling the kernels: {100 * progress.share:.0f} %, about {progress.left:.0f} s left'
 
 
 def change_of(in_use, requested):

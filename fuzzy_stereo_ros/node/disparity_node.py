@@ -7,7 +7,7 @@ import traceback
 
 from fuzzy_stereo_ros.matching.kernels.keeping import remarks
 from fuzzy_stereo_ros.node.diagnostics import (
-    change_of, change_values, counts_of, Diagnostics, LossReports)
+    change_of, change_values, compiling_sentence, counts_of, Diagnostics, LOADING, LossReports)
 from fuzzy_stereo_ros.node.parameters import NodeParameters
 from fuzzy_stereo_ros.node.publications import Publications
 from fuzzy_stereo_ros.node.run_node import BROKEN, NOT_ALLOWED, REFUSED, run_node, SHUTDOWN_TIMEOUT
@@ -40,7 +40,8 @@ class DisparityNode(Node):
     def __init__(self, **options):
         """Declare parameters and outputs and start to warm up; ValueError for bad parameters."""
         super().__init__('disparity_node', **options)
-        self.exit_code, self._ready, self._started = 0, False, time.monotonic()
+        self.exit_code, self._started = 0, time.monotonic()
+        self._loading, self._ready = LOADING, False
         self._declared = NodeParameters(
             self, lambda config: self._matcher.request(config), self._warn_of_ignored)
         settings = self._declared.settings
@@ -108,13 +109,19 @@ class DisparityNode(Node):
     # The rest of the worker's thread, and that of the preparation.
 
     def _warm_up(self):
-        self._matcher.warm_up()
+        self._matcher.warm_up(self._report)
         if not self.context.ok():
             return      # shutting down
         self._ready = True
         self.get_logger().info(
             f'ready: the kernels are warm after {time.monotonic() - self._started:.1f} s')
         self._became_ready.trigger()
+
+    def _report(self, progress):
+        if not self.context.ok():
+            return      # shutting down
+        self._loading = compiling_sentence(progress)
+        self.get_logger().info(self._loading, throttle_duration_sec=LOG_PERIOD)
 
     def _fail(self, arrival, error):
         if not self.context.ok():
@@ -171,7 +178,8 @@ class DisparityNode(Node):
         matcher = self._matcher
         self._diagnostics.publish(
             now, counts, change_values(matcher.config, self._declared.config, matcher.change),
-            self._ready, bool(self._inputs), self._inputs.seconds_without_pair(now))
+            '' if self._ready else self._loading, bool(self._inputs),
+            self._inputs.seconds_without_pair(now))
 
     def _give_up(self, code, sentence):
         self.get_logger().fatal(sentence)

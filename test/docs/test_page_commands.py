@@ -26,6 +26,8 @@ from saved_scene import running
 SHORT_FORMS = {
     'make demo': 'test_demo.py::'
                  'test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture',
+    'make wheel': 'test_build.py::'
+                  'test_a_wheel_with_kernels_gives_a_disparity_in_5_s_and_compiles_nothing',
     'make benchmark': 'test_benchmarks.py::'
                       'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
     'make soak': 'test_soak.py::test_in_a_short_soak_every_promise_is_kept',
@@ -75,7 +77,8 @@ def run_by(page, words):
         return told(NOT_RUN, words) or told(SHORT_FORMS, words)
     if words[0] == 'fuzzy-stereo':
         if page in GUIDES:
-            return f'test_readme.py::test_every_{words[1]}_example_works_as_it_is_written'
+            name = words[1].replace('-', '_')
+            return f'test_readme.py::test_every_{name}_example_works_as_it_is_written'
         return 'test_page_commands.py::test_the_commands_of_a_page_work_in_their_order'
     return None
 

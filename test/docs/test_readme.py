@@ -166,6 +166,12 @@ def test_the_benchmarks_that_are_named_exist_and_no_other_does():
     assert {tuple(words) for words in named} == {('benchmark', name) for name in BENCHMARKS}
 
 
+def test_every_warm_up_example_works_as_it_is_written(capsys):
+    for words in commands('fuzzy-stereo warm-up'):
+        assert main(words[1:]) == 0
+        assert 'are ready after' in capsys.readouterr().out
+
+
 def test_every_command_that_exists_is_shown():
     assert {words[1] for words in commands('fuzzy-stereo ')} == set(command_line.commands())
 

@@ -21,8 +21,9 @@ CALLS = {'eval', 'exec', 'compile', '__import__', 'os.system', 'os.popen', 'os.s
          'yaml.load', 'yaml.load_all', 'yaml.unsafe_load', 'yaml.full_load', 'yaml.Loader',
          'yaml.UnsafeLoader', 'np.fromfile', 'np.memmap', 'cv2.FileStorage'}
 BEGINNINGS = ('os.exec', 'os.spawn', 'os.posix_spawn', 'np.lib.')
-# These start processes: the demo, its cameras, and the benchmark of compiling.
-STARTING = {'fuzzy_stereo_ros/benchmarks/cost.py', 'fuzzy_stereo_ros/demo/stage.py'}
+# These start processes: the demo, its cameras, the benchmark of compiling, and those that compile.
+STARTING = {'fuzzy_stereo_ros/benchmarks/cost.py', 'fuzzy_stereo_ros/demo/stage.py',
+            'fuzzy_stereo_ros/matching/compiling.py', 'setup.py'}
 
 
 def called(node):

@@ -1,16 +1,34 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Source archive and wheel are built, installed into a clean folder, and work there."""
+import json
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
+import time
 import zipfile
 
 from pages import ROOT
+from processors import has_level
 import pytest
 
 pytest.importorskip('setuptools', '70.1', reason='older ones cannot build wheels by themselves')
+FIRST_DISPARITY = """
+import json, time
+import fuzzy_stereo_ros
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching.kernels.keeping import remarks
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+import numpy as np
+pair, matcher = made_pair(480, 640, 64), StereoMatcher()
+valid = np.isfinite(matcher.match(pair.left, pair.right).disparity).mean()
+seen = time.monotonic()
+matcher.warm_up(480, 640)
+print(json.dumps({'code': fuzzy_stereo_ros.__file__, 'seen': seen, 'valid': valid,
+                  'remarks': remarks()}))
+"""
 NOT_COPIED = {'build', 'dist', 'docs', 'install', 'log', 'test'}
 
 
@@ -20,10 +38,10 @@ def run(*words, **options):
                           **options).stdout
 
 
-def built(kind, source, target):
+def built(kind, source, target, **variables):
     """Return the archive that the build backend makes of a source folder: 'sdist' or 'wheel'."""
     code = f'from setuptools import build_meta; print(build_meta.build_{kind}({str(target)!r}))'
-    return target / run('-c', code, cwd=source).splitlines()[-1]
+    return target / run('-c', code, cwd=source, env={**os.environ, **variables}).splitlines()[-1]
 
 
 @pytest.fixture(scope='module')
@@ -37,18 +55,27 @@ def archives(tmp_path_factory):
                 or path.suffix == '.egg-info'):
             (source / path.name).symlink_to(path)
     archive = built('sdist', source, place)
+    return archive, built('wheel', unpack(archive, place), place)
+
+
+def unpack(archive, place):
+    """Return the folder that a source archive has, unpacked into a place."""
     with tarfile.open(archive) as files:
         files.extractall(place / 'unpacked', filter='data')
     (unpacked,) = (place / 'unpacked').iterdir()
-    return archive, built('wheel', unpacked, place)
+    return unpacked
 
 
 @pytest.fixture(scope='module')
 def prefix(archives, tmp_path_factory):
     """Return a clean folder into which the wheel is installed, without what it depends on."""
-    folder = tmp_path_factory.mktemp('prefix')
+    return installed(archives[1], tmp_path_factory.mktemp('prefix'))
+
+
+def installed(wheel, folder):
+    """Install a wheel into a clean folder and return that."""
     run('-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-compile',
-        '--ignore-installed', '--prefix', str(folder), str(archives[1]))
+        '--ignore-installed', '--prefix', str(folder), str(wheel))
     return folder
 
 
@@ -93,3 +120,27 @@ def test_installed_into_a_clean_folder_the_command_runs_and_tells_its_version(pr
     printed = subprocess.run([prefix / 'bin' / 'fuzzy-stereo', '--help'], check=True, text=True,
                              capture_output=True, env=environment, cwd=tmp_path).stdout
     assert 'match two images' in printed
+
+
+@pytest.mark.skipif(not has_level('x86-64-v3'), reason='not a processor that wheels are for')
+@pytest.mark.timeout(1200)
+def test_a_wheel_with_kernels_gives_a_disparity_in_5_s_and_compiles_nothing(archives, tmp_path):
+    source = unpack(archives[0], tmp_path)
+    wheel = built('wheel', source, tmp_path, FUZZY_STEREO_PROCESSORS='x86-64-v3')
+    tag = f'cp{sys.version_info[0]}{sys.version_info[1]}'
+    assert f'-{tag}-{tag}-' in wheel.name
+    (packages,) = installed(wheel, tmp_path / 'prefix').glob('**/site-packages')
+    shutil.rmtree(source)
+    home = tmp_path / 'home'
+    home.mkdir()
+    variables = {**os.environ, 'PYTHONPATH': str(packages), 'HOME': str(home),
+                 'NUMBA_CACHE_DIR': str(home / 'cache')}
+    begun = time.monotonic()
+    told = json.loads(run('-c', FIRST_DISPARITY, env=variables, cwd=home))
+    assert told['code'].startswith(str(packages))
+    assert told['seen'] - begun < 5
+    assert told['valid'] > 0.5
+    assert told['remarks'] == []
+    assert [path for path in home.rglob('*') if path.is_file()] == []
+    assert [path.name for path in packages.rglob('kernels_*') if not path.is_relative_to(
+        packages / 'fuzzy_stereo_ros' / 'matching' / 'kernels' / 'brought')] == []

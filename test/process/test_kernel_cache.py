@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Compiled kernels are kept where it is possible, used only where they fit, and nothing breaks."""
-import fcntl
 import json
 import os
 from pathlib import Path
@@ -14,9 +13,9 @@ import sys
 from fuzzed import is_long
 import fuzzy_stereo_ros.matching.kernels as kernels
 from fuzzy_stereo_ros.matching.kernels import cache_folder
-from fuzzy_stereo_ros.matching.kernels.keeping import Kept
 from mounted import as_stranger, mounting, READ_ONLY
 import numba
+from processors import has_level
 import pytest
 
 SOURCES = Path(kernels.__file__).parent
@@ -135,41 +134,62 @@ def strange_home(package, tmp_path):
     return home, Path(told['folder'])
 
 
-def files(folder):
-    """Return the bytes of what is kept in a folder: {path: bytes}."""
-    return {file.relative_to(folder): file.read_bytes()
-            for file in folder.rglob('*') if file.is_file() and file.name != 'lock'}
-
-
-def test_what_another_user_compiled_beside_the_code_is_copied_to_the_users_cache(
+def test_what_another_user_compiled_beside_the_code_is_read_there_and_more_kept_in_the_users_cache(
         package, strange_home):
     home, compiled = strange_home
     told = run(package, before=as_stranger(), HOME=home)
     assert (told['result'], told['hits'], told['remarks']) == (2, 1, [])
     assert Path(told['folder']) == home / '.cache' / 'fuzzy_stereo_ros' / compiled.name
-    assert files(Path(told['folder'])) == files(compiled) != {}
+    assert [*Path(told['folder']).iterdir()] == []
     told = run(package, 0.5, before=as_stranger(), HOME=home)
     assert (told['result'], told['hits'], told['remarks']) == (2.5, 0, [])
     assert run(package, 0.5, before=as_stranger(), HOME=home)['hits'] == 1
 
 
-def test_what_does_not_fit_on_the_disk_is_not_copied_but_compiled(package, strange_home):
-    home, compiled = strange_home
-    (next(compiled.iterdir()) / 'large.nbc').write_bytes(bytes(1 << 20))
-    done = subprocess.run(
-        [*mounting({home: 'size=512k,mode=777'}), *as_stranger(), 'sh', '-c',
-         f'"$@" && ls -A {home}/.cache/fuzzy_stereo_ros', 'sh', *words(0)],
-        capture_output=True, text=True, env=environment(package, HOME=home),
-        cwd=package.parents[2])
-    assert (done.returncode, done.stderr) == (0, '')
-    told, name = done.stdout.splitlines()
-    assert (json.loads(told)['hits'], json.loads(told)['remarks'], name) == (0, [], compiled.name)
+def test_what_another_user_compiled_is_read_without_a_folder_of_ones_own(package, strange_home):
+    told = run(package, before=as_stranger(), HOME='/dev/null')
+    assert (told['result'], told['hits'], told['remarks']) == (2, 1, [])
 
 
-def test_what_is_compiled_beside_the_code_and_can_be_replaced_there_is_not_copied(
+def test_what_is_compiled_beside_the_code_and_can_be_replaced_there_is_not_read_elsewhere(
         package, tmp_path):
     run(package)
     assert run(package, NUMBA_CACHE_DIR=tmp_path / 'cache')['hits'] == 0
+
+
+def bring(package, tmp_path, **variables):
+    """Put what a process compiles into the place of what comes with a wheel."""
+    told = run(package, NUMBA_CACHE_DIR=tmp_path / 'built', **variables)
+    shutil.copytree(told['folder'], package / 'brought' / Path(told['folder']).name)
+    return package / 'brought' / Path(told['folder']).name
+
+
+@pytest.mark.skipif(not has_level('x86-64-v3'), reason='not a processor that wheels are for')
+def test_kernels_that_came_with_the_package_for_a_kind_of_processor_are_read(package, tmp_path):
+    folder = bring(package, tmp_path, NUMBA_CPU_NAME='x86-64-v3', NUMBA_CPU_FEATURES='')
+    told = run(package, NUMBA_CACHE_DIR=tmp_path / 'cache')
+    assert (told['result'], told['hits'], told['remarks']) == (2, 1, [])
+    told = run(package, 0.5, NUMBA_CACHE_DIR=tmp_path / 'cache')
+    assert (told['result'], told['hits']) == (2.5, 0)
+    (remark,) = told['remarks']
+    assert remark.startswith('the package came with kernels for ' + folder.name[8:])
+    assert run(package, 0.5, NUMBA_CACHE_DIR=tmp_path / 'cache')['remarks'] == []
+
+
+@pytest.mark.skipif(platform.machine() != 'x86_64', reason='names processors of x86-64')
+def test_kernels_that_came_for_other_processors_or_versions_are_not_read_which_is_told(
+        package, tmp_path):
+    folder = bring(package, tmp_path, NUMBA_CPU_NAME='x86-64-v3', NUMBA_CPU_FEATURES='')
+    least = {'NUMBA_CPU_NAME': 'x86-64', 'NUMBA_CPU_FEATURES': ''}
+    for name, variables in (('processor', least), ('version', {})):
+        told = run(package, NUMBA_CACHE_DIR=tmp_path / name, **variables)
+        (remark,) = told['remarks']
+        assert (told['result'], told['hits']) == (2, 0)
+        assert (f'here is {Path(told["folder"]).name[8:]} on x86_64: what is not among them'
+                in remark)
+        if folder.exists():
+            folder.rename(folder.with_name('kernels_cpython-39_numba-0.1_0'))
+    assert 'kernels for cpython-39_numba-0.1_0, ' in remark
 
 
 @pytest.fixture
@@ -264,8 +284,8 @@ def test_a_disk_that_gets_full_is_told_once_and_kernels_are_kept_when_there_is_r
 
 def test_what_comes_back_damaged_is_compiled_and_kept_anew(package):
     folder = Path(run(package)['folder'])
-    for suffix, content in (('nbi', b''), ('nbc', b'\x80\x04garbage')):
-        for file in folder.rglob(f'*.{suffix}'):
+    for content in (b'', b'\x80\x04garbage'):
+        for file in folder.iterdir():
             file.write_bytes(content)
         told = run(package)
         assert (told['result'], told['hits'], told['remarks']) == (2, 0, [])
@@ -286,54 +306,26 @@ def test_processes_that_start_at_once_do_not_break_one_another(package):
         assert (told['result'], told['hits']) == (result, 1)
 
 
-class Watched:
-    """In the place of numba's cache: whether others may read and write while it is used."""
-
-    def __init__(self, folder):
-        self.cache_path, self.seen = folder, []
-
-    def load_overload(self, *what):
-        with open(self.cache_path / 'lock') as lock:
-            for how in (fcntl.LOCK_SH, fcntl.LOCK_EX):
-                try:
-                    fcntl.flock(lock, how | fcntl.LOCK_NB)
-                    self.seen.append(True)
-                except BlockingIOError:
-                    self.seen.append(False)
-
-    save_overload = load_overload
-
-
-def test_nobody_reads_while_one_writes_and_nobody_writes_while_one_reads(tmp_path):
-    watched = Watched(tmp_path)
-    kept = Kept(watched, run)
-    kept.load_overload(None, None)
-    kept.save_overload(None, None)
-    assert watched.seen == [True, False, False, False]
-
-
 def test_kernels_with_checked_bounds_and_without_are_kept_apart(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
     folders = set()
     for checked in (None, 1, None):
         monkeypatch.setattr(numba.config, 'BOUNDSCHECK', checked)
-        folders.add(cache_folder.choose_folder().folder)
+        folders.add(cache_folder.choose_folders().kept)
     assert len(folders) == 2
 
 
-def test_folders_not_used_for_long_are_removed_but_none_of_another_installation(
-        tmp_path, monkeypatch):
+def test_folders_not_used_for_long_are_removed_and_nothing_else(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
-    used = cache_folder.choose_folder().folder
-    before = used.name.rpartition('_')[0]
-    others = [used.with_name(f'{before}_{number:016x}') for number in range(10)]
-    foreign = [used.with_name(name) for name in ('kernels_0123456789ab_0', 'unknown')]
-    for age, folder in enumerate([*others, *foreign]):
+    used = cache_folder.choose_folders().kept
+    others = [used.with_name(f'kernels_{number:016x}') for number in range(10)]
+    foreign = used.with_name('unknown')
+    for age, folder in enumerate([*others, foreign]):
         (folder / 'kernels').mkdir(parents=True)
         os.utime(folder, (age, age))
     os.utime(used, (0, 0))
-    assert cache_folder.choose_folder() == (used, '')
-    assert {*used.parent.iterdir()} == {used, *others[-cache_folder.KEPT + 1:], *foreign}
+    assert cache_folder.choose_folders().kept == used
+    assert {*used.parent.iterdir()} == {used, *others[-cache_folder.KEPT + 1:], foreign}
 
 
 def test_all_kernels_are_compiled_by_one_module_and_depend_on_no_source_elsewhere():

@@ -1,15 +1,27 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A matcher that is warm has all its kernels: no frame waits for one to be compiled."""
+import os
+from pathlib import Path
+import re
+import signal
 import subprocess
 import sys
+import time
 
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.compiling import compile_kernels, Workers
+from fuzzy_stereo_ros.matching.kernels import cache_folder
+from mounted import mounting
 from node_process import ROOT
+import psutil
 import pytest
 
+CODE = cache_folder.SOURCES / '__pycache__'
 MATCH = """
 import gc, sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.compiling import compile_call, rehearse
 from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 from numba.core.dispatcher import Dispatcher
 import numpy as np
@@ -18,7 +30,11 @@ def compiled():
     return {(one.py_func.__name__, str(kinds)) for one in gc.get_objects()
             if isinstance(one, Dispatcher) for kinds in one.overloads}
 
-matcher = StereoMatcher(MatcherConfig.from_profile(sys.argv[1], disparities=24))
+config = MatcherConfig.from_profile(sys.argv[1], disparities=24)
+matcher = StereoMatcher(config)
+if sys.argv[2] == 'rehearsed':
+    for call in rehearse(config).items():
+        compile_call(*call)
 if sys.argv[2] == 'warm':
     matcher.warm_up(120, 160)
 before = compiled()
@@ -36,10 +52,77 @@ print(*sorted(name for name, kinds in compiled() - before))
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])
 def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     found = {}
-    for how in ('warm', 'cold'):
+    for how in ('rehearsed', 'warm', 'cold'):
         done = subprocess.run([sys.executable, '-c', MATCH, profile, how], cwd=ROOT, text=True,
                               capture_output=True, check=True)
         found[how] = done.stdout.split()
-    assert found['warm'] == []
+    assert found['rehearsed'] == found['warm'] == []
     if profile == 'realtime':
         assert {'bring_forward', 'propose_planes', 'propose_map'} <= set(found['cold'])
+
+
+def warm_up(cache, *words):
+    """Start `fuzzy-stereo warm-up` of the paper's profile, which has the fewest kernels."""
+    return subprocess.Popen(
+        [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', 'warm-up', '--profile',
+         'paper', *words], env={**os.environ, 'NUMBA_CACHE_DIR': str(cache)}, cwd=ROOT, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def test_the_command_compiles_on_all_cores_with_a_bar_and_then_all_is_there(tmp_path):
+    said, shown = warm_up(tmp_path).communicate()
+    folder = Path(re.search('are ready after .* s, kept in (.*)\n', said)[1])
+    assert tmp_path in folder.parents
+    kept = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
+    assert len(kept) > 10
+    assert 'compiling the kernels: 100%' in shown
+    said, shown = warm_up(tmp_path).communicate()
+    assert 'are ready after' in said
+    assert shown == ''
+    assert {path: path.stat().st_mtime_ns for path in folder.iterdir()} == kept
+
+
+def test_the_command_says_so_where_nothing_can_be_kept(tmp_path):
+    before = mounting({tmp_path: 'ro', CODE: 'ro'})
+    done = subprocess.run(
+        [*before, sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line', 'warm-up'],
+        env={**os.environ, 'HOME': str(tmp_path), 'NUMBA_CACHE_DIR': str(tmp_path)}, cwd=ROOT,
+        text=True, capture_output=True)
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr.splitlines()[-1] == (
+        'fuzzy-stereo: there is no folder to keep compiled kernels in; set NUMBA_CACHE_DIR to one '
+        'that can be written to')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])
+def test_nobody_compiles_on_after_the_command_has_ended(tmp_path, number):
+    command = warm_up(tmp_path)
+    parent, end = psutil.Process(command.pid), time.monotonic() + 30
+    while not (children := parent.children()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    command.send_signal(number)
+    command.communicate()
+    assert psutil.wait_procs(children, timeout=10)[1] == []
+
+
+def test_a_worker_that_ends_costs_its_answer_alone():
+    with Workers(1, MatcherConfig.from_profile('paper')) as workers:
+        call = workers.ask(None)[0]
+        (worker,) = psutil.Process().children()
+        worker.kill()
+        assert workers.ask(call) is None
+        assert workers.ask(['no module', 'no kernel', 'no types']) is False
+        assert workers.ask(call) is True
+
+
+def test_what_is_reported_goes_from_nothing_to_all(monkeypatch):
+    monkeypatch.setattr(Workers, 'ask', lambda self, call: [
+        ('fuzzy_stereo_ros.matching.kernels.scanlines.sweep', 'upwards', '()'),
+        ('fuzzy_stereo_ros.matching.kernels.genetic.cut', 'unload', '()')])
+    told = []
+    compile_kernels(MatcherConfig(), told.append)
+    shares = [progress.share for progress in told]
+    assert shares[0] == 0 and shares[-1] == 1 and len(shares) == 4
+    assert shares == sorted(shares)
+    assert told[0].left is None and told[-1].left == 0

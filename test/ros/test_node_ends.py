@@ -3,6 +3,7 @@
 """How the real node begins and ends: ready in time, code 0 on signals, a sentence otherwise."""
 import signal
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from node_process import shifted_pair, START
 import pytest
@@ -54,6 +55,22 @@ def test_a_start_with_kernels_in_the_cache_compiles_none_and_says_what_happens(s
     assert 'ready: the kernels are warm after' in node.logged('ready')
     assert node.finish() == 0
     assert kept() == before
+
+
+def test_a_first_start_tells_in_diagnostics_and_in_the_log_how_far_it_is(
+        make_bench, tmp_path, monkeypatch):
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+
+    def told(sentence):
+        return lambda: next((message for message in bench.diagnostics
+                             if message.status[0].message.startswith(sentence)), None)
+
+    with make_bench('--ros-args', '-p', 'profile:=paper') as bench:
+        loading = bench.until(told('compiling the kernels: '), 'how far it is', START)
+        assert loading.status[0].level == DiagnosticStatus.STALE
+        bench.until(told('idle: '), 'that it is ready', START)
+        assert bench.node.logged('compiling the kernels: 0 %')
+        assert [*tmp_path.rglob('*.nbc')]
 
 
 @pytest.mark.parametrize('arguments, sentence', [

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import fuzzy_stereo_ros
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from repository import ROOT
 
@@ -14,7 +15,8 @@ ASKING = 'subprocess.Popen', 'lscpu'    # by numpy.testing of NumPy 1, which num
 
 
 def environment(folder, module):
-    """Return the environment of an audited module whose home is in a folder."""
+    """Return the environment of an audited module whose home is in a folder; kernels are there."""
+    StereoMatcher().warm_up(*WARM_UP_SIZE)      # processes are started to compile them
     return {**os.environ, 'AUDITED_MODULE': module, 'AUDITED_NOTES': str(folder / 'notes'),
             'PYTHONPATH': os.pathsep.join([str(ROOT), str(ROOT / 'test' / 'support')]),
             'HOME': str(folder / 'home')}

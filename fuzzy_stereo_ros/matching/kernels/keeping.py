@@ -1,21 +1,23 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A cache of compiled kernels that may fail, and be used by several processes at once.
+Compiled kernels kept in files of their own for each kernel, signature and processor.
 
-numba writes an index and then the code that it names. Two that do so at the same time, or a disk
-that is full in between, could leave an index that names the code of other types.
+So several processes read and write at once without locks: who writes the same writes the same.
 """
 from collections import deque
-from contextlib import contextmanager, ExitStack, suppress
-from pathlib import Path
+from contextlib import contextmanager, suppress
+import hashlib
 
-try:
-    import fcntl
-except ImportError:     # where there is none, processes are not kept apart
-    fcntl = None
+from numba.core.caching import IndexDataCacheFile, NullCache
+from numba.core.compiler import CompileResult
 
-_remarks, _noted = deque(), set()
+# What processors have, by LLVM's names, for which wheels bring kernels; the best comes first.
+_V3 = {'avx2', 'bmi', 'bmi2', 'f16c', 'fma', 'lzcnt', 'movbe'}
+LEVELS = {'x86-64-v4': _V3 | {'avx512bw', 'avx512cd', 'avx512dq', 'avx512f', 'avx512vl'},
+          'x86-64-v3': _V3}
+
+_remarks, _noted, _prepare = deque(), set(), []
 
 
 def note(remark):
@@ -35,57 +37,71 @@ def remarks():
 
 
 @contextmanager
-def locked(folder, how):
-    """
-    Keep other processes out of a folder of kernels, as far as the file system can.
-
-    how: a name of fcntl's. In a folder that can only be read, the lock of those who write is held.
-    """
-    with ExitStack() as opened:
-        for mode in 'ab', 'rb':
-            with suppress(OSError):
-                lock = opened.enter_context(open(folder / 'lock', mode))
-                if fcntl is not None:
-                    fcntl.flock(lock, getattr(fcntl, how))
-                break
+def before_compiling(prepare):
+    """Have prepare() called once, before the first kernel that is kept nowhere is compiled."""
+    _prepare.append(prepare)
+    try:
         yield
+    finally:
+        with suppress(ValueError):
+            _prepare.remove(prepare)
 
 
-class Kept:
+class KeptKernel(NullCache):
     """numba's cache of one kernel: what cannot be read is compiled, what cannot be kept is not."""
 
-    def __init__(self, cache, function):
-        """Guard a cache of numba's, that of a Python function."""
-        self._cache, self._folder = cache, Path(cache.cache_path)
-        self._files = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}-*.nb*"
+    def __init__(self, function, folders):
+        """Keep what a Python function is compiled to in Folders."""
+        self._name = f'{function.__module__}.{function.__qualname__}'
+        self._folder, self._folders = folders.kept, folders
 
-    def __getattr__(self, name):
-        return getattr(self._cache, name)
+    @property
+    def cache_path(self):
+        """The folder that it is kept in; None: nowhere."""
+        return self._folder and str(self._folder)
 
     def load_overload(self, signature, context):
         """Return what was compiled for a signature, None where nothing sound is there."""
-        try:
-            with locked(self._folder, 'LOCK_SH'):
-                return self._cache.load_overload(signature, context)
-        except OSError:
-            return None
-        except Exception:       # noqa: B902  a damaged pickle raises anything
-            self._drop()
-            return None
+        context.refresh()
+        found = self._found(signature, context)
+        if found is None:
+            if self._folders.on_compiling:
+                note(self._folders.on_compiling)
+            if _prepare:
+                _prepare.pop()()
+                found = self._found(signature, context)
+        return found
 
     def save_overload(self, signature, compiled):
         """Keep what was compiled for a signature, or note why it cannot be kept."""
+        if self._folder is None or compiled.library.has_dynamic_globals:
+            return
+        file = self._file(self._folder, signature, *compiled.codegen.magic_tuple())
         try:
-            with locked(self._folder, 'LOCK_EX'):
-                self._cache.save_overload(signature, compiled)
+            file.flush()        # what is there may be damaged
+            file.save(signature, compiled._reduce())
         except OSError as error:
-            self._drop()
             note(f'compiled kernels can no longer be kept in {self._folder} ({error.strerror}): '
                  'those that are not there are compiled at each start; make room, or set '
                  'NUMBA_CACHE_DIR to another folder')
 
-    def _drop(self):
-        """Remove what is kept of this kernel: an index may name what is not there any more."""
-        with suppress(OSError), locked(self._folder, 'LOCK_EX'):
-            for file in self._folder.glob(self._files):
-                file.unlink(missing_ok=True)
+    def _found(self, signature, context):
+        """Return what is kept of a signature for this processor or the best of its levels."""
+        triple, *processor = context.codegen().magic_tuple()
+        has = set(processor[1].replace('+', '').split(','))
+        processors = [processor, *([level, ''] for level, needed in LEVELS.items()
+                                   if needed <= has)]
+        for folder in filter(None, (self._folder, *self._folders.readable)):
+            for one in processors:
+                # Whatever is there and damaged is compiled and replaced; it may raise anything.
+                with suppress(Exception):
+                    kept = self._file(folder, signature, triple, *one).load(signature)
+                    if kept is not None:
+                        return CompileResult._rebuild(context, *kept)
+        return None
+
+    def _file(self, folder, signature, triple, processor, features):
+        """Return numba's files, an index and what it names, for a signature and a processor."""
+        about = repr((signature, triple, processor, features)).encode()
+        name = f'{self._name}-{hashlib.sha256(about).hexdigest()[:16]}'
+        return IndexDataCacheFile(str(folder), name, None)

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.commands import match as match_command
+from fuzzy_stereo_ros.commands import match as match_command, parts
 from fuzzy_stereo_ros.commands.command_line import main, Parser
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
@@ -145,7 +145,7 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
 
     class Watched:
         def __init__(self, config):
-            self.matcher = StereoMatcher(config)
+            self.config, self.matcher = config, StereoMatcher(config)
 
         def warm_up(self, rows, columns):
             order.append(('warm_up', rows, columns))
@@ -154,7 +154,7 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
             order.append('match')
             return self.matcher.match(left, right)
 
-    monkeypatch.setattr(match_command, 'StereoMatcher', Watched)
+    monkeypatch.setattr(parts, 'StereoMatcher', Watched)
     assert main(match_arguments()) == 0
     assert order == [('warm_up', 48, 80), 'match']
 
@@ -205,7 +205,7 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     """And it is told before the work begins, but for what only the matcher knows."""
     arguments, words = BAD_INPUT[case]
     if case not in ('too many disparities', 'one row'):
-        monkeypatch.setattr(match_command, 'StereoMatcher', None)
+        monkeypatch.setattr(parts, 'StereoMatcher', None)
     (folder / 'folder.pfm').mkdir()
     before = contents_of(folder)
     try:
@@ -430,7 +430,7 @@ def test_what_a_saved_pair_brings_is_not_given_again(report, capsys, case):
 ])
 def test_a_bad_wish_for_a_saved_pair_is_one_sentence_and_writes_nothing(
         report, capsys, monkeypatch, words, told):
-    monkeypatch.setattr(match_command, 'StereoMatcher', None)
+    monkeypatch.setattr(parts, 'StereoMatcher', None)
     before = {path: path.read_bytes() for path in report.iterdir()}
     assert main(['match', *words]) == 2
     printed = capsys.readouterr()

@@ -37,21 +37,23 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
         'generations': '2', 'warm': 'true', 'mean confidence': '0.250', 'valid share': '0.500'}
 
 
-@pytest.mark.parametrize('ready, subscribed, quiet, rates, expected', [
-    (False, False, 0, {}, ('STALE', 'loading the kernels')),
-    (True, False, 0, {}, ('OK', 'idle: no output has a subscriber')),
-    (True, True, 6.2, {}, ('ERROR', 'no stereo pair for 6 s')),
-    (True, True, 0, {'refused': 2}, ('WARN', 'refusing 2.0 pairs/s')),
-    (True, True, 0, {'refused': 2, 'matched': 0}, ('ERROR', 'refusing 2.0 pairs/s')),
-    (True, True, 0, {'dropped': 9.4}, ('OK', 'matching 9.5 pairs/s')),
-    (True, True, 0, {'dropped': 20.5}, (
+@pytest.mark.parametrize('loading, subscribed, quiet, rates, expected', [
+    ('loading the kernels', False, 0, {}, ('STALE', 'loading the kernels')),
+    ('compiling the kernels: 40 %, about 12 s left', True, 9, {}, (
+        'STALE', 'compiling the kernels: 40 %, about 12 s left')),
+    ('', False, 0, {}, ('OK', 'idle: no output has a subscriber')),
+    ('', True, 6.2, {}, ('ERROR', 'no stereo pair for 6 s')),
+    ('', True, 0, {'refused': 2}, ('WARN', 'refusing 2.0 pairs/s')),
+    ('', True, 0, {'refused': 2, 'matched': 0}, ('ERROR', 'refusing 2.0 pairs/s')),
+    ('', True, 0, {'dropped': 9.4}, ('OK', 'matching 9.5 pairs/s')),
+    ('', True, 0, {'dropped': 20.5}, (
         'WARN', 'matching 9.5 pairs/s and dropping 20.5: they come faster than they can be '
         'matched; see scale and disparity_range')),
 ])
-def test_the_status_is_the_worst_that_is_true(ready, subscribed, quiet, rates, expected):
+def test_the_status_is_the_worst_that_is_true(loading, subscribed, quiet, rates, expected):
     rates = {f'pairs {how}': {'refused': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
              for how in ('refused', 'dropped', 'matched')}
-    assert diagnostics.status_of(ready, subscribed, quiet, rates) == expected
+    assert diagnostics.status_of(loading, subscribed, quiet, rates) == expected
 
 
 def reported(lines):

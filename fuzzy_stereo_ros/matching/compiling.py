@@ -1,0 +1,235 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The kernels that a matcher needs, compiled by as many processes as there are cores.
+
+Which ones, and for which types, a rehearsal tells: a warm-up in a process of its own, with kernels
+that compute nothing and note the types that they are called with. In some rounds they write random
+numbers into the arrays they are given, so that the matcher goes every way it can. It takes seconds
+at the most. What it should miss, the warm-up compiles when it comes to it.
+"""
+from concurrent.futures import as_completed, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, replace
+import json
+import os
+from queue import SimpleQueue
+import subprocess
+import sys
+import threading
+import time
+from typing import NamedTuple
+import warnings
+
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
+from fuzzy_stereo_ros.matching.kernels.keeping import before_compiling
+from fuzzy_stereo_ros.matching.matcher import warm_up_pairs
+from numba.core.dispatcher import Dispatcher
+import numpy as np
+
+PACKAGE = __name__.rpartition('.')[0]
+ROUNDS = False, True, True      # of a rehearsal: whether kernels write random numbers
+START = 'import sys; sys.path[:] = {!r}; from {} import serve; serve()'
+
+
+class Progress(NamedTuple):
+    """How far it is: share from 0 to 1, of the code; left: s, None where that is not known."""
+
+    share: float
+    left: float | None
+
+
+def warm_up(matcher, rows, columns, report=None):
+    """
+    Warm a StereoMatcher up as it does itself; all cores compile what is kept nowhere.
+
+    report(Progress): called in the thread of this call, and only where something is compiled.
+    Raises ValueError for a size that cannot be matched.
+    """
+    if FOLDER is None:
+        matcher.warm_up(rows, columns)
+        return
+    with before_compiling(lambda: compile_kernels(matcher.config, report)):
+        matcher.warm_up(rows, columns)
+
+
+def compile_kernels(config, report=None):
+    """Compile into FOLDER what matchers of a MatcherConfig need; report: as in `warm_up`."""
+    report = report or (lambda progress: None)
+    report(Progress(0.0, None))
+    with Workers(len(os.sched_getaffinity(0)), config) as workers:
+        sizes = {call: _size(_kernel(*call[:2]), set())
+                 for call in map(tuple, workers.ask(None) or ())}
+        begun, done, threads = time.monotonic(), 0, ThreadPoolExecutor(workers.number)
+        asked = {threads.submit(workers.ask, call): call
+                 for call in sorted(sizes, key=sizes.get, reverse=True)}
+        try:
+            for future in as_completed(asked):
+                done += sizes[asked[future]]
+                share = done / sum(sizes.values())
+                report(Progress(share, (time.monotonic() - begun) * (1 / share - 1)))
+        finally:
+            threads.shutdown(wait=False, cancel_futures=True)
+    report(Progress(1.0, 0.0))
+
+
+def rehearse(config):
+    """Return what a warm-up calls: {(module, name, types of arguments in words): the types}."""
+    noted, config = {}, replace(config, threads=1)
+    for random in ROUNDS:
+        with _no_kernels(noted, random), warnings.catch_warnings(), np.errstate(all='ignore'):
+            warnings.simplefilter('ignore')
+            for matcher, left, right in warm_up_pairs(config):
+                with suppress(Exception):       # what makes no sense ends somewhere
+                    matcher.match(left, right)
+    return noted
+
+
+def compile_call(call, types):
+    """Compile a kernel, as `rehearse` tells it, and keep it."""
+    _kernel(*call[:2]).compile(types)
+
+
+def serve():
+    """
+    Be a process of Workers: rehearse, and compile what is asked, until nobody asks any more.
+
+    In lines of JSON: a MatcherConfig comes in, then what to compile, or null; what the rehearsal
+    found goes out for null, else whether it is compiled.
+    """
+    asked, answers = SimpleQueue(), os.fdopen(os.dup(1), 'w')
+    os.dup2(2, 1)       # what is printed is no answer
+
+    def read():
+        for line in sys.stdin:
+            asked.put(json.loads(line))
+        os._exit(0)     # who asked has ended: so does this, whatever it is compiling
+
+    threading.Thread(target=read, daemon=True).start()
+    calls = rehearse(MatcherConfig(**asked.get()))
+    while True:
+        call, answer = asked.get(), list(calls)
+        if call is not None:
+            try:
+                compile_call(call, calls[tuple(call)])
+                answer = True
+            except Exception:       # noqa: B902  who needs the kernel gets the error again
+                answer = False
+        answers.write(json.dumps(answer) + '\n')
+        answers.flush()
+
+
+class Workers:
+    """Processes that compile; a context manager, at whose end they end."""
+
+    def __init__(self, number, config):
+        """Start a number of processes for what a MatcherConfig needs."""
+        self.number, self._config, self._ended = number, json.dumps(asdict(config)), False
+        self._processes, self._free = [self._started() for _ in range(number)], SimpleQueue()
+        for place in range(number):
+            self._free.put(place)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self._ended = True
+        for process in self._processes:
+            _end(process)
+
+    def ask(self, call):
+        """
+        Return whether a free process has compiled a call; for None what calls there are, a list.
+
+        None is returned where the process ends, which another takes the place of.
+        """
+        place = self._free.get()
+        process = self._processes[place]
+        try:
+            process.stdin.write(json.dumps(call) + '\n')
+            process.stdin.flush()
+            return json.loads(process.stdout.readline())
+        except (OSError, ValueError):
+            if not self._ended:
+                _end(process)
+                self._processes[place] = self._started()
+            return None
+        finally:
+            self._free.put(place)
+
+    def _started(self):
+        """Start a process; in a session of its own, as Ctrl-C is for who asks."""
+        process = subprocess.Popen(
+            [sys.executable, '-c', START.format(sys.path, __name__)], text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True)
+        process.stdin.write(self._config + '\n')
+        process.stdin.flush()
+        return process
+
+
+def _end(process):
+    process.kill()
+    with suppress(OSError), process:    # of what it has not read
+        pass
+
+
+@contextmanager
+def _no_kernels(noted, random):
+    """Put a stand-in into the place of each kernel that a module of the matcher names."""
+    numbers = np.random.default_rng(0) if random else None
+    replaced = [(module, name, value) for module in list(sys.modules.values())
+                if module.__name__.startswith(PACKAGE)
+                for name, value in vars(module).items() if isinstance(value, Dispatcher)]
+    for module, name, value in replaced:
+        setattr(module, name, _StandIn(value, noted, numbers))
+    try:
+        yield
+    finally:
+        for module, name, value in replaced:
+            setattr(module, name, value)
+
+
+class _StandIn:
+    """In the place of a kernel: notes the types it is called with, and returns 1, or at random."""
+
+    def __init__(self, kernel, noted, numbers):
+        self._kernel, self._noted, self._numbers = kernel, noted, numbers
+
+    def __call__(self, *arguments):
+        function = self._kernel.py_func
+        types = tuple(map(self._kernel.typeof_pyval, arguments))
+        self._noted[function.__module__, function.__qualname__, repr(types)] = types
+        if self._numbers is None:
+            return _Answer(1)
+        self._scribble(arguments)
+        return _Answer(self._numbers.integers(4) > 0)
+
+    def _scribble(self, arguments):
+        """Write random numbers into the arrays among the arguments."""
+        for one in arguments:
+            if isinstance(one, tuple):
+                self._scribble(one)
+            elif isinstance(one, np.ndarray) and one.flags.writeable:
+                one[...] = (self._numbers.integers(0, 32, one.shape) if one.dtype.kind in 'iub'
+                            else self._numbers.uniform(0, 4, one.shape))
+
+
+class _Answer(int):
+    """A number, and two of them: kernels that return something return one of these."""
+
+    def __iter__(self):
+        return iter((self, self))
+
+
+def _kernel(module, name):
+    """Return a kernel by its module and name."""
+    return getattr(sys.modules[module], name)
+
+
+def _size(kernel, seen):
+    """Return the size of a kernel's code in bytes, with that of all that it calls."""
+    seen.add(kernel)
+    code, names = kernel.py_func.__code__, kernel.py_func.__globals__
+    called = {one for one in map(names.get, code.co_names) if isinstance(one, Dispatcher)} - seen
+    return len(code.co_code) + sum(_size(one, seen) for one in called if one not in seen)
