@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the node is like beside a camera: latency, rate, idle cost, memory; each as a process.
+What the node is like beside a camera, and beside a plain node around OpenCV's 3WAY.
+
+Latency, rate, processor time, idle cost, memory; each as a process.
 
 `python -m fuzzy_stereo_ros.benchmarks.live_benchmark --output docs/benchmarks.md` writes its
 section.
@@ -28,11 +30,14 @@ from stereo_msgs.msg import DisparityImage
 from tqdm import tqdm
 
 RATE, FAST = 30.0, 300.0                            # pairs/s
+COMPARED = RATE, 2 * RATE                           # pairs/s, beside the plain node
+TURNS = 3           # of each of the two nodes
 CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
 SMALL = 160, 120, 32                                # of the run for memory
 SETTLED = 3.0       # s at the most before anything is measured, which itself takes as long
 COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused')
 PROBED = 'fuzzy_stereo_ros.benchmarks.live_probe'
+PLAIN = 'fuzzy_stereo_ros.benchmarks.live_plain'
 FAILED = 1
 
 
@@ -44,9 +49,9 @@ class Listener:
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
         self._node.create_subscription(DiagnosticArray, '/diagnostics', self._count, 10)
-        self._node.create_subscription(Float32MultiArray, 'late_turns', self._note_turns, 10)
+        self._node.create_subscription(Float32MultiArray, 'probe', self._note_figures, 10)
         self._subscription, self._asked = None, 0
-        self.ages, self.late, self.counts = [], [], None
+        self.ages, self.probed, self.counts = [], [], None
 
     def subscribe(self):
         """Want disparities."""
@@ -87,8 +92,8 @@ class Listener:
         now = self._node.get_clock().now().nanoseconds
         self.ages.append((now - stamp_of(message.header)) / 1e6)
 
-    def _note_turns(self, message):
-        self.late.append(tuple(message.data))
+    def _note_figures(self, message):
+        self.probed.append(tuple(message.data))
 
     def _count(self, message):
         if stamp_of(message.header) > self._asked:
@@ -97,10 +102,14 @@ class Listener:
 
 
 @contextmanager
-def running(module, columns, rows, disparities, rate, log):
-    """Give a Listener and the psutil.Process of a module's node, with a camera that publishes."""
+def running(module, columns, rows, disparities, rate, log, *words):
+    """
+    Give a Listener and the psutil.Process of a module's node, with a camera that publishes.
+
+    words: more arguments of the node.
+    """
     node = running_module(module, [
-        '--ros-args', '--param', f'disparity_range:={disparities}'], log)
+        '--ros-args', '--param', f'disparity_range:={disparities}', *words], log)
     camera = running_module('fuzzy_stereo_ros.synthetic.simulated_cameras', [
         '--columns', str(columns), '--rows', str(rows), '--disparities', str(disparities),
         '--rate', str(rate)], log.with_name('camera.log'))
@@ -125,28 +134,48 @@ def case_of(text):
     return columns, rows, disparities
 
 
+def measure(listener, process, seconds):
+    """Return (ages of the disparities in ms, processor time in s, time in s) of some seconds."""
+    used, started = seconds_of(process), time.monotonic()
+    listener.ages.clear()
+    listener.spin(seconds)
+    listener.spin(until=lambda: listener.ages)
+    return list(listener.ages), seconds_of(process) - used, time.monotonic() - started
+
+
 def live_row(case, seconds, log):
     """Return the row of a case of the first table."""
     columns, rows, disparities = case
     with running(NODE, *case, RATE, log) as (listener, process):
         listener.settle(seconds)
-        before, used, started = listener.news(), seconds_of(process), time.monotonic()
-        listener.ages.clear()
-        listener.spin(seconds)
-        listener.spin(until=lambda: listener.ages)
-        ages = list(listener.ages)
-        after, share = listener.news(), seconds_of(process) - used
-        passed = time.monotonic() - started
-    with running(PROBED, *case, RATE, log) as (listener, process):
+        before, started = listener.news(), time.monotonic()
+        ages, used, passed = measure(listener, process, seconds)
+        after, counted = listener.news(), time.monotonic() - started
+    with running(PROBED, *case, RATE, log, '--param', 'threads:=1') as (listener, process):
         listener.settle(seconds)
-        listener.late.clear()
+        listener.probed.clear()
         listener.spin(seconds)
-        listener.spin(until=lambda: listener.late)
-        late = list(listener.late)
+        listener.spin(until=lambda: listener.probed)
+        late, latest, beyond = zip(*listener.probed)
     counts = [after[name] - before[name] for name in COUNTED]
-    return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / passed,
-            *np.percentile(ages, (50, 95)).tolist(), 100 * share / passed,
-            max(one[1] for one in late), float(np.median([one[0] for one in late])))
+    return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / counted,
+            *np.percentile(ages, (50, 95)).tolist(), 100 * used / passed,
+            max(latest), float(np.median(late)), float(np.nanmedian(beyond)))
+
+
+def compared_rows(case, rate, seconds, log):
+    """Return the rows of the node, of the plain one and of their ratio; medians of the turns."""
+    figures = {NODE: [], PLAIN: []}
+    for _ in range(TURNS):
+        for module, turns in figures.items():
+            with running(module, *case, rate, log) as (listener, process):
+                listener.settle(seconds)
+                ages, used, passed = measure(listener, process, seconds)
+            turns.append((len(ages) / passed, *np.percentile(ages, (50, 95, 100)),
+                          100 * used / passed, 1000 * used / len(ages)))
+    node, plain = (np.median(turns, axis=0) for turns in figures.values())
+    return [(f'{rate:g} pairs/s: {who}', *values.tolist()) for who, values in (
+        ('disparity_node', node), ('plain node', plain), ('ratio', node / plain))]
 
 
 def memory_rows(frames, seconds, log):
@@ -176,7 +205,10 @@ def run(arguments):
             raise ValueError(f'--{name} is {value}; allowed are numbers above 0')
     try:
         with ros_environment() as log:
-            rows = [live_row(case, arguments.seconds, log) for case in arguments.case or CASES]
+            cases = arguments.case or CASES
+            rows = [live_row(case, arguments.seconds, log) for case in cases]
+            compared = [row for rate in COMPARED
+                        for row in compared_rows(cases[0], rate, arguments.seconds, log)]
             memory, idle = memory_rows(arguments.frames, arguments.seconds, log)
     except NodeFailed as failure:
         print(f'live_benchmark: {failure}', file=sys.stderr)
@@ -191,9 +223,15 @@ def run(arguments):
         [Table('Rate and latency', (
             'live', 'pairs', 'matched', 'dropped', 'refused', 'pairs/s', 'latency median [ms]',
             '95th percentile [ms]', 'of a core [%]', 'latest turn of the executor [ms]',
-            '99th percentile [ms]'), rows,
-            'The executor of another run is asked for a turn every 5 ms; what is shown is by how '
-            'much it came late, at the latest and in the median second.'),
+            '99th percentile [ms]', 'of a pair beyond its match [ms]'), rows,
+            'The executor of another run, with one thread, is asked for a turn every 5 ms; what '
+            'is shown is by how much it came late, at the latest and in the median second, and '
+            'the processor time of a pair beyond its match, with these turns.'),
+         Table(f'Beside a plain node, at {cases[0][0]}x{cases[0][1]}, {cases[0][2]} disparities',
+               ('beside', 'received/s', 'latency median [ms]', '95th percentile [ms]',
+                'oldest [ms]', 'of a core [%]', 'processor time of a pair [ms]'), compared,
+               "The plain node is rclpy and OpenCV's 3WAY on all cores, with the same QoS. The "
+               f'two run in turns, {TURNS} times each; medians of the turns.'),
          Table(f'Memory at {SMALL[0]}x{SMALL[1]}, {SMALL[2]} disparities, as fast as it goes',
                ('pairs', 'MB'), memory, 'Without a subscriber, the camera going on, the node then '
                f'takes {idle:.2f} % of a core.', digits=1)])

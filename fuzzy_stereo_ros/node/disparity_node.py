@@ -62,7 +62,6 @@ class DisparityNode(Node):
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
                           on_clock_change=False),
             post_callback=self._clock_jumped_back)
-        self._became_ready = self.create_guard_condition(self._serve)
         self._warn_of_ignored(self._declared.ignored)
         self._warn_of('unknown parameters are ignored: ', self._declared.unknown)
         self._log_kernel_warnings()
@@ -115,7 +114,8 @@ class DisparityNode(Node):
         self._ready = True
         self.get_logger().info(
             f'ready: the kernels are warm after {time.monotonic() - self._started:.1f} s')
-        self._became_ready.trigger()
+        if self.executor is not None:       # else the timer serves, once there is one
+            self.executor.create_task(self._serve)
 
     def _report(self, progress):
         if not self.context.ok():

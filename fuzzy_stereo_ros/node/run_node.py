@@ -15,13 +15,20 @@ import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logging_directory
+from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
+
+try:
+    from rclpy.experimental import EventsExecutor
+except ImportError:     # rclpy before 7.1.4
+    EventsExecutor = None
 
 BROKEN, REFUSED = 1, 2
 NOT_ALLOWED = ValueError, RuntimeError, ParameterException     # by us, by ROS
 SHUTDOWN_TIMEOUT = 4.0      # s to wait for a match or a compilation that still runs
 LEAST_ROOM = 2**16          # bytes for log files
 NO_LOG_FILES = '--disable-external-lib-logs'
+SPELL = 1.0                 # s that the executor spins at a time
 
 
 def run_node(node_type, arguments):
@@ -45,13 +52,11 @@ def run_node(node_type, arguments):
     except (ValueError, RuntimeError) as error:
         return _refuse(error)
     try:
-        executor = SingleThreadedExecutor()
         node = node_type()
-        executor.add_node(node)
         if warning:
             node.get_logger().warning(warning)
         if not signals:
-            executor.spin()
+            _spin(node)
     except ExternalShutdownException:
         pass
     except Exception as error:      # noqa: B902  after a signal ROS fails in many ways
@@ -68,6 +73,25 @@ def run_node(node_type, arguments):
         sys.stdout.flush()
         os._exit(code)      # a compilation cannot be interrupted, only left behind
     return code
+
+
+def _spin(node):
+    """
+    Spin a node until ROS shuts down; raises ExternalShutdownException then.
+
+    EventsExecutor waits for events, where the other builds a list of all that may come, turn by
+    turn. Where it was built with an older C++ library its `spin`, which waits for ever, takes a
+    whole core instead and lets no other thread wake it: here it waits for a time.
+    """
+    if EventsExecutor is None:
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
+        return
+    executor, never = EventsExecutor(), Future()
+    executor.add_node(node)
+    while True:
+        executor.spin_until_future_complete(never, SPELL)
 
 
 def log_arguments(arguments):

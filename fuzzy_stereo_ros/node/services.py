@@ -8,8 +8,6 @@ import threading
 import traceback
 
 from fuzzy_stereo_ros.saved_pairs.saved_pair import SavedPair, write_saved_pair
-from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 
@@ -26,9 +24,9 @@ class Services:
         self._node, self._matcher, self._about = node, matcher, about
         self._folder, self._saving = Path(os.path.expanduser(folder)), False
         node.create_service(Trigger, '~/reset', self._reset)
-        # In a group of its own: while it waits for the files, all else has its turns.
-        node.create_service(
-            Trigger, '~/save', self._save, callback_group=ReentrantCallbackGroup())
+        # EventsExecutor has no services that await: `_answer` takes the place of what sends.
+        save = node.create_service(Trigger, '~/save', lambda request, response: response)
+        self._send, save.send_response = save.send_response, self._answer
 
     def _reset(self, request, response):
         self._matcher.reset()
@@ -36,23 +34,25 @@ class Services:
         response.message = 'the next pair is matched without the previous frame'
         return response
 
-    async def _save(self, request, response):
-        """Write in a thread of its own, one pair at a time: the executor stays free."""
+    def _answer(self, response, header):
+        """Save and send the response, from a thread of its own: the executor stays free."""
         last, about = self._matcher.last, self._about()
         if last is None:
             response.message = 'no pair has been matched yet; nothing is saved'
-            return response
-        if self._saving:
+        elif self._saving:
             response.message = 'another pair is being saved; call again when it is done'
-            return response
-        self._saving = True
-        written = Future(executor=self._node.executor)
-        written.add_done_callback(lambda _: None)   # without one the executor is not woken
-        threading.Thread(
-            target=lambda: written.set_result(self._write(last, about)), name='save').start()
-        response.success, response.message = await written
+        else:
+            self._saving = True
+            threading.Thread(target=self._save, args=(last, about, response, header),
+                             name='save').start()
+            return
+        self._send(response, header)
+
+    def _save(self, last, about, response, header):
+        response.success, response.message = self._write(last, about)
         self._saving = False
-        return response
+        if self._node.context.ok():
+            self._send(response, header)
 
     def _write(self, last, about):
         """Write a folder and return (done, sentence)."""
