@@ -47,10 +47,11 @@ def write_out(fine, verdict, certain, least, shares, min_disparity, disparities,
     for row in range(first, last):
         for column in range(disparity.shape[1]):
             consistent = verdict[row, column] == CONSISTENT
-            enough = consistent and certain[row, column] >= least
-            sure = shares[np.int64(certain[row, column] * steps)] if enough else np.float32(0)
+            enough = consistent & (certain[row, column] >= least)
+            share = shares[np.uint64(np.int32(certain[row, column] * steps))]
+            sure = share if enough else np.float32(0)
             confidence[row, column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
-            known = fill or (enough and sure >= threshold)
+            known = fill | (enough & (sure >= threshold))
             disparity[row, column] = min(max(value, lowest), highest) if known else np.float32(
                 np.nan)
