@@ -44,8 +44,9 @@ FAILED = 1
 class Listener:
     """Subscribes to the node's disparities, and counts."""
 
-    def __init__(self):
-        self._node = rclpy.create_node('live_benchmark')
+    def __init__(self, process):
+        """Listen to a node whose Popen is process."""
+        self._process, self._node = process, rclpy.create_node('live_benchmark')
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
         self._node.create_subscription(DiagnosticArray, '/diagnostics', self._count, 10)
@@ -75,6 +76,8 @@ class Listener:
                 if seconds is None:
                     raise NodeFailed('the node did not answer')
                 return
+            if self._process.poll() is not None:
+                raise NodeFailed(f'the node ended with code {self._process.returncode}')
             self._executor.spin_once(timeout_sec=0.1)
             progress()
 
@@ -112,10 +115,10 @@ def running(module, columns, rows, disparities, rate, log, *words):
         '--ros-args', '--param', f'disparity_range:={disparities}', *words], log)
     camera = running_module('fuzzy_stereo_ros.synthetic.simulated_cameras', [
         '--columns', str(columns), '--rows', str(rows), '--disparities', str(disparities),
-        '--rate', str(rate)], log.with_name('camera.log'))
+        '--rate', str(rate), '--colour'], log.with_name('camera.log'))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
-        with node as process, camera, closing(Listener()) as listener:
+        with node as process, camera, closing(Listener(process)) as listener:
             listener.subscribe()
             listener.spin(until=lambda: listener.ages)
             yield listener, psutil.Process(process.pid)
@@ -216,7 +219,7 @@ def run(arguments):
     report = Report(
         'live', 'The node beside a camera',
         {**environment('all cores, shared by the camera, the node and the listener'),
-         'camera': f'a made scene that moves, with noise, {RATE:g} pairs/s, best effort; a '
+         'camera': f'a made scene that moves, bgr8 with noise, {RATE:g} pairs/s, best effort; a '
                    'process of its own',
          'measured': f'{arguments.seconds:g} s each; latency is from the stamp to the callback of '
                      'a subscriber of disparity in a third process'},
