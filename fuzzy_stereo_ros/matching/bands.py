@@ -22,7 +22,7 @@ class Crew:
         """Start the threads. threads: 0 takes one a core."""
         self.threads = threads or os.cpu_count() or 1
         self._calls = SimpleQueue()
-        self._helpers = [Thread(target=_help, args=(self._calls,), daemon=True)
+        self._helpers = [Thread(target=_help, args=(self._calls,), name='crew', daemon=True)
                          for _ in range(self.threads - 1)]
         for helper in self._helpers:
             helper.start()
