@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 
 BENCHMARKS = ('accuracy', 'speed', 'warm', 'paper', 'balance', 'truth', 'ablation', 'anytime',
-              'cost', 'deadline')
+              'cost', 'deadline', 'drift')
 ALL = 'all'
 REPEATS, QUICK_REPEATS = 15, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
@@ -34,6 +34,7 @@ DESCRIPTION = (
     '            profile; with --output a picture beside the page\n'
     '  cost      time over pixels and disparities, memory, threads, compiling\n'
     '  deadline  whether frames are out in time\n'
+    '  drift     a calibration that no longer holds: what is found, what that costs\n'
     '  all       all of these, one after the other\n\n'
     'With --output each section of the page gets a picture of its figures beside it.\n\n'
     "Scenes that every machine has are made, or come with scikit-image; Middlebury's and\n"
@@ -75,13 +76,14 @@ def run(arguments, stream, progress_stream=None):
     """
     with libraries_needed():
         from fuzzy_stereo_ros.benchmarks import (
-            ablation, accuracy, anytime, balance, cost, deadline, paper_tables, speed, truth, warm)
+            ablation, accuracy, anytime, balance, cost, deadline, drift, paper_tables, speed,
+            truth, warm)
         from fuzzy_stereo_ros.benchmarks.datasets import data_folder
         from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
         from fuzzy_stereo_ros.benchmarks.request import Request
         from fuzzy_stereo_ros.evaluation.report import markdown
     suites = dict(zip(BENCHMARKS, (accuracy, speed, warm, paper_tables, balance, truth, ablation,
-                                   anytime, cost, deadline)))
+                                   anytime, cost, deadline, drift)))
     repeats = arguments.repeats
     if repeats is None:
         repeats = QUICK_REPEATS if arguments.quick else REPEATS

@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.commands.parts import (
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import check_disparity_suffix, write_disparity
+from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, write_image
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
 from fuzzy_stereo_ros.saved_pairs.reproduction import comparison, is_broken, sentence
@@ -94,6 +95,8 @@ def _run(arguments, config, stream, saved=None):
     start = time.perf_counter()
     match = matcher.match(left, right) if saved is None else _match_again(matcher, saved)
     milliseconds = 1000 * (time.perf_counter() - start)
+    check = EpipolarCheck()
+    check.look(left, right, match.disparity, match.confidence, config.reference)
     if 'output' in outputs:
         write_disparity(outputs['output'], match.disparity)
     if 'picture' in outputs:
@@ -114,6 +117,7 @@ def _run(arguments, config, stream, saved=None):
         'density': 100 * float(np.isfinite(match.disparity).mean()),
         'mean_confidence': float(match.confidence.mean()),
         'ground_truth': None if truth is None else asdict(score(match.disparity, truth, mask)),
+        'misalignment': check.misalignment and check.misalignment.record,
     }
     if saved is not None:
         figures['saved'] = {'folder': arguments.saved, **comparison(saved, config, match)}
@@ -164,6 +168,8 @@ def _sentences(figures):
             f"disparity; off by more than 1 px are {found['bad_sparse'][1.0]:.2f} % of these, "
             f"off or invalid {found['bad_dense'][1.0]:.2f} % of all; "
             f"average error {found['average_error']:.2f} px")
+    if figures['misalignment'] is not None:
+        lines.append(figures['misalignment']['sentence'])
     if saved is not None:
         lines.append(sentence(saved))
     return '\n'.join(lines)

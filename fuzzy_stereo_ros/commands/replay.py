@@ -166,6 +166,7 @@ def run(arguments, stream, progress_stream=None):
 def _replayed(options, source, outputs, bar):
     """Match the pairs of a ReplaySource, here or on workers, and return the Stats."""
     stats = Stats()
+    stats.epipolar.warm_up()
     for remark in source.remarks:
         stats.note(remark, bar.log)
     with ExitStack() as opened:

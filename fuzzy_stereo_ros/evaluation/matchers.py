@@ -50,11 +50,13 @@ class Maps(NamedTuple):
 
     raw: float32 (R, C), pixels, NaN = invalid. filled: the same without gaps.
     milliseconds: the fastest, from images to raw; None = not known.
+    confidence: float32 (R, C), of raw; None of matchers that have none.
     """
 
     raw: np.ndarray
     filled: np.ndarray
     milliseconds: float | None
+    confidence: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -104,10 +106,11 @@ class Ours:
 
             def again():
                 raw.restore(before)
-                return raw.match(pair.left, pair.right).disparity
+                return raw.match(pair.left, pair.right)
 
             found, milliseconds = fastest(again, task.repeats)
-            return Maps(found, filling.match(pair.left, pair.right).disparity, milliseconds)
+            return Maps(found.disparity, filling.match(pair.left, pair.right).disparity,
+                        milliseconds, found.confidence)
         return match
 
 

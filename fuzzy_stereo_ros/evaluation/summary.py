@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.ground_truth import ALL, DISC, LIMITS, MASKS, NONOCC
 from fuzzy_stereo_ros.evaluation.matchers import OpenCV, Ours, ResultFiles
-from fuzzy_stereo_ros.evaluation.measuring import by_family, FILLED, RAW
+from fuzzy_stereo_ros.evaluation.measuring import by_family, FILLED, RAW, ROWS
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import THRESHOLDS
 
@@ -36,6 +36,7 @@ def report_of(results, sequences, means, matchers, settings, skipped):
     tables += [_scenes(those, matchers) for those in families.values()]
     if sequences:
         tables.append(_sequences(sequences))
+    tables += _rows([*results, *sequences])
     return Report('evaluate', 'Evaluation', {
         **environment(settings['threads']), **_settings(results, sequences, matchers, settings)},
         tables, [*skipped, *_left_out(results, matchers, families)])
@@ -116,6 +117,19 @@ def _sequences(results):
               'takes part. *bad*: of frames with a truth, where both cameras see if that is '
               'known. *covered*: all pixels with a disparity. *flicker*: pixels that change by '
               'more than 1 px from frame to frame, those that really move among them.')
+
+
+def _rows(results):
+    """Return the table of row offsets, a line for each scene and sequence; [] of none."""
+    measured = [(result.subject.path, record) for result in results for record in [next(
+        (one for one in result.records if one.get(ROWS[0]) is not None), None)] if record]
+    return [Table(
+        'Row offsets', ('', 'offset [px]', 'by roll [px]', 'by zoom [px]', 'doubt [px]', ''),
+        [(path, *(record[name] for name in ROWS[:-1]), record[ROWS[-1]] or 'fits')
+         for path, record in measured],
+        'By how much the right image stands lower than the left one: in the middle, and how much '
+        'more at the right edge (roll) and at the lower edge (zoom). *doubt*: the largest '
+        'standard deviation of the three.')] if measured else []
 
 
 def _settings(results, sequences, matchers, settings):

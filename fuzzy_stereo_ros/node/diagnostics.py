@@ -54,18 +54,22 @@ class Diagnostics:
         with self._lock:
             self.refused[reason] += 1
 
-    def publish(self, now, counts, values, loading, subscribed, quiet):
+    def publish(self, now, counts, values, loading, subscribed, quiet, misalignment):
         """
         Publish the state at a time in s; loading, subscribed, quiet: as of `status_of`.
 
         counts: {key: number} as of `counts_of`; values: {key: text}, others.
+        misalignment: of the images, None while it is not known.
         """
         rates = self.rates(now, counts)
         level, sentence = status_of(loading, subscribed, quiet, rates)
+        if misalignment and misalignment.advice and subscribed:
+            level = 'WARN' if level == 'OK' else level
+            sentence += f'; {misalignment.advice}'
         self.values = {**{key: str(count) for key, count in counts.items()},
                        'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
                        'output rate': f"{rates['pairs matched']:.1f} pairs/s", **values,
-                       **self.figures()}
+                       **self.figures(), **(misalignment.figures if misalignment else {})}
         name = self._node.get_fully_qualified_name()
         message = DiagnosticArray(status=[DiagnosticStatus(
             level=getattr(DiagnosticStatus, level), message=sentence,

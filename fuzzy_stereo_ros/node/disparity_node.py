@@ -15,6 +15,7 @@ from fuzzy_stereo_ros.node.services import Services
 from fuzzy_stereo_ros.node.subscriptions import Subscriptions, TOPICS
 from fuzzy_stereo_ros.node.worker import Worker
 from fuzzy_stereo_ros.pair_matcher import PairMatcher
+from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
@@ -54,6 +55,7 @@ class DisparityNode(Node):
             self._declared.config, settings['scale'], self._log_prepared)
         self._outputs = Publications(self, settings, self._serve)
         self._diagnostics, self._losses = Diagnostics(self, self._started), LossReports()
+        self._epipolar = EpipolarCheck()
         self._loggers, self._overrides_checked = {}, False
         Services(self, self._matcher, settings['save_directory'], self._about)
         # The steady clock: with use_sim_time and no /clock a timer of the node's never fires.
@@ -104,11 +106,13 @@ class DisparityNode(Node):
             'latency': 1000 * (time.monotonic() - arrived),
             'age': (self.get_clock().now().nanoseconds - found.stamp) / 1e6,
             'stamps apart': found.spread / 1e6})
+        self._epipolar.watch(pair, matched.match, matched.config.reference)
 
     # The rest of the worker's thread, and that of the preparation.
 
     def _warm_up(self):
         self._matcher.warm_up(self._report)
+        self._epipolar.warm_up()
         if not self.context.ok():
             return      # shutting down
         self._ready = True
@@ -175,11 +179,13 @@ class DisparityNode(Node):
         report = self._inputs.report(now)
         if report:
             self.get_logger().warning(report)
-        matcher = self._matcher
+        matcher, misalignment = self._matcher, self._epipolar.misalignment
+        if misalignment is not None and misalignment.advice:
+            self._log_once(misalignment.advice)
         self._diagnostics.publish(
             now, counts, change_values(matcher.config, self._declared.config, matcher.change),
             '' if self._ready else self._loading, bool(self._inputs),
-            self._inputs.seconds_without_pair(now))
+            self._inputs.seconds_without_pair(now), misalignment)
 
     def _give_up(self, code, sentence):
         self.get_logger().fatal(sentence)

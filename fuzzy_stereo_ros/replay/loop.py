@@ -13,6 +13,7 @@ import threading
 import time
 
 from fuzzy_stereo_ros.pair_matcher import MatchedPair, without_missing
+from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
 from fuzzy_stereo_ros.replay.source import Refusal, refusal_of
 
@@ -28,6 +29,7 @@ class Stats:
     logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
     stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None. segments: how
     many were matched; workers: how many matched them at the most, 0 where this process matched.
+    epipolar: whether the rows of the images fit.
     """
 
     matched: int = 0
@@ -44,6 +46,7 @@ class Stats:
     error: Exception | None = None
     segments: int = 0
     workers: int = 0
+    epipolar: EpipolarCheck = field(default_factory=EpipolarCheck)
 
     def refuse(self, refusal, what, log):
         """Count and log the Refusal of what: a message, a pair, or the results of one."""
@@ -154,7 +157,9 @@ def _counted(step, outcome, config, stats, log):
     stats.again += step.again
     stats.matched += not step.again
     stats.logged, stats.stamp = step.logged, step.stamp
-    return MatchedPair(step.pair, without_missing(outcome, step.pair.missing), config, None)
+    match = without_missing(outcome, step.pair.missing)
+    stats.epipolar.watch(step.pair, match)
+    return MatchedPair(step.pair, match, config, None)
 
 
 class Interruption:

@@ -61,7 +61,7 @@ def figures_of(stats, synchroniser, begin):
     begin: ns, when the first message of the bag was recorded.
     """
     seconds = max(stats.seconds, 1e-9)
-    pairs = stats.matched + stats.again
+    pairs, misalignment = stats.matched + stats.again, stats.epipolar.misalignment
     figures = {
         'ended': _ended(stats),
         'pairs': {'matched': stats.matched, 'matched_again': stats.again, 'warm': stats.warm,
@@ -74,6 +74,7 @@ def figures_of(stats, synchroniser, begin):
         'pairs_per_second': (stats.matched if stats.workers else pairs) / seconds,
         'match_ms': stats.milliseconds / max(pairs, 1),
         'share_not_matching': 1 - stats.milliseconds / 1000 / seconds / max(stats.workers, 1),
+        'misalignment': misalignment and misalignment.record,
     }
     if stats.workers:
         figures['segments'] = {'matched': stats.segments, 'pairs': SEGMENT_PAIRS,
@@ -104,6 +105,8 @@ def sentences(figures, approximate):
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
         f"pair; {100 * figures['share_not_matching']:.1f} % of the time was not matching")
+    if figures['misalignment'] is not None:
+        lines.append(figures['misalignment']['sentence'])
     return '\n'.join(lines)
 
 

@@ -11,6 +11,7 @@ import pytest
 
 diagnostics = pytest.importorskip('fuzzy_stereo_ros.node.diagnostics')
 LossReports = diagnostics.LossReports
+Time = pytest.importorskip('builtin_interfaces.msg').Time
 KEYS = 'pairs dropped', 'unmatched left/image_rect', 'unmatched right/camera_info'
 NODE = SimpleNamespace(create_publisher=lambda *_: None)
 
@@ -54,6 +55,29 @@ def test_the_status_is_the_worst_that_is_true(loading, subscribed, quiet, rates,
     rates = {f'pairs {how}': {'refused': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
              for how in ('refused', 'dropped', 'matched')}
     assert diagnostics.status_of(loading, subscribed, quiet, rates) == expected
+
+
+MISALIGNED = SimpleNamespace(advice='recalibrate: roll', figures={'row offset': '+0.10 px'})
+
+
+@pytest.mark.parametrize('subscribed, quiet, level, sentence', [
+    (True, 0, 'WARN', 'matching 0.0 pairs/s; recalibrate: roll'),
+    (True, 6, 'ERROR', 'no stereo pair for 6 s; recalibrate: roll'),
+    (False, 0, 'OK', 'idle: no output has a subscriber')])
+def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_is_worse(
+        subscribed, quiet, level, sentence):
+    published = []
+    made = diagnostics.Diagnostics(SimpleNamespace(
+        create_publisher=lambda *_: SimpleNamespace(publish=published.append),
+        get_fully_qualified_name=lambda: '/node',
+        get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))), 0.0)
+    counts = dict.fromkeys(['pairs synchronised', 'pairs matched', 'pairs dropped',
+                            'pairs refused'], 0)
+    made.publish(1.0, counts, {}, '', subscribed, quiet, MISALIGNED)
+    (status,) = published[0].status
+    assert (status.level, status.message) == (
+        getattr(diagnostics.DiagnosticStatus, level), sentence)
+    assert made.values['row offset'] == '+0.10 px'
 
 
 def reported(lines):

@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Drift: whether a calibration that no longer holds is told, what kind it is, and what telling costs.
+
+Made scenes and real pairs, as they are and with the right image moved by what is known.
+"""
+from itertools import islice
+import time
+
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
+from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck, LIMIT, SHARE, SURE
+from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from fuzzy_stereo_ros.synthetic.misaligned import misaligned
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+import numpy as np
+
+SIZE, QUICK_SIZE = (480, 640, 64), (96, 160, 16)    # rows, columns, disparities
+COST_SIZES = (240, 320, 32), SIZE, (720, 1280, 128)
+FRAMES = 12
+ERRORS = ({}, {'tilt': 0.3}, {'tilt': -1.0}, {'roll': 0.2}, {'roll': -0.1}, {'zoom': 0.3},
+          {'zoom': -0.4}, {'tilt': 0.6, 'roll': 0.1, 'zoom': -0.2})
+SWINGS = 0.4, 0.8       # px, standard deviation of the offset from frame to frame
+TURN = 0.2              # degrees
+DRIVES = 'KITTI drive', 'EuRoC'
+COST_FRAMES, QUICK_COST_FRAMES = 300, 5
+
+
+def run(request):
+    """Return the `Report` of what is said about pairs whose rows do not fit."""
+    size = QUICK_SIZE if request.quick else SIZE
+    scenes, skipped = request.scenes()
+    sequences, missing = request.sequences(scenes)
+    subjects = [*scenes, *(one for one in sequences if one.kind in DRIVES)]
+    steps = {
+        'made': lambda: [_made_row(request, size, error) for error in ERRORS],
+        'swings': lambda: [_swing_row(request, size, swing) for swing in SWINGS],
+        'real': lambda: [row for one in subjects for row in _real_rows(request, one)],
+        'cost': lambda: [_cost_row(request, one) for one in (
+            [size] if request.quick else COST_SIZES)]}
+    made, swings, real, cost = (steps[name]() for name in request.follow(list(steps), 'drift'))
+    return Report('drift', 'Drift of the calibration', {
+        **environment(1), 'ours': request.subject,
+        'warning': f'offset, roll or zoom above {LIMIT:g} px by {SURE:g} standard deviations; '
+                   'roll and zoom at the edges of the image',
+        'made': f'{FRAMES} frames of {size[1]}x{size[0]}, noise of 2 grey levels, the right '
+                'image moved',
+        'cost': f'processor time of {QUICK_COST_FRAMES if request.quick else COST_FRAMES} warm '
+                f'frames; {100 * SHARE:g} % of the time of matching may be spent',
+    }, [
+        Table('Made scenes', ('', 'offset [px]', 'roll [degrees]', 'zoom [%]', 'worst error [px]',
+                              'doubt [px]', 'warning'), made,
+              'Worst error: of the three, roll and zoom taken at the edges; doubt: the largest '
+              'standard deviation of the three.'),
+        Table('Exposures at different moments', ('', 'swing [px]', 'warning'), swings,
+              'The right image moves up and down, as where both shake and one exposes later.'),
+        Table('Pairs, as they are and turned', (
+            '', 'offset [px]', 'roll [px]', 'zoom [px]', 'doubt [px]', 'warning'),
+              real, f'As they are, and with the right image turned by {TURN:g} degrees; roll and '
+              'zoom at the edges.'),
+        Table('What it costs', ('', 'matching [ms]', 'watching [ms]', 'share [%]',
+                                'pairs looked at'), cost, 'A frame.', digits=3),
+    ], [*skipped, *(one for one in missing if one not in skipped)])
+
+
+def _checked(request, pairs, disparities):
+    """Return the Misalignment of pairs (left, right), matched in their order; None of too few."""
+    matcher, check = request.matcher(disparities, fill=False), EpipolarCheck()
+    for left, right in pairs:
+        match = matcher.match(left, right)
+        check.look(left, right, match.disparity, match.confidence)
+    return check.misalignment
+
+
+def _frames(size, frames=FRAMES):
+    """Return frames of a made scene that pans, so that corners change."""
+    return made_sequence(*size[:2], size[2], frames, seed=1, objects=6, pan=5.0, noise=2.0)
+
+
+def _warning(found):
+    return ', '.join(found.faults) or 'none'
+
+
+def _made_row(request, size, error):
+    found = _checked(request, ((one.left, misaligned(one.right, **error))
+                               for one in _frames(size)), size[2])
+    name = ', '.join(f'{what} {value:g}' for what, value in error.items()) or 'as calibrated'
+    if found is None:
+        return name, *[None] * 6
+    edges = np.array([1.0, np.deg2rad(size[1] / 2), size[0] / 200])
+    made = edges * [error.get(what, 0.0) for what in ('tilt', 'roll', 'zoom')]
+    return (name, found.offset, found.roll_degrees, found.zoom_percent,
+            float(np.abs(found[1:4] - made).max()), max(found.doubts), _warning(found))
+
+
+def _swing_row(request, size, swing):
+    shifts = 2**0.5 * swing * np.sin(np.arange(2 * FRAMES))
+    found = _checked(request, ((one.left, misaligned(one.right, tilt=shift)) for one, shift in zip(
+        _frames(size, len(shifts)), shifts)), size[2])
+    if found is None:
+        return f'{swing:g} px', None, None
+    return f'made {np.std(shifts):.2f} px', found.swing, _warning(found)
+
+
+def _real_rows(request, subject):
+    """Return a row for a scene or sequence as it is, and one of a Middlebury scene turned."""
+    read = subject.read()
+    pairs = [read] if hasattr(read, 'left') else list(islice(read, FRAMES))
+    turns = (0.0,) if subject.family == KITTI or len(pairs) > 1 else (0.0, TURN)
+    rows = []
+    for turn in turns:
+        found = _checked(request, ((one.left, misaligned(one.right, roll=turn) if turn
+                                    else one.right) for one in pairs), subject.disparities)
+        name = subject.path + f', turned by {turn:g} degrees' * bool(turn)
+        rows.append((name, *[None] * 5) if found is None else
+                    (name, *found[1:4], max(found.doubts), _warning(found)))
+    return rows
+
+
+def _cost_row(request, size):
+    """Return a row: processor milliseconds of a frame and of watching it."""
+    frames = [(one.left, one.right) for one in _frames(size, 6)]
+    matcher, check = StereoMatcher(request.config(size[2], fill=False)), EpipolarCheck()
+    matching, watching, looks = 0, 0, 0
+    count = QUICK_COST_FRAMES if request.quick else COST_FRAMES
+    for number in range(-len(frames), count):
+        left, right = frames[number % len(frames)]
+        started = time.process_time_ns()
+        match = matcher.match(left, right)
+        matched, before = time.process_time_ns(), check.misalignment
+        check.watch(StereoPair(left, right, None, number), match)
+        if number >= 0:
+            matching += matched - started
+            watching += time.process_time_ns() - matched
+            looks += check.misalignment is not before
+    return (f'{size[1]}x{size[0]}x{size[2]}', matching / count / 1e6, watching / count / 1e6,
+            100 * watching / matching, looks)

@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The report of drift: what was made is what is found, with the warning that belongs to it."""
+from fuzzy_stereo_ros.benchmarks import drift
+from fuzzy_stereo_ros.benchmarks.datasets import known_pair
+from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.evaluation.datasets import Scene
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
+from fuzzy_stereo_ros.synthetic.scenes import made_pair
+import pytest
+
+KNOWN = known_pair(made_pair(120, 320, 24, 1, noise=1.0))
+SCENE = Scene('made', 'one', MIDDLEBURY, 24, lambda: KNOWN)
+
+
+class SmallRequest(Request):
+    def scenes(self):
+        return [SCENE], ['a group']
+
+    def sequences(self, scenes):
+        return [], ['a group', 'a folder']
+
+
+@pytest.mark.slow
+def test_the_report_has_what_was_made_beside_what_is_found_and_what_it_costs():
+    report = drift.run(SmallRequest(quick=True))
+    made, swings, real, cost = report.tables
+    for row, error in zip(made.rows, drift.ERRORS, strict=True):
+        assert row[1:4] == pytest.approx([error.get(name, 0.0) for name in (
+            'tilt', 'roll', 'zoom')], abs=0.2)
+        assert row[4] < 0.1 and len(row) == len(made.columns)
+    assert [row[-1] for row in swings.rows] == ['none', 'timing']
+    assert [(row[0], row[-1]) for row in real.rows] == [
+        ('made/one', 'none'), ('made/one, turned by 0.2 degrees', 'roll')]
+    (row,) = cost.rows
+    assert row[3] == pytest.approx(100 * row[2] / row[1])
+    assert report.skipped == ['a group', 'a folder']
+
+
+def test_images_too_small_to_be_measured_have_no_figures():
+    small = Scene('made', 'small', MIDDLEBURY, 16, lambda: known_pair(made_pair(40, 72, 16, 1)))
+    assert drift._real_rows(SmallRequest(), small)[0] == ('made/small', *[None] * 5)
