@@ -88,6 +88,7 @@ setup(
     entry_points={
         'console_scripts': [
             'disparity_node = fuzzy_stereo_ros.node.disparity_node:main',
+            'managed_disparity_node = fuzzy_stereo_ros.node.managed_node:main',
             'simulated_cameras = fuzzy_stereo_ros.synthetic.simulated_cameras:main',
             'fuzzy-stereo = fuzzy_stereo_ros.commands.command_line:main',
         ],
@@ -98,6 +99,7 @@ setup(
         (f'share/{package_name}/config', sorted(glob('config/*'))),
         (f'share/{package_name}/launch', sorted(glob('launch/*.launch.*'))),
         # ROS looks for executables here, pip and colcon write the entry points to bin.
-        (f'lib/{package_name}', ['resource/disparity_node', 'resource/simulated_cameras']),
+        (f'lib/{package_name}', ['resource/disparity_node', 'resource/managed_disparity_node',
+                                 'resource/simulated_cameras']),
     ],
 )

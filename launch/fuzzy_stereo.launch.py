@@ -24,6 +24,7 @@ ROWS = (
     Parameter('params_file', str(SHARE / 'config' / 'fuzzy_stereo.yaml'), 'file of parameters'),
     Parameter('launch_image_proc', False,
               'take image_raw of both cameras; the node itself rectifies them'),
+    Parameter('managed', False, 'the node has a life cycle and waits for a lifecycle manager'),
     Parameter('container', '', 'of components; a Python node runs beside it'),
     *PROCESS_ROWS)
 
@@ -49,4 +50,4 @@ def _node(context):
         chosen['namespace'], chosen['node_name'],
         camera_remappings(chosen['left_namespace'], chosen['right_namespace'], image),
         chosen['params_file'], parameters)
-    return [*actions, process_of(rig, chosen['output'], chosen['log_level'])]
+    return [*actions, process_of(rig, chosen['output'], chosen['log_level'], chosen['managed'])]

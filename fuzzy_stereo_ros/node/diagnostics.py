@@ -54,16 +54,20 @@ class Diagnostics:
         with self._lock:
             self.refused[reason] += 1
 
-    def publish(self, now, counts, values, loading, subscribed, quiet, misalignment):
+    def close(self):
+        """Advertise no longer."""
+        self._node.destroy_publisher(self._publisher)
+
+    def publish(self, now, counts, values, loading, idle, quiet, misalignment):
         """
-        Publish the state at a time in s; loading, subscribed, quiet: as of `status_of`.
+        Publish the state at a time in s; loading, idle, quiet: as of `status_of`.
 
         counts: {key: number} as of `counts_of`; values: {key: text}, others.
         misalignment: of the images, None while it is not known.
         """
         rates = self.rates(now, counts)
-        level, sentence = status_of(loading, subscribed, quiet, rates)
-        if misalignment and misalignment.advice and subscribed:
+        level, sentence = status_of(loading, idle, quiet, rates)
+        if misalignment and misalignment.advice and not idle:
             level = 'WARN' if level == 'OK' else level
             sentence += f'; {misalignment.advice}'
         self.values = {**{key: str(count) for key, count in counts.items()},
@@ -150,18 +154,18 @@ def counts_of(synchroniser, pairs, lost):
     return counts
 
 
-def status_of(loading, subscribed, quiet, rates):
+def status_of(loading, idle, quiet, rates):
     """
     Return (level, sentence) of diagnostics; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
 
-    loading: what is done before the first pair, '' once the kernels are warm; subscribed: whether
-    an output has a subscriber; quiet: s without a pair where that is too long, else 0; rates: per
-    second, by keys of `counts_of`.
+    loading: what is done before the first pair, '' once the kernels are warm; idle: why nothing
+    is subscribed to, '' where something is; quiet: s without a pair where that is too long, else
+    0; rates: per second, by keys of `counts_of`.
     """
     if loading:
         return 'STALE', loading
-    if not subscribed:
-        return 'OK', 'idle: no output has a subscriber'
+    if idle:
+        return 'OK', idle
     if quiet:
         return 'ERROR', f'no stereo pair for {quiet:.0f} s'
     matched, refused, dropped = (

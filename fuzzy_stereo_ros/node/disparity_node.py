@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The node `disparity_node`: subscribe, synchronise, read, match, publish."""
+from contextlib import ExitStack
 import sys
+import threading
 import time
 import traceback
 
@@ -39,13 +41,26 @@ class DisparityNode(Node):
     """
 
     def __init__(self, **options):
-        """Declare parameters and outputs and start to warm up; ValueError for bad parameters."""
+        """Declare parameters, and begin; ValueError for parameters that are not allowed."""
         super().__init__('disparity_node', **options)
-        self.exit_code, self._started = 0, time.monotonic()
-        self._loading, self._ready = LOADING, False
-        self._declared = NodeParameters(
-            self, lambda config: self._matcher.request(config), self._warn_of_ignored)
-        settings = self._declared.settings
+        self.exit_code, self._held = 0, ExitStack()
+        self._ready, self._active = threading.Event(), False
+        self._worker = self._matcher = None     # what `configure` makes
+        self._loggers, self._overrides_checked = {}, False
+        self._declared = NodeParameters(self, self._request, self._warn_of_ignored)
+        self._warn_of_ignored(self._declared.ignored)
+        self._warn_of('unknown parameters are ignored: ', self._declared.unknown)
+        self.begin()
+
+    def begin(self):
+        """Do at the start what leads to matching: here all of it."""
+        self.configure()
+        self.activate()
+
+    def configure(self):
+        """Advertise, and start to warm up; ValueError or an error of ROS for a wrong QoS."""
+        self._started, self._loading = time.monotonic(), LOADING
+        settings, held = self._declared.settings, self._held
         self._synchroniser = Synchroniser(
             TOPICS, settings['queue_size'], sync_tolerance(settings),
             held=TOPICS[1::2] if settings['cache_camera_info'] else ())
@@ -54,32 +69,56 @@ class DisparityNode(Node):
         self._matcher = PairMatcher(
             self._declared.config, settings['scale'], self._log_prepared)
         self._outputs = Publications(self, settings, self._serve)
+        held.callback(self._outputs.close)
         self._diagnostics, self._losses = Diagnostics(self, self._started), LossReports()
+        held.callback(self._diagnostics.close)
         self._epipolar = EpipolarCheck()
-        self._loggers, self._overrides_checked = {}, False
-        Services(self, self._matcher, settings['save_directory'], self._about)
+        held.callback(Services(self, self._matcher, settings['save_directory'], self._about).close)
         # The steady clock: with use_sim_time and no /clock a timer of the node's never fires.
-        self.create_timer(1.0, self._every_second, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self._jumps = self.get_clock().create_jump_callback(
+        held.callback(self.destroy_timer, self.create_timer(
+            1.0, self._every_second, clock=Clock(clock_type=ClockType.STEADY_TIME)))
+        held.callback(self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
                           on_clock_change=False),
-            post_callback=self._clock_jumped_back)
-        self._warn_of_ignored(self._declared.ignored)
-        self._warn_of('unknown parameters are ignored: ', self._declared.unknown)
+            post_callback=self._clock_jumped_back).unregister)
         self._log_kernel_warnings()
         self.get_logger().info('loading the kernels; the first start on a machine compiles '
                                'them, which takes up to 60 s')
         self._worker = Worker(self._warm_up, self._match, self._fail)
 
+    def activate(self):
+        """Subscribe to the inputs while an output has a subscriber, as soon as all is warm."""
+        self._active = True
+        self._serve()
+
+    def deactivate(self):
+        """End the subscriptions; what is being matched is not published."""
+        self._active = False
+        self._serve()
+
+    def release(self, timeout=None):
+        """
+        End matching and give back what `configure` made; return whether all threads have ended.
+
+        timeout: s to wait for a match or a compilation that still runs; None = until done.
+        """
+        self._active, ended = False, True
+        if self._worker is not None:
+            end = None if timeout is None else time.monotonic() + timeout
+            counts = self._counts()     # a pair that still waits is not dropped for a newer one
+            ended = self._worker.close(timeout)
+            self._log_kernel_warnings()
+            self._log_losses(time.monotonic(), counts, last=True)
+            self._inputs.serve(False)
+            ended = self._matcher.close(end and max(end - time.monotonic(), 0)) and ended
+        self._held.close()
+        self._ready.clear()
+        self._worker = self._matcher = None
+        return ended
+
     def destroy_node(self):
         """End matching, then destroy the node; return whether all its threads have ended."""
-        end = time.monotonic() + SHUTDOWN_TIMEOUT
-        counts = self._counts()     # a pair that still waits is not dropped for a newer one
-        ended = self._worker.close(SHUTDOWN_TIMEOUT)
-        self._log_kernel_warnings()
-        self._log_losses(time.monotonic(), counts, last=True)
-        ended = self._matcher.close(max(end - time.monotonic(), 0)) and ended
-        self._jumps.unregister()
+        ended = self.release(SHUTDOWN_TIMEOUT)
         super().destroy_node()
         return ended
 
@@ -101,6 +140,8 @@ class DisparityNode(Node):
         for remark in pair.calibration.remarks:
             self._log_once(remark)
         matched = self._matcher.match(pair)
+        if not self._active:
+            return
         self._outputs.publish(matched)
         self._diagnostics.matched(matched.match, **{
             'latency': 1000 * (time.monotonic() - arrived),
@@ -115,7 +156,7 @@ class DisparityNode(Node):
         self._epipolar.warm_up()
         if not self.context.ok():
             return      # shutting down
-        self._ready = True
+        self._ready.set()
         self.get_logger().info(
             f'ready: the kernels are warm after {time.monotonic() - self._started:.1f} s')
         if self.executor is not None:       # else the timer serves, once there is one
@@ -156,7 +197,8 @@ class DisparityNode(Node):
     def _serve(self):
         """Subscribe to the inputs while an output has a subscriber."""
         try:
-            self._inputs.serve(self._ready and self._outputs.wanted())
+            self._inputs.serve(
+                self._active and self._ready.is_set() and self._outputs.wanted())
         except NOT_ALLOWED as error:
             if self.context.ok():
                 self._give_up(REFUSED, f'cannot subscribe: {error}')
@@ -165,6 +207,10 @@ class DisparityNode(Node):
             self._overrides_checked = True      # those of the inputs are declared by now
             self._warn_of('no topic of this node has these QoS, they are ignored: ',
                           self._declared.unused_overrides())
+
+    def _request(self, config):
+        if self._matcher is not None:
+            self._matcher.request(config)
 
     def _clock_jumped_back(self, jump):
         self._matcher.reset()
@@ -184,8 +230,14 @@ class DisparityNode(Node):
             self._log_once(misalignment.advice)
         self._diagnostics.publish(
             now, counts, change_values(matcher.config, self._declared.config, matcher.change),
-            '' if self._ready else self._loading, bool(self._inputs),
+            '' if self._ready.is_set() else self._loading, self._idle(),
             self._inputs.seconds_without_pair(now), misalignment)
+
+    def _idle(self):
+        """Return why nothing is subscribed to, '' where something is."""
+        if self._inputs:
+            return ''
+        return 'idle: no output has a subscriber' if self._active else 'idle: not activated'
 
     def _give_up(self, code, sentence):
         self.get_logger().fatal(sentence)

@@ -21,6 +21,7 @@ import yaml
 
 PACKAGE = 'fuzzy_stereo_ros'
 MODULES = {'disparity_node': f'{PACKAGE}.node.disparity_node',
+           'managed_disparity_node': f'{PACKAGE}.node.managed_node',
            'simulated_cameras': f'{PACKAGE}.synthetic.simulated_cameras'}
 TRUTH = {'true': True, '1': True, 'false': False, '0': False}
 NODE_ROWS = (*ROS_PARAMETERS, Parameter('use_sim_time', False, 'take the time from /clock'))
@@ -130,12 +131,17 @@ def program(executable, *words):
     return {'executable': sys.executable, 'arguments': ['-m', MODULES[executable], *words]}
 
 
-def process_of(rig, output, log_level):
-    """Return the Node action for one rig; ValueError where its params_file does not exist."""
+def process_of(rig, output, log_level, managed=False):
+    """
+    Return the Node action for one rig; ValueError where its params_file does not exist.
+
+    managed: whether the node has a life cycle.
+    """
+    executable = 'managed_disparity_node' if managed else 'disparity_node'
     parameters = {name: ParameterValue(value, value_type=str) if isinstance(value, str) else value
                   for name, value in rig.parameters.items()}
     return Node(
-        **program('disparity_node', '--ros-args', '--log-level', log_level), output=output,
+        **program(executable, '--ros-args', '--log-level', log_level), output=output,
         name=rig.node_name, namespace=rig.namespace, remappings=rig.remappings,
         parameters=[*filter(None, [existing(rig.params_file), parameters])])
 

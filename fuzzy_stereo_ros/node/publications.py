@@ -35,6 +35,11 @@ class Publications:
         """Return whether any topic has a subscriber."""
         return any(self._serves(topic) for topic in self._publishers)
 
+    def close(self):
+        """Advertise no longer."""
+        for publisher in self._publishers.values():
+            self._node.destroy_publisher(publisher)
+
     def publish(self, matched):
         """Publish the topics with a subscriber, made of a MatchedPair."""
         for topic, publisher in self._publishers.items():

@@ -23,10 +23,17 @@ class Services:
         """
         self._node, self._matcher, self._about = node, matcher, about
         self._folder, self._saving = Path(os.path.expanduser(folder)), False
-        node.create_service(Trigger, '~/reset', self._reset)
+        reset = node.create_service(Trigger, '~/reset', self._reset)
         # EventsExecutor has no services that await: `_answer` takes the place of what sends.
         save = node.create_service(Trigger, '~/save', lambda request, response: response)
         self._send, save.send_response = save.send_response, self._answer
+        self._services, self._closed = (reset, save), False
+
+    def close(self):
+        """Offer the services no longer; a pair that is being saved is saved without an answer."""
+        self._closed = True
+        for service in self._services:
+            self._node.destroy_service(service)
 
     def _reset(self, request, response):
         self._matcher.reset()
@@ -51,7 +58,7 @@ class Services:
     def _save(self, last, about, response, header):
         response.success, response.message = self._write(last, about)
         self._saving = False
-        if self._node.context.ok():
+        if self._node.context.ok() and not self._closed:
             self._send(response, header)
 
     def _write(self, last, about):

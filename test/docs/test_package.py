@@ -19,7 +19,8 @@ from repository import ROOT
 PACKAGE = 'fuzzy_stereo_ros'
 MANIFEST = ElementTree.parse(ROOT / 'package.xml').getroot()
 SEMANTIC = re.compile(r'(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)')
-COMMANDS = {'disparity_node', 'simulated_cameras', 'fuzzy-stereo'}
+NODES = 'disparity_node', 'managed_disparity_node', 'simulated_cameras'
+COMMANDS = {*NODES, 'fuzzy-stereo'}
 # Extras of setup.py that rosdep does not know; what needs them says so.
 OPTIONAL = {'dask', 'distributed', 'rerun', 'rosbags'}
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'llvmlite': 'python3-numba',
@@ -154,7 +155,7 @@ def test_a_command_is_installed_in_bin(name):
     assert os.access(installed_prefix() / 'bin' / name, os.X_OK)
 
 
-@pytest.mark.parametrize('name', ['disparity_node', 'simulated_cameras'])
+@pytest.mark.parametrize('name', NODES)
 def test_ros_finds_the_executable(name):
     assert os.access(installed_prefix() / 'lib' / PACKAGE / name, os.X_OK)
 
@@ -173,7 +174,7 @@ def test_ros_finds_the_manifest():
     assert installed.read_bytes() == (ROOT / 'package.xml').read_bytes()
 
 
-@pytest.mark.parametrize('name', ['disparity_node', 'simulated_cameras'])
+@pytest.mark.parametrize('name', NODES)
 def test_a_launcher_becomes_the_command_in_bin_so_that_signals_reach_it(name, tmp_path):
     launcher = tmp_path / 'a prefix' / 'lib' / PACKAGE / name
     command = tmp_path / 'a prefix' / 'bin' / name

@@ -14,8 +14,9 @@ PEER = ('approximate_sync', 'use_color', 'avoid_point_cloud_padding', 'launch_im
         'prefilter_size', 'prefilter_cap', 'correlation_window_size', 'min_disparity',
         'disparity_range', 'texture_threshold', 'speckle_size', 'speckle_range',
         'disp12_max_diff', 'uniqueness_ratio', 'P1', 'P2', 'sgbm_mode')
-OUR_OWN = ('node_name', 'params_file', 'queue_size', 'approximate_sync_tolerance_seconds',
-           'image_transport', 'use_sim_time', 'log_level', 'output')
+OUR_OWN = ('node_name', 'params_file', 'managed', 'queue_size',
+           'approximate_sync_tolerance_seconds', 'image_transport', 'use_sim_time', 'log_level',
+           'output')
 FUZZY_STEREO, RIGS, DEMO = 'fuzzy_stereo.launch.py', 'rigs.launch.py', 'demo.launch.py'
 FILES = FUZZY_STEREO, RIGS, DEMO
 LAUNCH = """

@@ -96,12 +96,13 @@ class Launched(unittest.TestCase):
     """Tests of a launched node; self.around is a `Surroundings` with the options in `rig`."""
 
     rig = {}
+    begun = 'ready: the kernels are warm'   # what the node logs before a test
     wanted = ''     # namespace of the outputs, with a / at its end
 
     def setUp(self, proc_output, proc_info):
         """Wait for the node, then connect the cameras that are not there."""
         self.output, self.processes = proc_output, proc_info
-        self.logged('ready: the kernels are warm')
+        self.logged(self.begun)
         stack = ExitStack()
         self.addCleanup(stack.close)
         self.around = stack.enter_context(surroundings(**self.rig))

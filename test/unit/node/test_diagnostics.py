@@ -38,34 +38,34 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
         'generations': '2', 'warm': 'true', 'mean confidence': '0.250', 'valid share': '0.500'}
 
 
-@pytest.mark.parametrize('loading, subscribed, quiet, rates, expected', [
-    ('loading the kernels', False, 0, {}, ('STALE', 'loading the kernels')),
-    ('compiling the kernels: 40 %, about 12 s left', True, 9, {}, (
+@pytest.mark.parametrize('loading, idle, quiet, rates, expected', [
+    ('loading the kernels', 'idle', 0, {}, ('STALE', 'loading the kernels')),
+    ('compiling the kernels: 40 %, about 12 s left', '', 9, {}, (
         'STALE', 'compiling the kernels: 40 %, about 12 s left')),
-    ('', False, 0, {}, ('OK', 'idle: no output has a subscriber')),
-    ('', True, 6.2, {}, ('ERROR', 'no stereo pair for 6 s')),
-    ('', True, 0, {'refused': 2}, ('WARN', 'refusing 2.0 pairs/s')),
-    ('', True, 0, {'refused': 2, 'matched': 0}, ('ERROR', 'refusing 2.0 pairs/s')),
-    ('', True, 0, {'dropped': 9.4}, ('OK', 'matching 9.5 pairs/s')),
-    ('', True, 0, {'dropped': 20.5}, (
+    ('', 'idle: not activated', 0, {}, ('OK', 'idle: not activated')),
+    ('', '', 6.2, {}, ('ERROR', 'no stereo pair for 6 s')),
+    ('', '', 0, {'refused': 2}, ('WARN', 'refusing 2.0 pairs/s')),
+    ('', '', 0, {'refused': 2, 'matched': 0}, ('ERROR', 'refusing 2.0 pairs/s')),
+    ('', '', 0, {'dropped': 9.4}, ('OK', 'matching 9.5 pairs/s')),
+    ('', '', 0, {'dropped': 20.5}, (
         'WARN', 'matching 9.5 pairs/s and dropping 20.5: they come faster than they can be '
         'matched; see scale and disparity_range')),
 ])
-def test_the_status_is_the_worst_that_is_true(loading, subscribed, quiet, rates, expected):
+def test_the_status_is_the_worst_that_is_true(loading, idle, quiet, rates, expected):
     rates = {f'pairs {how}': {'refused': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
              for how in ('refused', 'dropped', 'matched')}
-    assert diagnostics.status_of(loading, subscribed, quiet, rates) == expected
+    assert diagnostics.status_of(loading, idle, quiet, rates) == expected
 
 
 MISALIGNED = SimpleNamespace(advice='recalibrate: roll', figures={'row offset': '+0.10 px'})
 
 
-@pytest.mark.parametrize('subscribed, quiet, level, sentence', [
-    (True, 0, 'WARN', 'matching 0.0 pairs/s; recalibrate: roll'),
-    (True, 6, 'ERROR', 'no stereo pair for 6 s; recalibrate: roll'),
-    (False, 0, 'OK', 'idle: no output has a subscriber')])
+@pytest.mark.parametrize('idle, quiet, level, sentence', [
+    ('', 0, 'WARN', 'matching 0.0 pairs/s; recalibrate: roll'),
+    ('', 6, 'ERROR', 'no stereo pair for 6 s; recalibrate: roll'),
+    ('idle: not activated', 0, 'OK', 'idle: not activated')])
 def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_is_worse(
-        subscribed, quiet, level, sentence):
+        idle, quiet, level, sentence):
     published = []
     made = diagnostics.Diagnostics(SimpleNamespace(
         create_publisher=lambda *_: SimpleNamespace(publish=published.append),
@@ -73,7 +73,7 @@ def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_i
         get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))), 0.0)
     counts = dict.fromkeys(['pairs synchronised', 'pairs matched', 'pairs dropped',
                             'pairs refused'], 0)
-    made.publish(1.0, counts, {}, '', subscribed, quiet, MISALIGNED)
+    made.publish(1.0, counts, {}, '', idle, quiet, MISALIGNED)
     (status,) = published[0].status
     assert (status.level, status.message) == (
         getattr(diagnostics.DiagnosticStatus, level), sentence)

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What Nav2's lifecycle manager asks of a node: its state, and a change, by two services."""
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from node_process import START
+
+SHUTDOWNS = {'unconfigured': Transition.TRANSITION_UNCONFIGURED_SHUTDOWN,
+             'inactive': Transition.TRANSITION_INACTIVE_SHUTDOWN,
+             'active': Transition.TRANSITION_ACTIVE_SHUTDOWN}
+
+
+class Manager:
+    """Asks `/disparity_node` through the listener of `ros_bench.Surroundings`."""
+
+    def __init__(self, around):
+        """Wait for both services."""
+        self._around = around
+        self._clients = {
+            kind: around.listener.create_client(kind, f'/disparity_node/{name}')
+            for kind, name in ((ChangeState, 'change_state'), (GetState, 'get_state'))}
+        for client in self._clients.values():
+            around.until(client.service_is_ready, client.srv_name, timeout=START)
+
+    def state(self):
+        """Return the label of the state."""
+        return self._answer(GetState, GetState.Request()).current_state.label
+
+    def ask(self, name):
+        """Ask for a transition by its name and return the Future of the answer."""
+        number = (SHUTDOWNS[self.state()] if name == 'shutdown' else
+                  getattr(Transition, f'TRANSITION_{name.upper()}'))
+        return self._clients[ChangeState].call_async(
+            ChangeState.Request(transition=Transition(id=number)))
+
+    def change(self, name):
+        """Ask for a transition, wait for its end, and return the label of the state then."""
+        before, future = self.state(), self.ask(name)
+        self._around.until(future.done, f'the end of {name}', timeout=START)
+        state = self.state()
+        assert future.result().success == (state != before), name
+        return state
+
+    def _answer(self, kind, request):
+        future = self._clients[kind].call_async(request)
+        self._around.until(future.done, f'answer of {kind.__name__}', timeout=START)
+        return future.result()
