@@ -9,6 +9,7 @@ from fuzzed import is_long
 import pytest
 from repository import ROOT
 
+KINDS = '4' if is_long() else '1'       # of images
 # The tests of kernels against their twins; those of whole matches are in the program's sizes.
 KERNEL_TESTS = sorted(str(file) for file in (ROOT / 'test' / 'unit' / 'matching').glob('test_*.py')
                       if 'from reference' in file.read_text(encoding='utf-8'))
@@ -33,15 +34,13 @@ def test_an_index_beyond_an_array_is_found(checked):
     assert 'IndexError: index is out of bounds' in done.stderr
 
 
-@pytest.mark.skipif(not is_long(), reason='compiling all kernels takes minutes: make fuzz')
 @pytest.mark.parametrize('profile', ['realtime', 'quality', 'paper'])
 def test_no_index_of_a_match_lies_outside_its_array(checked, profile):
     program = ROOT / 'test' / 'support' / 'match_in_guarded_memory.py'
-    done = run(checked, str(program), 'behind', profile, '4')
+    done = run(checked, str(program), 'behind', profile, KINDS)
     assert done.returncode == 0, done.stderr[-2000:]
 
 
-@pytest.mark.skipif(not is_long(), reason='compiling all kernels takes minutes: make fuzz')
 def test_no_index_of_a_kernel_lies_outside_its_array_where_it_is_compared_with_its_twin(checked):
     done = run(checked, '-m', 'pytest', '-q', '--timeout=3600', *KERNEL_TESTS)
     assert done.returncode == 0, done.stdout[-3000:]
