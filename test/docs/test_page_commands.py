@@ -150,7 +150,9 @@ def test_make_would_run_a_module_of_the_package_or_a_tool_with_these_arguments(p
     lines = [shlex.split(line) for line in recipe.replace('\\\n', ' ').splitlines()]
     last = [line for line in lines if '-m' in line][-1]
     module = last[last.index('-m') + 1]
-    assert find_spec(module) or module in text_of('requirements/docs.txt').lower(), module
+    # to look for pip makes setuptools warn of distutils, where that was imported before
+    assert (module == 'pip' or find_spec(module)
+            or module in text_of('requirements/docs.txt').lower()), module
     for setting in words[2:]:
         assert setting.partition('=')[2] in shlex.join(last)
 
