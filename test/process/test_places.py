@@ -27,6 +27,11 @@ def bare(monkeypatch):
     return monkeypatch.setenv
 
 
+def stranger_without_kernels():
+    """Return what starts a command as another user, who finds no kernels to read."""
+    return [*mounting({CODE: 'mode=755'}), *as_stranger()]
+
+
 def started(before=()):
     """Start the node, end it when it loads the kernels, and return what it logged."""
     with own_domain() as domain:
@@ -80,7 +85,7 @@ def test_the_node_starts_on_a_full_disk(ros, bare, tmp_path):
 
 
 def test_the_node_of_a_user_without_home_and_name_starts(ros, bare):
-    log = started(as_stranger())
+    log = started(stranger_without_kernels())
     assert 'HOME is not set' in told_once(log, LOGS)
     assert f'{CODE}: Permission denied' in told_once(log, KERNELS)
 
@@ -102,7 +107,7 @@ def test_help_tells_nothing_of_places(bare):
     ('match', 'left.png', 'right.png', '--disparities', '16', '--output', 'never.pfm'),
     ('replay', 'no_bag', '--disparities', '16', '--output', 'never')])
 def test_commands_that_match_tell_first_that_kernels_are_kept_nowhere(bare, words):
-    code, printed, said = run(*words, before=as_stranger())
+    code, printed, said = run(*words, before=stranger_without_kernels())
     assert (code, printed) == (2, '')
     first, second = said.splitlines()
     assert first.startswith(f'fuzzy-stereo: {KERNELS}')
