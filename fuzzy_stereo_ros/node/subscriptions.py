@@ -142,7 +142,7 @@ def informed(callback):
     """
     Return what calls callback(message, about) as a subscription, with any executor.
 
-    EventsExecutor of rclpy 7.1 hands both over as one tuple to a callback that takes two.
+    EventsExecutor of rclpy 7.1 would hand both over as one tuple to a callback that takes two.
     """
     def receive(*arguments):
         callback(*(arguments if len(arguments) == 2 else arguments[0]))

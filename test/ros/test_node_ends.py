@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How the real node begins and ends: ready in time, code 0 on signals, a sentence otherwise."""
-from functools import partial
-import os
 import signal
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
-from node_process import NodeProcess, ROOT, shifted_pair, START
+from node_process import shifted_pair, START
 import pytest
 
 PAIR = shifted_pair(7)
@@ -41,20 +39,6 @@ def test_two_signals_while_it_matches_end_it_with_code_0(make_bench):
         assert bench.node.finish(signal.SIGINT) == 0
         assert 'Traceback' not in bench.node.log()
         assert 'ERROR' not in bench.node.log()
-
-
-def test_the_node_runs_with_an_rclpy_that_has_no_events_executor(make_bench, monkeypatch):
-    from ros_bench import Bench
-    monkeypatch.setenv('PYTHONPATH', str(ROOT / 'test' / 'support'), prepend=os.pathsep)
-    monkeypatch.setattr(
-        Bench, 'node_type', staticmethod(partial(NodeProcess, module='older_rclpy')))
-    with make_bench('--ros-args', '-p', 'disparity_range:=16') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*PAIR)
-        assert not bench.counts_now()['lost left/image_rect'].strip('0')
-        assert bench.node.finish() == 0
-        assert 'Traceback' not in bench.node.log()
 
 
 def test_a_start_with_kernels_in_the_cache_compiles_none_and_says_what_happens(start_node):
