@@ -5,10 +5,9 @@ from array import array
 import sys
 
 import cv2
+from fuzzy_stereo_ros.node.run_node import run_node
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
-import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
@@ -20,6 +19,8 @@ KEPT = 5    # messages of a topic, as the QoS keeps them
 
 class PlainNode(Node):
     """Matches pairs of bgr8 images with equal stamps as they come, in the executor's thread."""
+
+    exit_code = 0
 
     def __init__(self):
         """Subscribe to the images and the right camera_info, with the QoS of `disparity_node`."""
@@ -35,6 +36,11 @@ class PlainNode(Node):
                 ('right/image_rect', Image, lambda message: self._receive(1, message)),
                 ('right/camera_info', CameraInfo, self._note_info)):
             self.create_subscription(kind, topic, receive, qos_profile_sensor_data)
+
+    def destroy_node(self):
+        """Destroy it; True, as no thread of its own goes on."""
+        super().destroy_node()
+        return True
 
     def _note_info(self, message):
         self._info = message
@@ -62,16 +68,5 @@ class PlainNode(Node):
                         step=4 * columns, data=array('B', disparity.tobytes()))))
 
 
-def main():
-    """Run the node until a signal ends it."""
-    rclpy.init(args=sys.argv)
-    try:
-        rclpy.spin(PlainNode())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        rclpy.try_shutdown()
-
-
 if __name__ == '__main__':
-    main()
+    sys.exit(run_node(PlainNode, sys.argv))

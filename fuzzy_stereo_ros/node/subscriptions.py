@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Subscribe to the four input topics while an output is wanted, and say why no pair arrives."""
 from functools import partial
-from inspect import signature
 import os
 import time
 from typing import NamedTuple
@@ -95,8 +94,7 @@ class Subscriptions:
         word = ('system_default' if self._settings['use_system_default_qos']
                 else self._settings['input_qos'])
         return self._node.create_subscription(
-            kind, name, informed(partial(self._receive_numbered, topic)),
-            quality_of(word, depth=5),
+            kind, name, partial(self._receive_numbered, topic), quality_of(word, depth=5),
             event_callbacks=SubscriptionEventCallbacks(
                 incompatible_qos=partial(self._note_incompatible, topic),
                 matched=partial(self._note_publisher, topic)),
@@ -136,19 +134,6 @@ class Subscriptions:
         self._node.get_logger().warning(
             f'a publisher of {subscription.topic_name} offers an incompatible QoS ({policy}); '
             'nothing arrives from it')
-
-
-def informed(callback):
-    """
-    Return what calls callback(message, about) as a subscription, with any executor.
-
-    EventsExecutor of rclpy 7.1 would hand both over as one tuple to a callback that takes two.
-    """
-    def receive(*arguments):
-        callback(*(arguments if len(arguments) == 2 else arguments[0]))
-
-    receive.__signature__ = signature(lambda message, about: None)      # what rclpy goes by
-    return receive
 
 
 class TopicState(NamedTuple):

@@ -59,18 +59,6 @@ def test_the_report_ends_with_what_to_do(topics, options, expected, monkeypatch)
                       f'differ by up to 1.500 ms; {expected}')
 
 
-@pytest.mark.parametrize('handed_over', [('message', {'n': 1}), (('message', {'n': 1}),)])
-def test_a_callback_is_informed_whether_both_come_apart_or_as_one_tuple(handed_over):
-    from rclpy.subscription import Subscription
-    calls = []
-    receive = subscriptions.informed(lambda *arguments: calls.append(arguments))
-    receive(*handed_over)
-    assert calls == [('message', {'n': 1})]
-    subscription = SimpleNamespace()
-    Subscription.callback.fset(subscription, receive)
-    assert subscription._callback_type is Subscription.CallbackType.WithMessageInfo
-
-
 def received(numbers, publishers=1, publisher_changes_before=None):
     """Return {topic: lost} after messages with numbers on one topic."""
     node = SimpleNamespace(count_publishers=lambda name: publishers,
