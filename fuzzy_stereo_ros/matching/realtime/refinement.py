@@ -21,8 +21,7 @@ AROUND = 9           # side of the square whose mean certainty is a pixel's conf
 LEAST_SURE = 1e-6    # less than one certain pixel around gives; any label is as good
 # Share of right pixels by tenths of certainty, from every other Middlebury scene, with noise of 0
 # and 1.5 grey levels, cold and after frames; `benchmark accuracy` tells how true it is elsewhere.
-RIGHT = 0, 0.4, 0.54, 0.67, 0.81, 0.89, 0.95, 0.993, 0.999, 1, 1
-STEPS = 200          # of certainty
+RIGHT = 0, 0.4, 0.54, 0.675, 0.81, 0.89, 0.95, 0.993, 0.999, 1, 1    # never bent upwards
 
 
 class Refinement:
@@ -47,8 +46,9 @@ class Refinement:
         self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
         self._fine = np.zeros((rows, columns + LANES), fine_type)
         self._certain, self._blurred = (np.zeros((rows, columns), np.float32) for _ in range(2))
-        self._shares = np.interp((np.arange(STEPS + 1) + 0.5) * 10 / STEPS, range(11),
-                                 RIGHT).astype(np.float32)
+        slopes = np.diff(RIGHT)
+        self._lines = np.column_stack(
+            (RIGHT[:-1] - np.arange(10) * slopes, 10 * slopes)).astype(np.float32)
         self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
     def check(self, crew, chosen, inside, config):
@@ -103,7 +103,7 @@ class Refinement:
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     band[1], band[2])
             output.write_out(
-                self._fine, self.settled, self._blurred, np.float32(LEAST_SURE), self._shares,
+                self._fine, self.settled, self._blurred, np.float32(LEAST_SURE), self._lines,
                 config.min_disparity, config.disparities, config.fill,
                 np.float32(config.confidence_threshold), disparity, confidence, band[1], band[2])
         crew.each(fit, self._bands)

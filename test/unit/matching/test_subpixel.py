@@ -53,7 +53,7 @@ def expressed(shape, disparities, seed=0, verdict=None, **changes):
 def check(shape, disparities, seed=0, **changes):
     disparity, confidence, fine, sure, verdict = expressed(shape, disparities, seed, **changes)
     right = np.where(sure >= LEAST_SURE, np.interp(10 * sure, range(11), RIGHT), 0)
-    np.testing.assert_allclose(confidence, right, atol=0.0101)     # half of a step's most
+    np.testing.assert_allclose(confidence, right, atol=1e-4)
     # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
     config = MatcherConfig(disparities=disparities, **changes)
     np.testing.assert_array_equal(disparity, twins.disparities_of(
@@ -120,7 +120,7 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     leant = leant_nowhere(labels.shape)
     confidence = float(refinement.express(
         CREW, labels, chosen, leant, MatcherConfig())[1][0, 0])
-    assert RIGHT[5] <= confidence <= RIGHT[5] + 0.01
+    assert confidence == pytest.approx(RIGHT[5], abs=1e-6)
     for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
         disparity, _ = refinement.express(
             CREW, labels, chosen, leant, MatcherConfig(confidence_threshold=threshold))
@@ -132,3 +132,7 @@ def test_a_fill_leaves_nothing_invalid():
                                           confidence_threshold=1.0)
     assert np.all(np.isfinite(disparity))
     assert not confidence.any()
+
+
+def test_confidence_is_the_least_of_lines_as_the_table_is_never_bent_upwards():
+    assert np.diff(RIGHT, 2).max() < 1e-9

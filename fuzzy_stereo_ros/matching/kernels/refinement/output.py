@@ -31,26 +31,30 @@ def certainty(sums, margins, leant, due, verdict, certain, first, last):
 
 
 @kernel
-def write_out(fine, verdict, certain, least, shares, min_disparity, disparities, fill, threshold,
+def write_out(fine, verdict, certain, least, lines, min_disparity, disparities, fill, threshold,
               disparity, confidence, first, last):
     """
     Write disparities in pixels and how sure each is.
 
     fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: float32 (R, C), of the area, 0 to
-    1; least: float32, what is less certain is as good as any label; shares: float32 (n + 1,), the
-    confidence by n-ths of certainty; threshold: float32, pixels of less confidence are NaN unless
-    filled; disparity, confidence: float32 (R, C). What is not consistent has confidence 0.
+    1; least: float32, what is less certain is as good as any label; lines: float32 (n, 2),
+    confidence is the least of lines[:, 0] + lines[:, 1] * certainty; threshold: float32, pixels of
+    less confidence are NaN unless filled; disparity, confidence: float32 (R, C). What is not
+    consistent has confidence 0.
     """
-    steps = np.float32(shares.size - 1)
     lowest = np.float32(min_disparity)
     highest = np.float32(min_disparity + disparities - 1)
     for row in range(first, last):
-        for column in range(disparity.shape[1]):
-            consistent = verdict[row, column] == CONSISTENT
-            enough = consistent & (certain[row, column] >= least)
-            share = shares[np.uint64(np.int32(certain[row, column] * steps))]
-            sure = share if enough else np.float32(0)
-            confidence[row, column] = sure
+        of_area, share = certain[row], confidence[row]
+        share[:] = 1
+        for line in range(len(lines)):
+            start, slope = lines[line, 0], lines[line, 1]
+            for column in range(share.size):
+                share[column] = min(share[column], start + slope * of_area[column])
+        for column in range(share.size):
+            enough = (verdict[row, column] == CONSISTENT) & (of_area[column] >= least)
+            sure = share[column] if enough else np.float32(0)
+            share[column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
             known = fill | (enough & (sure >= threshold))
             disparity[row, column] = min(max(value, lowest), highest) if known else np.float32(
