@@ -24,8 +24,8 @@ class Services:
         self._node, self._matcher, self._about = node, matcher, about
         self._folder, self._saving = Path(os.path.expanduser(folder)), False
         reset = node.create_service(Trigger, '~/reset', self._reset)
-        # `_answer` takes the place of what sends: an executor that sends what it awaited ends by an
-        # error where the service is destroyed meanwhile.
+        # `_answer` takes the place of what sends: an executor that sends what it awaited fails
+        # where the service is destroyed meanwhile.
         save = node.create_service(Trigger, '~/save', lambda request, response: response)
         self._send, save.send_response = save.send_response, self._answer
         self._services, self._closed = (reset, save), False

@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions
 import numpy as np
 
 REGIONS = 0.5            # share of the generations that propose planes; the others cross
-SHARE = 4                # such a generation works on one part in so many of the picture
+SHARE = 2                # such a generation works on one part in so many of the picture
 QUIET, OLDEST = 0.5, 16  # grey levels of averaged noise where planes evolve; or after such frames
 REACH, STEEPEST = 2, 1.5     # cells away that a tangent plane looks, and px they may differ by
 CLEAR = 24               # margin of the scanlines' choice that leaves no doubt
@@ -34,10 +34,9 @@ FAR, LEAST = 0.5, 100    # px that a region moves, and its least cells, for evid
 STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
 APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
 OVERLAP, SMALLEST = 6, 40    # cells by which joined runs overlap; cells of a region
-ROUNDS, AGREEMENT = 60, 0.7      # random planes tried a region; px by which cells agree
-NEAR, FLAT = 1.0, 0.6     # px, and the share of trusted cells that must lie so near a plane
+ROUNDS, AGREEMENT = 20, 0.7      # random planes tried a region; px by which cells agree
+NEAR, FLAT = 1.0, 0.45    # px, and the share of trusted cells that must lie so near a plane
 STALE = 1.0              # px from the map of this frame at which what evolved is judged anew
-ADVANTAGE = 60           # of UNIT, a cell: by how much what takes its place must be the fitter
 NEW = 0.75               # px from a label at which an evolved gene takes its place
 ROOT_PARTS = 64          # of a root of grey, as it is looked up
 
@@ -90,7 +89,7 @@ class FrameEvolution:
         self._possibility, self._bands = possibility, cut_bands(shape[0])
         self._highest = np.float32(possibility.disparities - 1)
         self._exchange = Exchange(*shape, 4)
-        self._cut, self._regions = Cut(*shape, 4), Regions(*shape, ADVANTAGE)
+        self._cut, self._regions = Cut(*shape, 4), Regions(*shape)
         self._across, self._down, self._of_map, self._current, self._proposed = (
             np.zeros(shape, np.float32) for _ in range(5))
         self._tangents, self._proposal = (np.zeros((*shape, 3), np.float32) for _ in range(2))
@@ -195,7 +194,6 @@ class FrameEvolution:
         """Propose to doubted regions the planes on which the map of this frame agrees."""
         if not _of_regions(random):
             return
-        genes = self.carried
         runs, number = self._grown(random)
         known, starts = self._known[:, :number], self._starts
         grid.rank_regions(*runs, self._doubts, self.carried.work, *known)
@@ -216,7 +214,6 @@ class FrameEvolution:
         refuse_unfounded(self._labels, self._current, self._proposed, np.float32(FAR), self._old,
                          self._new, self._trusted, 0, LEAST, self._region, self._parent,
                          self._dearer, self._size, self._selected)
-        self._new += ADVANTAGE * genes.evolved      # what has evolved does not change for little
         self._accept(self._cut, random, True)
 
     def _cross_with_map(self, population, random):
