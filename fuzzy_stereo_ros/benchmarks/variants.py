@@ -61,12 +61,13 @@ class WholeMember:
 class NoNoise:
     """No estimate: all differences of grey count, as if they were no noise."""
 
+    level = 0.0
+
     def __init__(self, rows, columns):
         """Need no memory."""
 
-    def of(self, crew, full, half):
-        """Return no noise."""
-        return 0.0
+    def measure(self, full, half, first, last):
+        """Measure nothing."""
 
 
 def line(rows, columns):

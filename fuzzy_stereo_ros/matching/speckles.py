@@ -3,8 +3,8 @@
 """
 Speckles: small components of a disparity map, which are seldom right.
 
-Not in the paper. As cv2.filterSpeckles finds them, but by bands that threads share: each finds
-the components of its rows, these are joined where bands meet, and each refuses its small ones.
+Not in the paper. As cv2.filterSpeckles finds them, but by bands that threads share: `find` the
+components of each band, `join` them where bands meet, then `refuse` the small ones of each band.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
@@ -13,26 +13,42 @@ import numpy as np
 
 
 class Speckles:
-    """Memory for one image size."""
+    """
+    Memory for one image size.
 
-    def __init__(self, rows, columns):
-        """Allocate for images of a size."""
-        self._bands, self._columns = cut_bands(rows), columns
-        self._edges = np.array([first for _, first, _ in self._bands])
-        self._marks = np.zeros((len(self._bands), 3), np.int64)
+    labels: whole numbers (R, C); verdict: uint8 (R, C); step: neighbours whose labels differ by at
+    most this are connected; smallest: pixels of a component that stays; band: one of the `bands`
+    """
+
+    def __init__(self, columns, bands):
+        """Allocate for images of so many columns; bands: of all rows, see `cut_bands`."""
+        self._bands, self._columns, rows = bands, columns, bands[-1][2]
+        self._edges = np.array([first for _, first, _ in bands])
+        self._marks = np.zeros((len(bands), 3), np.int64)
         self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
 
-    def refuse(self, crew, labels, verdict, step, smallest):
-        """
-        Refuse the components of fewer than `smallest` pixels.
+    def find(self, labels, verdict, step, band):
+        """Find the components of a band."""
+        index, first, last = band
+        find_components(labels.reshape(-1), verdict.reshape(-1), self._columns, step, *self._runs,
+                        self._marks[index], first, last)
 
-        labels: whole numbers (R, C); verdict: uint8 (R, C), written; step: neighbours whose labels
-        differ by at most this are connected
-        """
-        labels, verdict = labels.reshape(-1), verdict.reshape(-1)
-        runs, marks, columns = self._runs, self._marks, self._columns
-        crew.each(lambda band: find_components(
-            labels, verdict, columns, step, *runs, marks[band[0]], band[1], band[2]), self._bands)
-        join_components(labels, columns, step, *runs, marks, self._edges)
-        crew.each(lambda band: refuse_small(
-            verdict, smallest, *runs, band[1] * columns, marks[band[0], 2]), self._bands)
+    def join(self, labels, step):
+        """Join the components of all bands where they touch."""
+        join_components(labels.reshape(-1), self._columns, step, *self._runs, self._marks,
+                        self._edges)
+
+    def refuse(self, verdict, smallest, band):
+        """Refuse the pixels of a band that belong to small components."""
+        index, first, _ = band
+        refuse_small(verdict.reshape(-1), smallest, *self._runs, first * self._columns,
+                     self._marks[index, 2])
+
+
+def refuse_speckles(crew, labels, verdict, step, smallest):
+    """Refuse the small components of a map; the arguments are those of Speckles."""
+    bands = cut_bands(len(labels))
+    speckles = Speckles(labels.shape[1], bands)
+    crew.each(lambda band: speckles.find(labels, verdict, step, band), bands)
+    speckles.join(labels, step)
+    crew.each(lambda band: speckles.refuse(verdict, smallest, band), bands)

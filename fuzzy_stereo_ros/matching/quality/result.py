@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
 from fuzzy_stereo_ros.matching.quality.regions import listed
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND
-from fuzzy_stereo_ros.matching.speckles import Speckles
+from fuzzy_stereo_ros.matching.speckles import refuse_speckles
 import numpy as np
 
 MOST = 1.0               # px by which the views may differ
@@ -124,8 +124,8 @@ def refine(crew, config, population, seed, random):
     verdict = compare(crew, planes, right.disparities(other), config.min_disparity)
     disparity = flattened(left, finished(planes, seed), seed.surface, random)
     if config.speckle_size > 1:
-        Speckles(*verdict.shape).refuse(crew, np.rint(disparity).astype(np.int16), verdict,
-                                        config.speckle_range, config.speckle_size)
+        refuse_speckles(crew, np.rint(disparity).astype(np.int16), verdict, config.speckle_range,
+                        config.speckle_size)
     agreed = verdict == CONSISTENT
     sure = certainty(left, member, seed, config.min_disparity) * agreed
     confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed

@@ -60,33 +60,38 @@ class HalfSize:
         labels_type = self._scanlines.chosen.labels.dtype
         self._verdict, self.weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
         self._labels, self._filled = (np.zeros(shape, labels_type) for _ in range(2))
-        self._speckles = Speckles(*shape)
+        self._speckles = Speckles(shape[1], self._scanlines.bands)
         self._steps = np.zeros(shape, np.uint16)
         self._prior = prior_of(np.zeros((rows, columns), gene_type(disparities)),
                                np.zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT))
 
-    def search(self, crew, inside):
+    def search(self, crew, inside, grey):
         """
         Return the `Half` of the pair that the possibility has read.
 
-        inside: the first and the last column of the full target that exist.
+        inside: the first and the last column of the full target that exist; grey: uint8, full left
         """
-        chosen, bands = self._scanlines.search(crew), self._scanlines.bands
-        half_inside = inside[0] // 2, inside[1] // 2
-        crew.each(lambda band: check_consistency(
-            chosen.labels, chosen.target, self._half_disparities, half_inside,
-            self._verdict, band[1], band[2]), bands)
-        self._speckles.refuse(crew, chosen.labels, self._verdict, 1, SPECKLE)
-        crew.each(lambda band: filling.fill_rows(
-            chosen.labels, self._verdict, self._filled, band[1], band[2]), bands)
+        chosen, half_inside = self._scanlines.chosen, (inside[0] // 2, inside[1] // 2)
+
+        def check(band):
+            check_consistency(chosen.labels, chosen.target, self._half_disparities, half_inside,
+                              self._verdict, band[1], band[2])
+            self._speckles.find(chosen.labels, self._verdict, 1, band)
+
+        def fill(band):
+            self._speckles.refuse(self._verdict, SPECKLE, band)
+            filling.fill_rows(chosen.labels, self._verdict, self._filled, band[1], band[2])
+            narrowing.texture_steps(grey, self._steps, band[1], band[2])
+        self._scanlines.search(crew, then=check)
+        self._speckles.join(chosen.labels, 1)
+        crew.each(fill, self._scanlines.bands)
         by_bands(crew, partial(cv2.medianBlur, ksize=5), 2, self._filled, self._labels)
         return Half(self._labels, self._verdict, chosen)
 
-    def prior(self, crew, half, grey):
-        """Return the prior of the full search where texture is weak; grey: uint8, full left."""
-        bands, chosen = self._scanlines.bands, half.chosen
-        crew.each(lambda band: narrowing.texture_steps(grey, self._steps, band[1], band[2]), bands)
+    def prior(self, crew, half):
+        """Return the prior of the full search where texture is weak."""
+        chosen = half.chosen
 
         def lean(band):
             narrowing.weak_texture(self._steps, WEAK_TEXTURE, self.weak, band[1], band[2])
@@ -95,7 +100,7 @@ class HalfSize:
                 half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.verdict,
                 self.weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights,
                 band[1], band[2])
-        crew.each(lean, bands)
+        crew.each(lean, self._scanlines.bands)
         return self._prior
 
     def disparity_ranges(self, half, windows, tile):

@@ -76,7 +76,8 @@ class RealtimeMatcher:
         self._scanlines = Scanlines(self._views.full, TILE)
         self._warm_start = WarmStart(rows, columns, config.disparities)
         labels_type = self._scanlines.chosen.labels.dtype
-        self._refinement = Refinement(rows, columns, config.disparities, labels_type)
+        self._refinement = Refinement(
+            columns, config.disparities, labels_type, self._scanlines.bands)
         self._fitness = CensusFitness(
             self._views.full, self._refinement.verdict, self._scanlines.chosen.target)
         self.population = Population(config.population, self._fitness, self._scanlines.bands)
@@ -99,14 +100,16 @@ class RealtimeMatcher:
         self._views.read(crew, left, right, partial(self._average, previous),
                          self._stages.describe)
         watch.took('possibility')
-        half = self._half_size.search(crew, self._views.inside)
-        texture_prior = self._half_size.prior(crew, half, self._views.full.left.grey)
+        half = self._half_size.search(crew, self._views.inside, self._views.full.left.grey)
+        texture_prior = self._half_size.prior(crew, half)
         previous_prior = self._stages.previous_best(self._warm_start, crew, previous, half)
         watch.took('coarse')
         ranges = self._half_size.disparity_ranges(half, self._scanlines.windows, TILE)
-        chosen = self._scanlines.search(crew, ranges, texture_prior, previous_prior)
+        chosen = self._scanlines.search(
+            crew, ranges, texture_prior, previous_prior,
+            partial(self._refinement.check, self._scanlines.chosen, self._views.inside, config))
         watch.took('scanlines')
-        verdict = self._refinement.check(crew, chosen, self._views.inside, config)
+        verdict = self._refinement.without_speckles(crew, chosen, config)
         self._fitness.look(crew, self._views.inside)
         self.population.initialise(crew, chosen.labels, verdict)
         watch.took('seeds')

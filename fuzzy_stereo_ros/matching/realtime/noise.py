@@ -6,7 +6,6 @@ How much noise a picture has, from itself: what bends half as much in the half-s
 Not in the paper, whose memberships have a width of their own. White noise halves where 2 x 2
 pixels are averaged; texture does not, and bends more from pixel to pixel the coarser it is seen.
 """
-from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.temporal.sameness import roughness, TILE
 import numpy as np
 
@@ -20,20 +19,27 @@ class NoiseEstimate:
 
     def __init__(self, rows, columns):
         """Allocate for full images of a size."""
-        self._rough, self._bands = [], []
-        for height, width in ((rows, columns), (rows // 2, columns // 2)):
-            self._rough.append(np.zeros((-(-height // TILE), -(-width // TILE)), np.float32))
-            self._bands.append([(index, -(-first // TILE), -(-last // TILE))
-                                for index, first, last in cut_bands(height)])
+        self._rough = [np.zeros((-(-height // TILE), -(-width // TILE)), np.float32)
+                       for height, width in ((rows, columns), (rows // 2, columns // 2))]
 
-    def of(self, crew, full, half):
-        """Return the noise in grey levels, a standard deviation; full, half: `View`s of a size."""
-        fine, coarse = (_bend(crew, *seen) for seen in zip((full, half), self._rough, self._bands))
+    def measure(self, full, half, first, last):
+        """
+        Measure some rows of a picture; full, half: `View`s of it.
+
+        first, last: rows of the full image, from a multiple of 2 TILE on
+        """
+        for view, rough, size in zip((full, half), self._rough, (TILE, 2 * TILE)):
+            roughness(view.fine, view.columns, rough, first // size,
+                      min(-(-last // size), len(rough)))
+
+    @property
+    def level(self):
+        """The noise of the rows measured, all of a picture: grey levels, standard deviation."""
+        fine, coarse = map(_plainest, self._rough)
         return max((fine**2 - coarse**2) / _LOSES, 0.0)**0.5
 
 
-def _bend(crew, view, rough, bands):
+def _plainest(rough):
     """Return how much the plainest tiles of a view bend: grey levels of white noise."""
-    crew.each(lambda band: roughness(view.fine, view.columns, rough, band[1], band[2]), bands)
     place = int(QUIETEST * (rough.size - 1))
     return float(np.partition(rough.reshape(-1), place)[place]) / _BENDS

@@ -8,7 +8,7 @@ Not in the paper, whose maps are whole-pixel and dense.
 from functools import partial
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import by_bands, cut_bands
+from fuzzy_stereo_ros.matching.bands import by_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import medians, output, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, refuse_changed)
@@ -32,12 +32,13 @@ class Refinement:
     genes that evolution has left
     """
 
-    def __init__(self, rows, columns, disparities, labels_type):
-        """Allocate for images of a size, and labels of a type."""
+    def __init__(self, columns, disparities, labels_type, bands):
+        """Allocate for images of so many columns, labels of a type, and bands of all rows."""
+        rows = bands[-1][2]
         around = rows + 2 * medians.RADIUS, columns + 2 * medians.RADIUS + 2 * LANES
-        self._bands, self._disparities = cut_bands(rows), disparities
+        self._bands, self._disparities = bands, disparities
         self.verdict, self.settled = (np.zeros((rows, columns), np.uint8) for _ in range(2))
-        self._speckles = Speckles(rows, columns)
+        self._speckles = Speckles(columns, bands)
         self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
         self._members = [np.zeros(medians.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
         self._median = np.zeros((rows, columns + 2 * LANES), labels_type)
@@ -51,14 +52,19 @@ class Refinement:
             (RIGHT[:-1] - np.arange(10) * slopes, 10 * slopes)).astype(np.float32)
         self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
-    def check(self, crew, chosen, inside, config):
-        """Return the verdict on each pixel, uint8 (R, C): left-right consistency and speckles."""
-        crew.each(lambda band: check_consistency(
-            chosen.labels, chosen.target, self._disparities, inside, self.verdict,
-            band[1], band[2]), self._bands)
+    def check(self, chosen, inside, config, band):
+        """Write the verdict on the pixels of a band by left-right consistency."""
+        check_consistency(chosen.labels, chosen.target, self._disparities, inside, self.verdict,
+                          band[1], band[2])
         if config.speckle_size > 1:
-            self._speckles.refuse(crew, chosen.labels, self.verdict, config.speckle_range,
-                                  config.speckle_size)
+            self._speckles.find(chosen.labels, self.verdict, config.speckle_range, band)
+
+    def without_speckles(self, crew, chosen, config):
+        """Return the verdict on each pixel, uint8 (R, C), once all bands are checked."""
+        if config.speckle_size > 1:
+            self._speckles.join(chosen.labels, config.speckle_range)
+            crew.each(lambda band: self._speckles.refuse(
+                self.verdict, config.speckle_size, band), self._bands)
         return self.verdict
 
     def smooth(self, crew, labels, chromosome, grey):

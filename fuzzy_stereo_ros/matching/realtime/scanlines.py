@@ -68,11 +68,12 @@ class Scanlines:
             np.zeros((rows, columns), self.chosen.labels.dtype),
             np.zeros((rows, columns), np.uint8), possibility.disparities)
 
-    def search(self, crew, windows=None, half_prior=None, previous_prior=None):
+    def search(self, crew, windows=None, half_prior=None, previous_prior=None, then=None):
         """
         Run the passes; return the `Chosen`, memory that the next search overwrites.
 
-        windows: `self.windows`, written, None for all labels everywhere; priors: None for none
+        windows: `self.windows`, written, None for all labels everywhere; priors: None for none;
+        then: called with each of the `bands` once its labels are chosen
         """
         if windows is None:
             self.windows.low[:] = 0
@@ -81,7 +82,12 @@ class Scanlines:
         # The kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._last = self.search_by(*self._priors)
-        crew.each(lambda band: self._search_band(*band), self.bands)
+
+        def work(band):
+            self._search_band(*band)
+            if then is not None:
+                then(band)
+        crew.each(work, self.bands)
         return self.chosen
 
     def _pack(self):

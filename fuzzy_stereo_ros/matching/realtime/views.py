@@ -35,7 +35,7 @@ class Views:
         self._right = View(rows, columns, True, 0) if extra else self.full.right
         self._estimate = noise(rows, columns)
         self.noise = 0.0
-        self._bands, self._half_bands = cut_bands(rows, tile), cut_bands(rows // 2, tile)
+        self._bands = cut_bands(rows, tile)
 
     def read(self, crew, left, right, average, describe):
         """
@@ -52,25 +52,30 @@ class Views:
         places = fine_places(left, right)
 
         def read(band):
-            full.left.read(left, 0, places, band[1], band[2])
-            self._right.read(right, max(shift, 0), places, band[1], band[2])
+            _, first, last = band
+            full.left.read(left, 0, places, first, last)
+            self._right.read(right, max(shift, 0), places, first, last)
+            full.left.halve(half.left, first // 2, last // 2)
+            self._estimate.measure(full.left, half.left, first, last)
 
         def halve(band):
-            full.left.halve(half.left, band[1], band[2])
-            full.right.halve(half.right, band[1], band[2])
+            _, first, last = band
+            full.left.halve(half.left, first // 2, last // 2)
+            full.right.halve(half.right, first // 2, last // 2)
+            full.calm(int(256 * tolerance), first, last)
+
+        def describe_full(band):
+            _, first, last = band
+            full.describe(describe, first, last)
+            half.calm(int(128 * tolerance), first // 2, last // 2)
 
         crew.each(read, self._bands)
         # of this pair alone: what averaging has left hides behind texture
-        crew.each(lambda band: full.left.halve(half.left, band[1], band[2]), self._half_bands)
-        self.noise = self._estimate.of(crew, full.left, half.left)
-        self.noise *= average(full.left, self._right)
+        self.noise = self._estimate.level * average(full.left, self._right)
+        tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
         if shift < 0:
             crew.each(lambda band: full.right.spread(
                 self._right, -shift, band[1], band[2]), self._bands)
-        crew.each(halve, self._half_bands)
-        tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
-        crew.each(lambda band: full.calm(int(256 * tolerance), band[1], band[2]), self._bands)
-        crew.each(lambda band: full.describe(describe, band[1], band[2]), self._bands)
-        crew.each(lambda band: half.calm(int(128 * tolerance), band[1], band[2]),
-                  self._half_bands)
-        crew.each(lambda band: half.describe(describe, band[1], band[2]), self._half_bands)
+        crew.each(halve, self._bands)
+        crew.each(describe_full, self._bands)
+        crew.each(lambda band: half.describe(describe, band[1] // 2, band[2] // 2), self._bands)

@@ -6,7 +6,7 @@ from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, CONSISTENT, OUTSIDE, REFUSED)
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
-from fuzzy_stereo_ros.matching.speckles import Speckles
+from fuzzy_stereo_ros.matching.speckles import refuse_speckles
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -29,7 +29,7 @@ def inside_of(min_disparity, columns):
 
 def despeckled(labels, verdict, step, smallest):
     verdict = verdict.copy()
-    Speckles(*labels.shape).refuse(Crew(1), labels, verdict, step, smallest)
+    refuse_speckles(Crew(1), labels, verdict, step, smallest)
     return verdict
 
 

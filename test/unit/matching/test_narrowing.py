@@ -153,7 +153,7 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         view.halve(half, 0, half_rows)
     possibility.describe(View.describe, 0, half_rows)
     half = HalfSize(possibility, *shape, disparities).search(
-        Crew(1), (min_disparity, min_disparity + shape[1] - 1))
+        Crew(1), (min_disparity, min_disparity + shape[1] - 1), full[0].grey)
     labels, verdict = half_map_of_twins(left, right, disparities, places, min_disparity)
     np.testing.assert_array_equal(half.verdict, verdict)
     np.testing.assert_array_equal(half.labels, labels)

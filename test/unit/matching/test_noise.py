@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The noise of a pair: how it is estimated, and how the census does without it."""
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
@@ -22,7 +21,10 @@ def estimated(image):
     full, half = View(rows, columns, False, 0), View(rows // 2, columns // 2, False, 0)
     full.read(image, 0, 8 if image.ndim == 2 else 6, 0, rows)
     full.halve(half, 0, half.rows)
-    return NoiseEstimate(rows, columns).of(Crew(1), full, half)
+    estimate = NoiseEstimate(rows, columns)
+    for first in range(0, rows, 32):
+        estimate.measure(full, half, first, min(first + 32, rows))
+    return estimate.level
 
 
 def smooth_image():

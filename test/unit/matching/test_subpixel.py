@@ -4,7 +4,7 @@
 from types import SimpleNamespace
 
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import Crew, cut_bands
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
 from fuzzy_stereo_ros.matching.kernels.refinement.output import CLEAR_MARGIN
@@ -40,7 +40,7 @@ def expressed(shape, disparities, seed=0, verdict=None, **changes):
     chosen, random_verdict, final = chosen_at_random(shape, disparities, seed)
     verdict = random_verdict if verdict is None else np.full(shape, verdict, np.uint8)
     config = MatcherConfig(disparities=disparities, **changes)
-    refinement = Refinement(*shape, disparities, final.dtype)
+    refinement = Refinement(shape[1], disparities, final.dtype, cut_bands(shape[0]))
     refinement.settled[:] = verdict
     leant = random_map(shape, 3, seed + 6)
     disparity, confidence = refinement.express(CREW, final, chosen, (leant, DUE), config)
@@ -80,7 +80,7 @@ def test_labels_in_the_middle_of_their_like_move_by_the_mean_of_their_offsets():
     offsets = np.zeros((5, 5), np.int8)
     offsets[1, 1], offsets[4, 4] = 8, 5
     chosen = SimpleNamespace(labels=final, offsets=offsets, sums=final, margins=final)
-    refinement = Refinement(5, 5, 64, np.uint8)
+    refinement = Refinement(5, 64, np.uint8, cut_bands(5))
     disparity, _ = refinement.express(
         CREW, final, chosen, leant_nowhere(final.shape), MatcherConfig())
     assert disparity[2, 2] == 20 + 1 / 16       # 13 / 25 of a sixteenth, rounded
@@ -104,7 +104,7 @@ def test_only_where_nothing_is_known_a_pixel_is_refused_without_a_threshold(marg
     margins[9, 9] = margin
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros((19, 19), np.int8),
                              sums=np.full((19, 19), 255, np.uint8), margins=margins)
-    refinement = Refinement(19, 19, 64, np.uint8)
+    refinement = Refinement(19, 64, np.uint8, cut_bands(19))
     disparity, _ = refinement.express(
         CREW, labels, chosen, leant_nowhere(labels.shape), MatcherConfig())
     assert np.count_nonzero(disparity == 7) == valid * AROUND**2
@@ -116,7 +116,7 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros((4, 5), np.int8),
                              sums=np.zeros((4, 5), np.uint8),
                              margins=np.full((4, 5), CLEAR_MARGIN, np.uint8))
-    refinement = Refinement(4, 5, 64, np.uint8)
+    refinement = Refinement(5, 64, np.uint8, cut_bands(4))
     leant = leant_nowhere(labels.shape)
     confidence = float(refinement.express(
         CREW, labels, chosen, leant, MatcherConfig())[1][0, 0])
