@@ -48,10 +48,10 @@ class PaperMatcher:
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
         literal = config.reading == 'literal'
-        self._config, self._crew = config, Crew(config.threads)
+        self._config, self.crew = config, Crew(config.threads)
         self._fitness = (LiteralFitness if literal else UniformFitness)(config, rows, columns)
         self.population = Population(config, rows, columns, self._fitness)
-        self._tools = operators.Tools(config, self._crew, self._fitness,
+        self._tools = operators.Tools(config, self.crew, self._fitness,
                                       self.population.framed.shape[1:])
         stages = stages or (LITERAL_STAGES if literal else Stages())
         self._operators = {name: partial(stage, self._tools)
@@ -65,7 +65,7 @@ class PaperMatcher:
         observe: as `evolve` takes them
         """
         watch = Stopwatch()
-        self._fitness.set_pair(self._crew, left, right)
+        self._fitness.set_pair(self.crew, left, right)
         watch.took('possibility')
         self._initialise(random.child(0))
         watch.took('seeds')

@@ -58,7 +58,7 @@ class QualityMatcher:
     def __init__(self, config, rows, columns, stages=None):
         """Take no memory: a pair does, and gives most of it back with the next one."""
         self._config, self._shape = config, (rows, columns)
-        self._stages, self._crew = stages or Stages(), Crew(config.threads)
+        self._stages, self.crew = stages or Stages(), Crew(config.threads)
         self.population = None
 
     def match(self, left, right, previous, random, budget, observe=None):
@@ -77,7 +77,7 @@ class QualityMatcher:
         watch.took('views')
         history = evolve(self.population, self._stages.operators, random, budget, observe)
         watch.took('generations')
-        disparity, confidence = refine(self._crew, self._config, self.population, seeds[0],
+        disparity, confidence = refine(self.crew, self._config, self.population, seeds[0],
                                        random.child(0))
         watch.took('refinement')
         return Match(disparity, confidence, history, watch.times, False), None
@@ -85,13 +85,13 @@ class QualityMatcher:
     def possibility_of(self, chromosome):
         """Return how possible the matches of a map of labels are: float32 (R, C), 0 to 1."""
         view = self.population.views[0]
-        costs = view.fitness.match_costs(self._crew, self._planes_of(chromosome))
+        costs = view.fitness.match_costs(self.crew, self._planes_of(chromosome))
         return 1 - costs.astype(np.float32) / UNIT
 
     def fitness_of(self, chromosome):
         """Return the fitness of a map of labels, or of px from 0, on the last pair."""
         view = self.population.views[0]
-        planes = local_planes(self._crew, np.float32(chromosome), view.colour)
+        planes = local_planes(self.crew, np.float32(chromosome), view.colour)
         return 1 - view.total(view.measured(planes)) / view.fitness.largest
 
     def fittest(self):
@@ -107,7 +107,7 @@ class QualityMatcher:
         from where it is
         """
         left, right = self.population.views
-        start = local_planes(self._crew, np.float32(disparity), left.colour)
+        start = local_planes(self.crew, np.float32(disparity), left.colour)
         self.population.initialise([[start], [right.members[0].planes.copy()]])
         evolve(self.population, self._stages.operators, random, budget)
         return self.fittest()
@@ -129,9 +129,9 @@ class QualityMatcher:
         for seed, origin in zip(seeds, (None, columns - 1 + lowest)):
             seen = ROOT * np.sqrt(seed.colour.astype(np.float32))
             fitness = PlaneFitness(*self._shape, self._config.disparities, stages.flat)
-            fitness.look(self._crew, volume, origin, seed.colour, seen, seed.weak)
-            views.append(View(self._crew, fitness, seed.colour, segments_of(seen), tools))
-            maps.append([local_planes(self._crew, (seed.surface, seed.realtime)[place % 2],
+            fitness.look(self.crew, volume, origin, seed.colour, seen, seed.weak)
+            views.append(View(self.crew, fitness, seed.colour, segments_of(seen), tools))
+            maps.append([local_planes(self.crew, (seed.surface, seed.realtime)[place % 2],
                                       seed.colour) for place in range(self._config.population)])
         population = Population(views, lowest, stages.trusted)
         population.judge([seed.surface for seed in seeds])

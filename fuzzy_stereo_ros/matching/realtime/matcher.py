@@ -70,7 +70,7 @@ class RealtimeMatcher:
         """Allocate all that pairs of one size need."""
         self._config, self._stages = config, stages or Stages()
         self._evolution_ms = config.evolution_ms
-        self._crew = Crew(config.threads)
+        self.crew = Crew(config.threads)
         self._views = Views(config, rows, columns, TILE, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         self._scanlines = Scanlines(self._views.full, TILE)
@@ -84,7 +84,7 @@ class RealtimeMatcher:
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(self._views.full, rows, columns)
         self._durations = Durations()
-        self._operators = {'crossover': partial(cross, self._crew, self._crossover)}
+        self._operators = {'crossover': partial(cross, self.crew, self._crossover)}
         if self._stages.mutation is not None:
             self._regions = self._stages.mutation(rows, columns, labels_type)
             self._operators['planes'] = self._mutate
@@ -96,7 +96,7 @@ class RealtimeMatcher:
         left, right: uint8 or uint16 (R, C) or (R, C, 3); previous: the previous frame's
         FrameState or None; random, budget, observe: as `evolve` takes them
         """
-        config, crew, watch = self._config, self._crew, Stopwatch()
+        config, crew, watch = self._config, self.crew, Stopwatch()
         self._views.read(crew, left, right, partial(self._average, previous),
                          self._stages.describe)
         watch.took('possibility')
@@ -141,25 +141,25 @@ class RealtimeMatcher:
 
     def possibility_of(self, chromosome):
         """Return how possible the matches of a chromosome are: float32 (R, C), 0 to 1."""
-        return self._fitness.possibility_of(self._crew, chromosome)
+        return self._fitness.possibility_of(self.crew, chromosome)
 
     def fitness_of(self, chromosome):
         """Return the fitness of a chromosome on the last pair, measured on every row."""
-        return self._fitness.measure(self._crew, chromosome, every=1)
+        return self._fitness.measure(self.crew, chromosome, every=1)
 
     def child_of(self, first, second):
         """Return the child of two chromosomes on the last pair."""
         child = first.copy()
-        self._fitness.cross(self._crew, self._crossover, Random((0,)), child, second)
+        self._fitness.cross(self.crew, self._crossover, Random((0,)), child, second)
         return child
 
     def _mutate(self, population, random):
         """Propose planes to the regions of weak texture; what is fitter is taken over."""
-        grown = self._regions.grow(self._crew, self._views.half.left.fine, self._half_size.weak)
+        grown = self._regions.grow(self.crew, self._views.half.left.fine, self._half_size.weak)
         mutant = self._regions.mutant(
             grown, self._scanlines.chosen, self._refinement.verdict, self._config.disparities,
             self._views.inside, population.genes[population.best], Random((self._config.seed,)))
-        population.accept(self._crew, self._crossover, random, mutant)
+        population.accept(self.crew, self._crossover, random, mutant)
 
     def _evolve_further(self, best, chosen, verdict, random, budget):
         """Evolve what came over, and write it into the best chromosome; return the history."""
@@ -181,5 +181,5 @@ class RealtimeMatcher:
         """Average the views of a pair with those before; return the share of noise left."""
         if not self._config.warm_start:
             return 1.0
-        self._warm_start.average(self._crew, previous, *views)
+        self._warm_start.average(self.crew, previous, *views)
         return self._warm_start.noise_left

@@ -465,7 +465,10 @@ def test_speed_lets_all_take_turns_and_compares_with_3way():
     for name, row in rows.items():
         assert row['of 3WAY'] == row['1 thread [ms]'] / rows['3WAY tuned']['1 thread [ms]'], name
     assert all(row['1 thread [ms]'] > 0 for row in rows.values())
-    assert report.tables[-1].rows[-1][0] == 'total'
+    total, alone, share = report.tables[-1].rows[-3:]
+    assert total[0] == 'total' and share[0] == f'{alone[0]} [%]'
+    for whole, part, percent in zip(total[1:], alone[1:], share[1:]):
+        assert 0 < part < whole and percent == 100 * part / whole
 
 
 def test_the_time_of_a_stage_is_that_of_its_fastest_turn():

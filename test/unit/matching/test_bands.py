@@ -23,6 +23,16 @@ def test_bands_are_of_like_size(rows, height):
         assert abs(last - first - rows / len(bands)) < height + 1
 
 
+def test_a_crew_counts_the_time_that_its_calls_take():
+    crew = Crew(2)
+    assert crew.shared == 0
+    crew.each(lambda item: None, range(3))
+    first = crew.shared
+    crew.each(lambda item: threading.Event().wait(0.02), range(2))
+    assert crew.shared > first + 15 and first > 0
+    crew.close()
+
+
 @pytest.mark.parametrize('rows, count', [
     (1, 1), (127, 1), (128, 2), (639, 2), (640, 4), (1279, 4), (1280, 8), (4000, 8)])
 def test_larger_images_are_cut_into_more_bands(rows, count):
