@@ -9,7 +9,7 @@ coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
 from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
 from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
@@ -243,7 +243,7 @@ def list_chosen(begin, end, row_runs, region, numbers, starts, ends, pixels, lab
     starts: int32 (n + 1,); ends: int32 (n,), memory; pixels: int32, those of region i are
     pixels[starts[i]:starts[i + 1]]; labels: int32 (r, c), its number; selected: bool (r, c)
     """
-    ends[:] = starts[:-1]
+    copy_row(starts, ends)
     selected[:] = False
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):

@@ -38,7 +38,8 @@ def _spread(planes, evolved, row, apart, lines):
                           + planes[row, column, 2])
         slopes[column], falls[column] = slope, fall
         slack[column] = apart - _ROUNDING if evolved[row, column] else np.float32(np.inf)
-    lines[:, columns] = lines[:, columns - 1]
+    for line in range(4):
+        lines[line, columns] = lines[line, columns - 1]
 
 
 @inlined

@@ -78,6 +78,13 @@ def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
 
 
 @kernel
+def copy_row(source, target):
+    """Copy as much as there is room for; faster, and compiled sooner, than to assign a slice."""
+    for column in range(len(target)):
+        target[column] = source[column]
+
+
+@kernel
 def pad_row(fine, row, columns):
     """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
     rows = fine.shape[0] - 2 * MARGIN
@@ -86,9 +93,9 @@ def pad_row(fine, row, columns):
     line[columns + MARGIN:] = line[columns + MARGIN - 1]
     for edge in range(MARGIN):
         if row == 0:
-            fine[edge] = line
+            copy_row(line, fine[edge])
         if row == rows - 1:
-            fine[rows + MARGIN + edge] = line
+            copy_row(line, fine[rows + MARGIN + edge])
 
 
 @kernel

@@ -7,6 +7,7 @@ Seen from the left image, something nearer hides a strip at its left, as wide as
 jumps. A refused run that is no such strip is a mismatch: nothing says that it is background.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
 import numpy as np
 
@@ -55,7 +56,7 @@ def fill_columns(labels, verdict, by_rows, filled, below, first, last):
     memory; first, last: columns.
     """
     rows, columns = len(labels), last - first
-    filled[0, first:last] = by_rows[0, first:last]
+    copy_row(by_rows[0, first:last], filled[0, first:last])
     for row in range(1, rows):
         line, above = filled[row, first:last], filled[row - 1, first:last]
         ours, theirs = labels[row, first:last], labels[row - 1, first:last]
@@ -68,7 +69,7 @@ def fill_columns(labels, verdict, by_rows, filled, below, first, last):
             else:
                 line[column] = above[column]
     under = below[first:last]
-    under[:] = by_rows[rows - 1, first:last]
+    copy_row(by_rows[rows - 1, first:last], under)
     for row in range(rows - 1, -1, -1):
         line, ours, our_verdict = (filled[row, first:last], labels[row, first:last],
                                    verdict[row, first:last])

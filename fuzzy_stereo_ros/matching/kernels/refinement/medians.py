@@ -6,6 +6,7 @@ Membership median: at a jump of disparity, the median of the neighbours of like 
 A fuzzy class made crisp: the class of a pixel is what its 7 x 7 neighbours share in grey.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
     saturating_subtract, shift_right, splat_like, store, subtract)
@@ -22,13 +23,13 @@ def pad_map(values, columns, padded, first, last):
     for row in range(first, last):
         inside, line = padded[row + RADIUS], values[row]
         inside[:RADIUS] = line[0]
-        inside[RADIUS:RADIUS + columns] = line[:columns]
+        copy_row(line, inside[RADIUS:RADIUS + columns])
         inside[RADIUS + columns:] = line[columns - 1]
         for edge in range(RADIUS):
             if row == 0:
-                padded[edge] = inside
+                copy_row(inside, padded[edge])
             if row == rows - 1:
-                padded[rows + RADIUS + edge] = inside
+                copy_row(inside, padded[rows + RADIUS + edge])
 
 
 @kernel

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size chromosome tells the full one: where to search, where to lean on it."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
 from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -121,5 +122,6 @@ def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights, fir
         line[2 * columns:] = doubled[columns - 1]
         weight_line[2 * columns:] = weight[columns - 1]
         end = labels.shape[0] if row == rows - 1 else 2 * row + 2
-        labels[2 * row + 1:end] = line
-        weights[2 * row + 1:end] = weight_line
+        for below in range(2 * row + 1, end):
+            copy_row(line, labels[below])
+            copy_row(weight_line, weights[below])

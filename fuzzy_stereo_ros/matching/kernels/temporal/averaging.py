@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures moved towards the pictures before, tile by tile."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, pad_row
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
 from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
 import numpy as np
 
@@ -43,14 +43,7 @@ def blend(fine, grey, before, shifts, choices, ages, limits, after, first, last)
                            limit[begin:end])
         for row in range(tile_row * TILE, bottom):
             pad_row(fine, row, columns)
-            _copy_row(fine[row + MARGIN, MARGIN:], after[row])
-
-
-@kernel
-def _copy_row(source, copy):
-    """Copy as much as there is room for; several times faster than to assign a slice."""
-    for column in range(len(copy)):
-        copy[column] = source[column]
+            copy_row(fine[row + MARGIN, MARGIN:], after[row])
 
 
 @kernel

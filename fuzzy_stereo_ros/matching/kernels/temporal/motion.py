@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How the picture moved as a whole, and moving what is known of it."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
 import numpy as np
 
@@ -97,7 +97,7 @@ def bring_forward(source, choices, down, right, outside, result, first, last):
         line, origin = result[row], row - down
         if 0 <= origin < rows and begin < end:
             line[:begin] = outside
-            line[begin:end] = source[origin, begin - right:end - right]
+            copy_row(source[origin, begin - right:end - right], line[begin:end])
             line[end:] = outside
         else:
             line[:] = outside
@@ -107,4 +107,4 @@ def bring_forward(source, choices, down, right, outside, result, first, last):
             while tile < len(chosen) and chosen[tile] == choice:
                 tile += 1
             if choice == 0:
-                line[run * TILE:tile * TILE] = source[row, run * TILE:tile * TILE]
+                copy_row(source[row, run * TILE:tile * TILE], line[run * TILE:tile * TILE])
