@@ -3,10 +3,12 @@
 """The node with a life cycle, brought up and down as Nav2's lifecycle manager does it."""
 from functools import partial
 import os
+import re
 import signal
 
 from node_process import NodeProcess, own_domain, shifted_pair, START, values_of
 import numpy as np
+from pages import text_of
 import pytest
 
 pytest.importorskip('lifecycle_msgs.srv', reason='lifecycle_msgs is not importable: no ROS 2 here')
@@ -104,6 +106,29 @@ def test_cleanup_gives_back_threads_and_topics_and_it_can_be_configured_anew(sta
     assert left[2] <= left[1] + 1       # one of the middleware's may come or go
     services = bench.listener.get_service_names_and_types_by_node('disparity_node', '/')
     assert not [name for name, _ in services if name.endswith(('/reset', '/save'))]
+
+
+def test_it_has_the_topics_and_services_of_the_policy_and_those_that_are_named_beside_it(start):
+    page = text_of('SECURITY.md')
+    policy = set(re.findall(r'<(?:topic|service)>(.*?)<', page))
+    besides = re.search(r'`managed_disparity_node` has the same name(.*?)\n\n', page, re.DOTALL)
+    allowed = {name.replace('~', '/disparity_node') if name[0] in '~/' else f'/{name}'
+               for name in policy | set(re.findall('`(~.*?)`', besides[1]))}
+    bench = start()
+    manager = manager_of(bench)
+    assert manager.change('configure') == 'inactive'
+    assert manager.change('activate') == 'active'
+    bench.listen()
+    listener = bench.listener
+
+    def found():
+        return {name for of_node in (
+            listener.get_publisher_names_and_types_by_node,
+            listener.get_subscriber_names_and_types_by_node,
+            listener.get_service_names_and_types_by_node)
+            for name, _ in of_node('disparity_node', '/')}
+    bench.until(lambda: found() >= allowed - {'/clock', '/parameter_events'}, 'the graph')
+    assert found() <= allowed
 
 
 @pytest.mark.parametrize('steps', [(), ('configure',), ('configure', 'activate')])
