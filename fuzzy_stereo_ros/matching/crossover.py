@@ -66,7 +66,8 @@ class Regions:
         """advantage: cost a cell by which a region must be the cheaper one to be taken."""
         self._columns, self._advantage = columns, advantage
         size = rows * columns
-        self._region = np.zeros(size, np.int32)
+        self._places = np.zeros(size, np.int32)
+        self._region = np.zeros((rows + 2) * (columns + 1) + 1, np.int32)
         self._parent, self._size = (np.zeros(size // 2 + 2, np.int32) for _ in range(2))
         self._change = np.zeros(size // 2 + 2, np.int64)
 
@@ -79,7 +80,7 @@ class Regions:
         """Leave those connected regions of the taken cells that gain nothing."""
         return take_regions(
             exchange.cells, exchange.alone, exchange.pairs, self._columns, self._advantage,
-            exchange.taken, self._region, self._parent, self._change, self._size)
+            exchange.taken, self._places, self._region, self._parent, self._change, self._size)
 
 
 class Cut:

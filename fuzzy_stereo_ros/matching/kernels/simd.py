@@ -12,6 +12,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic, models, register_model
 
 LANES = 32
+FLOATS = 16     # lanes of a vector of float32
+_FLOATS_IN_LLVM = ir.VectorType(ir.FloatType(), FLOATS)
 
 
 class _Vector(types.Type):
@@ -33,6 +35,21 @@ class _VectorModel(models.PrimitiveModel):
 def lanes_in_llvm(bits, lanes=LANES):
     """Return what LLVM calls a vector of a number of lanes."""
     return ir.VectorType(ir.IntType(bits), lanes)
+
+
+class _Floats(types.Type):
+    """The type of a vector of FLOATS numbers, float32."""
+
+    def __init__(self):
+        super().__init__(name=f'Vector{FLOATS}xfloat32')
+
+
+@register_model(_Floats)
+class _FloatsModel(models.PrimitiveModel):
+    """They live in registers too."""
+
+    def __init__(self, manager, vector):
+        super().__init__(manager, vector, _FLOATS_IN_LLVM)
 
 
 VECTOR = {bits: _Vector(bits) for bits in (8, 16, 32)}
@@ -320,4 +337,43 @@ def lane_numbers(typing, vector):
 
     def generate(context, builder, signature, arguments):
         return ir.Constant(arguments[0].type, list(range(vector.lanes)))
+    return signature, generate
+
+
+@intrinsic
+def no_floats(typing):
+    """Return a vector of float32 with 0 in every lane."""
+    return _Floats()(), lambda context, builder, signature, arguments: ir.Constant(
+        _FLOATS_IN_LLVM, [0.0] * FLOATS)
+
+
+@intrinsic
+def add_weighted(typing, total, array, index, weight):
+    """Return a vector of float32, with float32 times the bytes of an array from `index` on."""
+    signature = total(total, array, types.intp, types.float32)
+
+    def generate(context, builder, signature, arguments):
+        number = builder.load(place_of(context, builder, array, *arguments[1:3],
+                                       lanes_in_llvm(8, FLOATS)))
+        number.align = 1
+        weight = broadcast(builder, arguments[3], FLOATS)
+        return builder.fadd(arguments[0], builder.fmul(
+            weight, builder.uitofp(number, _FLOATS_IN_LLVM)))
+    return signature, generate
+
+
+@intrinsic
+def store_rounded(typing, array, index, total, scale):
+    """Write a vector of float32 times float32, as the nearest bytes, from `index` on."""
+    signature = types.void(array, types.intp, total, types.float32)
+
+    def generate(context, builder, signature, arguments):
+        half = ir.Constant(_FLOATS_IN_LLVM, [0.5] * FLOATS)
+        scaled = builder.fmul(arguments[2], broadcast(builder, arguments[3], FLOATS))
+        whole = builder.fptosi(builder.fadd(scaled, half), ir.VectorType(ir.IntType(32), FLOATS))
+        kind = lanes_in_llvm(8, FLOATS)
+        instruction = builder.store(builder.trunc(whole, kind), place_of(
+            context, builder, array, *arguments[:2], kind))
+        instruction.align = 1
+        return context.get_dummy_value()
     return signature, generate

@@ -125,7 +125,7 @@ class UniformFitness:
     The uniform reading of Eq. 3 for the chromosomes of one pair.
 
     unit: what sums of whole numbers are divided by. Details: uint16 (R + 2, W), fitness of each
-    cell. planes: uint8 (D, R + 2, W), 255ths; weights: uint16 (8, R + 2, W); colours: uint8
+    cell. planes: uint8 (D, R + 2, W), 255ths; weights: uint8 (8, R + 2, W); colours: uint8
     (3, R + 2, W); all framed.
     """
 
@@ -136,7 +136,7 @@ class UniformFitness:
         self._possibility = UniformPossibility(config, rows, columns)
         self._size, framed = (rows, columns), (rows + 2, columns + FRAME)
         self.planes = self._possibility.planes
-        self.weights = np.zeros((8, *framed), np.uint16)
+        self.weights = np.zeros((8, *framed), np.uint8)
         self.colours = np.zeros((3, *framed), np.uint8)
         self._similar = uniform_membership()
 
@@ -165,9 +165,9 @@ class UniformFitness:
         """
         rows, columns = self._size
         fill_chosen(self.planes, genes, first, last, chosen)
-        fill_fitness(genes, chosen, self.weights, columns, max(first - 1, 0),
-                     min(last + 1, rows), details)
-        return inside(details).sum(dtype=np.int64)
+        first, last = max(first - 1, 0), min(last + 1, rows)
+        total = fill_fitness(genes, chosen, self.weights, columns, first, last, details)
+        return total if last - first == rows else inside(details).sum(dtype=np.int64)
 
     def choose(self, chromosome, chosen):
         """Write how possible a chromosome's matches are: uint8 (R, C), 255ths."""

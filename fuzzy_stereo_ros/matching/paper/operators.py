@@ -26,7 +26,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.literal_mutation import (
     least_possible_level, throw_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_exchange import fill_exchange, take_genes
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_mutation import (
-    LARGEST_HALF, mutate_by_patches, SPARE_ROWS)
+    larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.population import Kinship
@@ -246,13 +246,13 @@ def mutate_by_uniform_patches(tools, population, random):
     """
     children, fitness = population.kinship.children, tools.fitness
     patches = max(population.genes[0].size // CELLS_A_PATCH, 1)
-    half = min(tools.config.neighbourhood // 2, LARGEST_HALF)
+    larger = larger_halves(min(tools.config.neighbourhood // 2, LARGEST_HALF))
     struck = children[random.child(0).uniform(children.size) < tools.config.mutation_rate]
 
     def mutate(number, thread):
         slot = struck[number]
         population.totals[slot] += mutate_by_patches(
-            random.child(1, slot).key, patches, half, fitness.planes, fitness.colours,
+            random.child(1, slot).key, patches, larger, fitness.planes, fitness.colours,
             fitness.weights, population.framed[slot], population.chosen[slot],
             population.details[slot], *tools.spares[thread])
 

@@ -26,6 +26,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.grey_classes import (
     fill_class_possibility, fill_grey_possibility)
 from fuzzy_stereo_ros.matching.kernels.possibility.uniform_cells import (
     average_over_uniform, fill_planes)
+from fuzzy_stereo_ros.matching.kernels.simd import FLOATS
 from fuzzy_stereo_ros.matching.paper.fuzzy_classes import (
     compressed, GRADIENT_CENTRES, GRADIENT_SIGMA, matching_possibility, shared_membership)
 import numpy as np
@@ -35,7 +36,6 @@ OUTSIDE = 40            # 255ths, of a match outside the target: about that of a
 GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
 UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle of N
 LEAST_UNIFORM = 0.007   # a membership below this is none
-VECTOR = 16             # disparities of one cell are a multiple of this
 NEAR_SIGMA = 0.28       # of the nearness to the middle of N, as a share of its side
 SOBEL_SCALE = 0.25      # of a Sobel response, to grey levels of 8 bits over one pixel or so
 LUMINANCE = 0.114, 0.587, 0.299     # of blue, green and red
@@ -158,7 +158,7 @@ class UniformPossibility:
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
         # whole vectors of disparities: what is beyond the last one is averaged, but not read
-        shape = rows, columns, -(-config.disparities // VECTOR) * VECTOR
+        shape = rows, columns, -(-config.disparities // FLOATS) * FLOATS
         self._disparities = config.disparities
         gradient = gradient_table(config.reading == 'strict')
         self._tables = np.stack([possibility_table(config.class_sigma), gradient, gradient])
@@ -167,7 +167,6 @@ class UniformPossibility:
         self._min_disparity = config.min_disparity
         self._cells, self._along_rows = (np.zeros(shape, np.uint8) for _ in range(2))
         self._bands = cut_bands(rows)
-        self._totals = np.zeros((len(self._bands), shape[2]), np.float32)
         self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
     def set_pair(self, crew, left, right, colours):
@@ -182,11 +181,11 @@ class UniformPossibility:
 
         def average_along_rows(band):
             average_over_uniform(self._cells, colours, self._similar, self._near, False,
-                                 *band[1:], self._totals[band[0]], self._along_rows)
+                                 *band[1:], self._along_rows)
 
         def average_along_columns(band):
             average_over_uniform(self._along_rows, colours, self._similar, self._near, True,
-                                 *band[1:], self._totals[band[0]], self._cells)
+                                 *band[1:], self._cells)
             fill_planes(self._cells, self._very, *band[1:], self.planes)
 
         for work in (match, average_along_rows, average_along_columns):

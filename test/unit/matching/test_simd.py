@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.matching.kernels import addresses, products, simd
 from fuzzy_stereo_ros.matching.kernels.possibility.colours import load_colours
 from fuzzy_stereo_ros.matching.kernels.scanlines import four_lowest
-from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
+from fuzzy_stereo_ros.matching.kernels.simd import FLOATS, LANES, load, store
 from numba import njit
 import numpy as np
 import pytest
@@ -158,6 +158,14 @@ def poked_word(address, at, number):
 
 
 @njit
+def weighted_bytes(numbers, at, weights, scale, out, to):
+    total = simd.no_floats()
+    for index in range(weights.size):
+        total = simd.add_weighted(total, numbers, at + index, weights[index])
+    simd.store_rounded(out, to, total, scale)
+
+
+@njit
 def copied(source, at, target, to):
     store(target, to, load(source, at))
 
@@ -231,6 +239,22 @@ def test_narrow_keeps_the_low_eight_bits():
     for one, _ in vectors(np.uint16, 4):
         narrowed(one, out)
         np.testing.assert_array_equal(out, one % 256)
+
+
+@pytest.mark.parametrize('at', [0, 1, 7])
+def test_bytes_are_weighted_added_and_rounded_as_float32_is(at):
+    chance = np.random.default_rng(8)
+    for _ in range(50):
+        numbers = chance.integers(0, 256, at + 5 + FLOATS).astype(np.uint8)
+        weights = chance.random(5).astype(np.float32)
+        scale, out = np.float32(1) / weights.sum(), np.full(FLOATS + 9, 99, np.uint8)
+        weighted_bytes(numbers, at, weights, scale, out, at)
+        total = np.zeros(FLOATS, np.float32)
+        for index, weight in enumerate(weights):
+            total += weight * numbers[at + index:at + index + FLOATS].astype(np.float32)
+        rounded = (total * scale + np.float32(0.5)).astype(np.uint8)
+        np.testing.assert_array_equal(out[at:at + FLOATS], rounded)
+        assert out[:at].tolist() + out[at + FLOATS:].tolist() == [99] * 9
 
 
 @pytest.mark.parametrize('at', [0, 1, 7])

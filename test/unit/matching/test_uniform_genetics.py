@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.uniform_exchange import fill_exch
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_mutation import (
-    LARGEST_HALF, mutate_by_patches, SPARE_ROWS, UNIFORM)
+    larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS, UNIFORM)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import uniform_membership
@@ -33,7 +33,7 @@ class Scene:
         inside(self.planes)[:] = self.random.integers(0, 256, (DISPARITIES, *shape))
         self.colours = np.zeros((3, *framed), np.uint8)
         inside(self.colours)[:] = self.random.integers(*colours, (3, *shape))
-        self.weights = np.zeros((8, *framed), np.uint16)
+        self.weights = np.zeros((8, *framed), np.uint8)
         fill_neighbour_weights(self.colours, uniform_membership(), self.weights)
 
     def chromosome(self, genes=None):
@@ -137,8 +137,8 @@ def test_taking_genes_leaves_a_child_that_is_worth_what_the_crossover_said(shape
 def mutate(scene, chromosome, patches, half=3, key=1):
     """Mutate a chromosome in place; return the gain."""
     spares = (np.zeros(SPARE_ROWS * LANES, kind) for kind in (np.uint16, np.uint8, np.uint16))
-    return mutate_by_patches(key_of(key), patches, half, scene.planes, scene.colours,
-                             scene.weights, *chromosome[:3], *spares)
+    return mutate_by_patches(key_of(key), patches, larger_halves(half), scene.planes,
+                             scene.colours, scene.weights, *chromosome[:3], *spares)
 
 
 @settings(max_examples=60, deadline=None)
@@ -159,6 +159,13 @@ def test_mutation_gains_what_it_says_and_never_loses(rows, columns, half, seed):
         outside = framed.copy()
         inside(outside)[:] = 0
         assert not outside.any()
+
+
+@pytest.mark.parametrize('largest', [0, 1, 2, 8, LARGEST_HALF])
+def test_each_order_of_magnitude_of_the_size_of_patches_is_as_likely(largest):
+    draws = np.random.default_rng(0).random(1000)
+    halves = 1 + np.sum(draws[:, np.newaxis] >= larger_halves(largest), axis=1)
+    np.testing.assert_array_equal(halves, ((largest + 1.0)**draws).astype(int))
 
 
 def test_mutation_finds_the_gene_that_is_possible_everywhere():

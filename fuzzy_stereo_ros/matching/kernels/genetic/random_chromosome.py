@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random chromosomes."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed, unit
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
 import numpy as np
 
 
@@ -29,9 +29,12 @@ def scatter_random_genes(key, disparities, share, chromosome):
     key: uint64; share: 0 to 1; chromosome: uint16 (R, C), index of a disparity, changed
     """
     rows, columns = chromosome.shape
+    limit = np.uint64(disparities)
+    drawn = np.uint64(np.ceil(share * 2.0**32))
     for row in range(rows):
         for column in range(columns):
             bits = mixed(key, np.uint64(row * columns + column))
             # the upper bits choose the gene, the lower ones whether it is drawn
-            if unit(bits << np.uint64(32)) < share:
-                chromosome[row, column] = below(bits, np.uint64(disparities))
+            gene = np.uint16(below(bits, limit))
+            chromosome[row, column] = gene if (
+                bits & np.uint64(0xFFFFFFFF) < drawn) else chromosome[row, column]

@@ -13,58 +13,69 @@ import numpy as np
 
 
 @inlined
+def _at(region, place):
+    """Return the region at a place, 0 for none; unsigned: no check for negative places."""
+    return np.int64(region[np.uint64(place)])
+
+
+@inlined
 def _joined(parent, region, other):
     """Return the region of a cell that has two neighbours; 0 is none."""
-    if region == 0 or region == other:
-        return other
+    if region == 0 or other == 0 or region == other:
+        return max(region, other)
     one, two = root(parent, region), root(parent, other)
-    parent[max(one, two)] = min(one, two)
-    return region
+    least = min(one, two)
+    parent[max(one, two)] = least
+    return least
 
 
 @kernel
-def take_regions(cells, alone, pairs, columns, advantage, taken, region, parent, change, size):
+def take_regions(cells, alone, pairs, columns, advantage, taken, places, region, parent, change,
+                 size):
     """
     Take each region of cells whose change of cost is negative; return the change of all taken.
 
     cells: int32 (n,), row * columns + column, ascending; alone: int32 (n,); pairs: int32 (n, K);
     see crossover.Exchange; advantage: cost a cell by which a region must be the cheaper one.
-    taken: bool (n,), which cells may be taken, then which are; region: int32 (n,), parent: int32
-    (m,), change: int64 (m,), size: int32 (m,), with m > number of regions, working memory.
+    taken: bool (n,), which cells may be taken, then which are; places: int32 (n,), region: int32
+    ((R + 2) * (columns + 1),), the image with a border, 0 before and after; parent: int32 (m,),
+    change: int64 (m,), size: int32 (m,), with m > number of regions; working memory.
     """
-    diagonal = 1 if pairs.shape[1] == 4 else 0
-    known, row, above = 1, 0, 0
+    diagonal, wide = pairs.shape[1] == 4, columns + 1
+    known, row = 1, 0
     for index in range(cells.size):
-        cell = np.int64(cells[index])
-        row = row_of(cell, row, columns)
-        column = cell - row * columns
-        first = cell - columns - (diagonal if column > 0 else 0)
-        last = cell - columns + (diagonal if column + 1 < columns else 0)
-        while cells[above] < first:
-            above += 1
+        row = row_of(cells[index], row, columns)
+        place = cells[index] + row + wide + 1
+        places[index] = place
         if not taken[index]:
             continue
-        mine, cost = 0, np.int64(alone[index])
-        if column > 0 and index > 0 and cells[index - 1] == cell - 1 and taken[index - 1]:
-            mine = region[index - 1]
-            cost += pairs[index, 0]
-        other = above
-        while cells[other] <= last:
-            if taken[other]:
-                mine = _joined(parent, mine, region[other])
-                cost += pairs[index, 1 + diagonal + cells[other] - (cell - columns)]
-            other += 1
+        left, up = _at(region, place - 1), _at(region, place - wide)
+        cost = np.int64(alone[index])
+        cost += pairs[index, 0] if left != 0 else 0
+        if diagonal:
+            up_left, up_right = _at(region, place - wide - 1), _at(region, place - wide + 1)
+            cost += pairs[index, 1] if up_left != 0 else 0
+            cost += pairs[index, 2] if up != 0 else 0
+            cost += pairs[index, 3] if up_right != 0 else 0
+            # all others touch the cell above, and the left one touches that above it
+            mine = up
+            if mine == 0:
+                mine = _joined(parent, left if left != 0 else up_left, up_right)
+        else:
+            cost += pairs[index, 1] if up != 0 else 0
+            mine = _joined(parent, left, up)
         if mine == 0:
             mine = known
             parent[known], change[known], size[known] = known, 0, 0
             known += 1
-        region[index] = mine
+        region[place] = mine
         change[mine] += cost
         size[mine] += 1
     total = _choose(parent, change, size, known, advantage)
     for index in range(cells.size):
-        if taken[index]:
-            taken[index] = change[region[index]] < 0
+        place = np.uint64(places[index])
+        taken[index] = taken[index] and change[region[place]] < 0
+        region[place] = 0
     return total
 
 

@@ -9,15 +9,40 @@ import numpy as np
 
 @inlined
 def _smooth(first, second):
-    """Return the smoothness of two genes."""
-    if first == second:
-        return np.int64(EQUAL)
-    return np.int64(ONE_APART) if abs(first - second) == 1 else np.int64(0)
+    """Return the smoothness of two genes, without a branch."""
+    step = first - second
+    return EQUAL * np.int64(step == 0) + ONE_APART * np.int64(step * step == 1)
 
 
 @inlined
-def _differ(genes, others, place):
-    return genes[place] != others[place]
+def _at(array, place):
+    """Return an element as int64; the place is uint64: no check for negative ones."""
+    return np.int64(array[place])
+
+
+@inlined
+def _change_beside(genes, chosen, weights, cell, side, offset):
+    """
+    Return what a cell and one neighbour lose if the cell takes its gene, and both together.
+
+    genes, chosen: pairs of flat framed maps, of both parents; weights: flat (8, plane)
+    side: number of the neighbour; offset: of the neighbour
+    """
+    plane = genes[0].size
+    other = np.uint64(cell + offset)
+    here = np.uint64(cell)
+    weight = _at(weights, np.uint64(side * plane + cell))
+    back = _at(weights, np.uint64((side + 4 & 7) * plane + cell + offset))
+    own, taken = _at(genes[0], here), _at(genes[1], here)
+    beside, new = _at(genes[0], other), _at(genes[1], other)
+    own_share, taken_share = _at(chosen[0], here) * weight, _at(chosen[1], here) * weight
+    beside_share, new_share = _at(chosen[0], other) * back, _at(chosen[1], other) * back
+    only_this = (taken_share + beside_share) * _smooth(taken, beside)
+    change = (own_share + beside_share) * _smooth(own, beside) - only_this
+    # 0 where the neighbour has the same gene in both parents
+    together = (own_share + new_share) * _smooth(own, new) - (
+        taken_share + new_share) * _smooth(taken, new) - change
+    return change, together
 
 
 @kernel
@@ -30,35 +55,29 @@ def fill_exchange(cells, first_genes, first_chosen, second_genes, second_chosen,
     each chose; the sum over all pairs of neighbours is the fitness.
 
     cells: int32 (n,), row * W + column of a framed map, where the parents differ
-    genes: uint16, chosen: uint8, framed maps; weights: uint16 (8, R + 2, W)
+    genes: uint16, chosen: uint8, framed maps; weights: uint8 (8, R + 2, W)
     alone: int32 (n,), pairs: int32 (n, 4), written; see crossover.Exchange
     """
-    width, plane = first_genes.shape[1], first_genes.size
-    ours, our_chosen = first_genes.reshape(-1), first_chosen.reshape(-1)
-    theirs, their_chosen = second_genes.reshape(-1), second_chosen.reshape(-1)
+    width = first_genes.shape[1]
+    genes = first_genes.reshape(-1), second_genes.reshape(-1)
+    chosen = first_chosen.reshape(-1), second_chosen.reshape(-1)
     flat_weights = weights.reshape(-1)
-    offsets = (-1, -width - 1, -width, -width + 1, 1, width + 1, width, width - 1)
     for index in range(cells.size):
         cell = np.int64(cells[index])
-        own, taken = np.int64(ours[cell]), np.int64(theirs[cell])
-        own_chosen, taken_chosen = np.int64(our_chosen[cell]), np.int64(their_chosen[cell])
-        change = np.int64(0)
-        for side in range(8):
-            other = cell + offsets[side]
-            beside, beside_chosen = np.int64(ours[other]), np.int64(our_chosen[other])
-            weight = np.int64(flat_weights[side * plane + cell])
-            back = np.int64(flat_weights[((side + 4) & 7) * plane + other])
-            both_own = (own_chosen * weight + beside_chosen * back) * _smooth(own, beside)
-            only_this = (taken_chosen * weight + beside_chosen * back) * _smooth(taken, beside)
-            change += both_own - only_this
-            if side < 4:
-                pairs[index, side] = 0
-                if _differ(ours, theirs, other):
-                    new, new_chosen = np.int64(theirs[other]), np.int64(their_chosen[other])
-                    only_other = (own_chosen * weight + new_chosen * back) * _smooth(own, new)
-                    both = (taken_chosen * weight + new_chosen * back) * _smooth(taken, new)
-                    pairs[index, side] = only_this + only_other - both - both_own
-        alone[index] = change
+        left, with_left = _change_beside(genes, chosen, flat_weights, cell, 0, -1)
+        up_left, with_up_left = _change_beside(
+            genes, chosen, flat_weights, cell, 1, -width - 1)
+        up, with_up = _change_beside(genes, chosen, flat_weights, cell, 2, -width)
+        up_right, with_up_right = _change_beside(
+            genes, chosen, flat_weights, cell, 3, 1 - width)
+        right, _ = _change_beside(genes, chosen, flat_weights, cell, 4, 1)
+        down_right, _ = _change_beside(genes, chosen, flat_weights, cell, 5, width + 1)
+        down, _ = _change_beside(genes, chosen, flat_weights, cell, 6, width)
+        down_left, _ = _change_beside(genes, chosen, flat_weights, cell, 7, width - 1)
+        alone[index] = (left + up_left + up + up_right
+                        + right + down_right + down + down_left)
+        pairs[index, 0], pairs[index, 1] = with_left, with_up_left
+        pairs[index, 2], pairs[index, 3] = with_up, with_up_right
 
 
 @kernel
@@ -67,7 +86,7 @@ def take_genes(cells, taken, other_genes, other_chosen, weights, columns, genes,
     Take genes of the second parent, and write the fitness of the rows around them.
 
     cells: int32 (n,), ascending, taken: bool (n,), see crossover.Exchange; columns: of the image
-    other_genes: uint16, other_chosen: uint8, of the second parent; weights: uint16 (8, R + 2, W)
+    other_genes: uint16, other_chosen: uint8, of the second parent; weights: uint8 (8, R + 2, W)
     genes: uint16, chosen: uint8, fitness: uint16 (R + 2, W), framed, changed
     """
     rows, width = genes.shape[0] - 2, genes.shape[1]

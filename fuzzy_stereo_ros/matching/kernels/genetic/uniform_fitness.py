@@ -20,16 +20,14 @@ ACROSS = (-1, -1, 0, 1, 1, 1, 0, -1)
 
 
 @inlined
-def _add_neighbour(smooth, own, genes, weights, row_start, neighbour_start, plane_start):
-    """Return smoothness, uint16 a cell, with that of its genes and of one more neighbour's."""
+def _add_neighbour(sums, own, genes, weights, row_start, neighbour_start, plane_start):
+    """Return sums of the weights of near and of equal neighbours, uint16, with one more's."""
     other = simd.load(genes, neighbour_start)
-    weight = simd.load(weights, plane_start + row_start)
+    weight = simd.widen(simd.load(weights, plane_start + row_start))
     one = simd.splat(np.uint16(1))
     step = simd.add(simd.subtract(other, own), one)     # 0, 1, 2 for steps of -1, 0, +1
-    near = simd.bit_and(simd.at_most(step, simd.splat(np.uint16(2))), weight)
-    same = simd.bit_and(simd.equal(step, one), weight)
-    beside = simd.multiply(near, simd.splat(np.uint16(ONE_APART)))
-    return simd.add(smooth, simd.add(beside, same))
+    return (simd.add(sums[0], simd.bit_and(simd.at_most(step, simd.splat(np.uint16(2))), weight)),
+            simd.add(sums[1], simd.bit_and(simd.equal(step, one), weight)))
 
 
 @inlined
@@ -37,19 +35,22 @@ def fitness_of_block(genes, chosen, weights, start, width, plane):
     """
     Return the fitness of LANES cells of a row: possibility times smoothness, at most 65280.
 
-    genes: uint16, chosen: uint8, weights: uint16 (8 planes), flat views of framed maps
+    genes: uint16, chosen, weights (8 planes): uint8, flat views of framed maps
     start: index of the first cell; width: of a framed row; plane: cells of a framed map
     """
     own = simd.load(genes, start)
-    smooth = simd.splat(np.uint16(0))
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start - 1, 0)
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start - width - 1, plane)
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start - width, 2 * plane)
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start - width + 1, 3 * plane)
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start + 1, 4 * plane)
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start + width + 1, 5 * plane)
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start + width, 6 * plane)
-    smooth = _add_neighbour(smooth, own, genes, weights, start, start + width - 1, 7 * plane)
+    sums = simd.splat(np.uint16(0)), simd.splat(np.uint16(0))
+    sums = _add_neighbour(sums, own, genes, weights, start, start - 1, 0)
+    sums = _add_neighbour(sums, own, genes, weights, start, start - width - 1, plane)
+    sums = _add_neighbour(sums, own, genes, weights, start, start - width, 2 * plane)
+    sums = _add_neighbour(sums, own, genes, weights, start, start - width + 1, 3 * plane)
+    sums = _add_neighbour(sums, own, genes, weights, start, start + 1, 4 * plane)
+    sums = _add_neighbour(sums, own, genes, weights, start, start + width + 1, 5 * plane)
+    sums = _add_neighbour(sums, own, genes, weights, start, start + width, 6 * plane)
+    sums = _add_neighbour(sums, own, genes, weights, start, start + width - 1, 7 * plane)
+    near, same = sums       # near ones are the equal ones and those one apart
+    smooth = simd.add(simd.multiply(near, simd.splat(np.uint16(ONE_APART))),
+                      simd.multiply(same, simd.splat(np.uint16(EQUAL - ONE_APART))))
     return simd.multiply(smooth, simd.widen(simd.load(chosen, start)))
 
 
@@ -58,7 +59,7 @@ def fill_fitness(genes, chosen, weights, columns, first, last, fitness):
     """
     Write the fitness of the cells of the rows from first to last - 1; return its sum.
 
-    genes: uint16, chosen: uint8 255ths, framed (R + 2, W); weights: uint16 (8, R + 2, W)
+    genes: uint16, chosen: uint8 255ths, framed (R + 2, W); weights: uint8 (8, R + 2, W)
     first, last: rows of the image; fitness: uint16, framed, 65280ths, written
     """
     width = genes.shape[1]
@@ -96,7 +97,7 @@ def fill_neighbour_weights(colours, similar, weights):
     leaves over goes to the heaviest. Neighbours outside the image weigh nothing.
 
     colours: uint8 (3, R + 2, W), framed; similar: float32, by squared distance of colours / 4
-    weights: uint16 (8, R + 2, W), framed, written
+    weights: uint8 (8, R + 2, W), framed, written
     """
     rows, columns = weights.shape[1] - 2, weights.shape[2] - FRAME
     shares = np.zeros(8, np.float32)

@@ -22,11 +22,24 @@ def _apart(first, second):
                        simd.saturating_subtract(second, first))
 
 
+def larger_halves(largest):
+    """
+    Return from which draws on half the side of a patch is 2, 3 and so on up to the largest.
+
+    Draws are uniform from 0 to 1: each order of magnitude is as likely as the next.
+
+    largest: at most LARGEST_HALF; draws: float64
+    """
+    return np.log(np.arange(2, largest + 1)) / np.log(largest + 1)
+
+
 @inlined
-def _half_of_patch(bits, largest_half):
-    """Return half the side of a patch: each order of magnitude is as likely as the next."""
-    half = np.int64((largest_half + 1)**unit(bits)) - np.int64((bits & np.uint64(15)) < 5)
-    return max(half, 0)
+def _half_of_patch(bits, larger):
+    """Return half the side of a patch, see `larger_halves`; some are one less."""
+    draw, half = unit(bits), 1 - np.int64((bits & np.uint64(15)) < 5)
+    for least in larger:
+        half += np.int64(draw >= least)
+    return half
 
 
 @inlined
@@ -44,7 +57,7 @@ def _gene_of_patch(bits, any_gene, row, column, reach, genes, rows, columns, dis
 
 
 @kernel
-def mutate_by_patches(key, patches, largest_half, possibility, colours, weights, genes, chosen,
+def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes, chosen,
                       fitness, spare_genes, spare_chosen, spare_fitness):
     """
     Try patches of one gene; each stays where the fitness does not fall. Return the gain.
@@ -52,9 +65,9 @@ def mutate_by_patches(key, patches, largest_half, possibility, colours, weights,
     A patch is what is uniform with its middle in a square around it. A patch whose gene is
     clearly less possible at its middle than what is there is not tried.
 
-    key: uint64; largest_half: of the side of a square, at most LARGEST_HALF
+    key: uint64; larger: float64, from `larger_halves`
     possibility: uint8 (D, R + 2, W), 255ths; colours: uint8 (3, R + 2, W)
-    weights: uint16 (8, R + 2, W); genes: uint16, chosen: uint8, fitness: uint16 (R + 2, W),
+    weights: uint8 (8, R + 2, W); genes: uint16, chosen: uint8, fitness: uint16 (R + 2, W),
     changed; spare_genes: uint16, spare_chosen: uint8, spare_fitness: uint16
     (SPARE_ROWS * LANES,), memory. All maps are framed, see uniform_fitness.
     """
@@ -71,7 +84,7 @@ def mutate_by_patches(key, patches, largest_half, possibility, colours, weights,
         shape = mixed(key, np.uint64(3 * patch + 1))
         row = 1 + np.int64(below(place, np.uint64(rows)))
         column = 1 + np.int64(below(place << np.uint64(32), np.uint64(columns)))
-        half = _half_of_patch(shape, largest_half)
+        half = _half_of_patch(shape, larger)
         gene = _gene_of_patch(mixed(key, np.uint64(3 * patch + 2)),
                               unit(shape << np.uint64(12)) >= NEAR_SHARE, row, column, half + 2,
                               genes, rows, columns, disparities)
@@ -86,40 +99,56 @@ def mutate_by_patches(key, patches, largest_half, possibility, colours, weights,
         green = simd.splat(flat_colours[plane + middle])
         red = simd.splat(flat_colours[2 * plane + middle])
         fresh = simd.splat(np.uint16(gene))
-        changed = np.uint32(0)
+        within = np.uint32((1 << (right - left)) - 1)
+        changed = np.uint32(0)      # a bit for each line of the patch
         for line in range(top, bottom):
             start, spare = line * width + left, simd.LANES * (line - top)
-            old, old_chosen = simd.load(flat_genes, start), simd.load(flat_chosen, start)
-            simd.store(spare_genes, spare, old)
-            simd.store(spare_chosen, spare, old_chosen)
+            old = simd.load(flat_genes, start)
+            if ~simd.equal_bits(old, fresh) & within == 0:
+                continue
             apart = simd.maximum(
                 simd.maximum(_apart(blue, simd.load(flat_colours, start)),
                              _apart(green, simd.load(flat_colours, plane + start))),
                 _apart(red, simd.load(flat_colours, 2 * plane + start)))
             uniform = simd.bit_and(inside, simd.at_most(apart, limit))
             new = simd.choose(simd.widen(uniform), fresh, old)
-            changed |= ~simd.equal_bits(new, old)
+            if ~simd.equal_bits(new, old) == 0:
+                continue
+            changed |= np.uint32(1) << np.uint32(line - top)
+            old_chosen = simd.load(flat_chosen, start)
+            simd.store(spare_genes, spare, old)
+            simd.store(spare_chosen, spare, old_chosen)
             simd.store(flat_genes, start, new)
             simd.store(flat_chosen, start, simd.choose(
                 uniform, simd.load(flat_possibility, gene * plane + start), old_chosen))
         if changed == 0:
             continue
         first = max(left - 1, 1)
-        upper, lower = max(top - 1, 1), min(bottom + 1, rows + 1)
-        gain = np.int64(0)
-        for line in range(upper, lower):
-            start = line * width + first
-            block = fitness_of_block(flat_genes, flat_chosen, flat_weights, start, width, plane)
-            simd.store(spare_fitness, simd.LANES * (line - upper), block)
-            gain += simd.total(block) - simd.total(simd.load(flat_fitness, start))
+        # the lines, from top - 1 on, whose fitness changes
+        around = changed | changed << np.uint32(1) | changed << np.uint32(2)
+        gain, lines = np.int64(0), around
+        while lines != 0:
+            line = top - 1 + simd.first_set(lines)
+            lines &= lines - np.uint32(1)
+            if 1 <= line <= rows:
+                start, spare = line * width + first, simd.LANES * (line - top + 1)
+                block = fitness_of_block(flat_genes, flat_chosen, flat_weights, start, width,
+                                         plane)
+                simd.store(spare_fitness, spare, block)
+                gain += simd.total(block) - simd.total(simd.load(flat_fitness, start))
         if gain < 0:
-            for line in range(top, bottom):
+            while changed != 0:
+                line = top + simd.first_set(changed)
+                changed &= changed - np.uint32(1)
                 start, spare = line * width + left, simd.LANES * (line - top)
                 simd.store(flat_genes, start, simd.load(spare_genes, spare))
                 simd.store(flat_chosen, start, simd.load(spare_chosen, spare))
             continue
         gained += gain
-        for line in range(upper, lower):
-            simd.store(flat_fitness, line * width + first,
-                       simd.load(spare_fitness, simd.LANES * (line - upper)))
+        while around != 0:
+            line = top - 1 + simd.first_set(around)
+            around &= around - np.uint32(1)
+            if 1 <= line <= rows:
+                simd.store(flat_fitness, line * width + first,
+                           simd.load(spare_fitness, simd.LANES * (line - top + 1)))
     return gained

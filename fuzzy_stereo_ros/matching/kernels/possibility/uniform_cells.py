@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Means of possibilities over the uniform cells around each cell, along rows and columns."""
+from fuzzy_stereo_ros.matching.kernels import simd
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 import numpy as np
 
@@ -11,16 +12,8 @@ def _squared(first, second):
     return np.int32(step * step)
 
 
-@inlined
-def _add_weighted(total, possibility, start, weight):
-    """Add possibilities times a weight: float32 (D,) += float32 * uint8, from a place on."""
-    for index in range(total.size):
-        # unsigned: no check for negative places
-        total[index] += weight * np.float32(possibility[np.uint64(start) + np.uint64(index)])
-
-
 @kernel
-def average_over_uniform(possibility, colours, similar, near, along_columns, first, last, total,
+def average_over_uniform(possibility, colours, similar, near, along_columns, first, last,
                          average):
     """
     Write the mean possibility over the uniform cells along one direction through each cell.
@@ -28,23 +21,23 @@ def average_over_uniform(possibility, colours, similar, near, along_columns, fir
     A cell weighs by its nearness AND by its membership in the class of the colour at the middle:
     Eq. 1 about that colour.
 
-    possibility: uint8 (R, C, D), 255ths; colours: uint8 (R, C, 3); along_columns: or along rows
-    near: float32 (half + 1,), by distance; similar: float32, by squared distance of colours / 4,
-    none beyond its end; first, last: rows; total: float32 (D,), memory
+    possibility: uint8 (R, C, D), 255ths, D a multiple of simd.FLOATS; colours: uint8 (R, C, 3)
+    along_columns: or along rows; near: float32 (half + 1,), by distance; similar: float32, by
+    squared distance of colours / 4, none beyond its end; first, last: rows
     average: uint8 (R, C, D), 255ths, written
     """
     rows, columns, disparities = possibility.shape
     half, stride = near.size - 1, columns if along_columns else 1
     flat_possibility, flat_colours = possibility.reshape(-1), colours.reshape(-1)
     flat_average = average.reshape(-1)
+    weights, starts = np.zeros(2 * half + 1, np.float32), np.zeros(2 * half + 1, np.int64)
     for row in range(first, last):
         for column in range(columns):
             place, size = (row, rows) if along_columns else (column, columns)
             cell = row * columns + column
             blue, green, red = (flat_colours[3 * cell], flat_colours[3 * cell + 1],
                                 flat_colours[3 * cell + 2])
-            total[:] = 0
-            weights = np.float32(0)
+            whole, number = np.float32(0), np.uint64(0)
             for step in range(-min(half, place), min(half, size - 1 - place) + 1):
                 other = np.uint64(cell + step * stride)
                 colour = np.uint64(3) * other
@@ -54,12 +47,17 @@ def average_over_uniform(possibility, colours, similar, near, along_columns, fir
                     + _squared(red, flat_colours[colour + np.uint64(2)])) >> np.uint64(2)
                 if distance < np.uint64(similar.size):
                     weight = similar[distance] * near[np.uint64(abs(step))]
-                    weights += weight
-                    _add_weighted(total, flat_possibility, other * np.uint64(disparities), weight)
-            share = np.float32(1) / weights
-            for index in range(disparities):
-                flat_average[cell * disparities + index] = np.uint8(
-                    total[index] * share + np.float32(0.5))
+                    whole += weight
+                    weights[number] = weight
+                    starts[number] = np.int64(other) * disparities
+                    number += np.uint64(1)
+            for block in range(0, disparities, simd.FLOATS):
+                total = simd.no_floats()
+                for index in range(number):
+                    total = simd.add_weighted(total, flat_possibility, starts[index] + block,
+                                              weights[index])
+                simd.store_rounded(flat_average, cell * disparities + block, total,
+                                   np.float32(1) / whole)
 
 
 @kernel
