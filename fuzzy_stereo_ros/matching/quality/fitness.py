@@ -23,7 +23,7 @@ class PlaneFitness:
     """
     Measures plane maps, float32 (R, C, 3), of one view of a pair.
 
-    trust: int32 (R, C), how much the match of each pixel counts, 0 to TRUSTED
+    trust: int16 (R, C), how much the match of each pixel counts, 0 to TRUSTED
     largest: what a map costs in which nothing is possible; disparities_searched: how many
     """
 
@@ -33,9 +33,9 @@ class PlaneFitness:
         shape = rows, columns
         side = 2 * RADIUS + 1
         self._supports = np.zeros((*shape, side * side), np.uint8)
-        self._masses, self._across, self._down = (np.zeros(shape, np.float32) for _ in range(3))
-        self.trust = np.full(shape, kernels.TRUSTED, np.int32)
-        self._numbers = np.zeros(shape, np.int32)
+        self._masses = np.zeros(shape, np.uint16)
+        self._across, self._down = (np.zeros(shape, np.float32) for _ in range(2))
+        self.trust = np.full(shape, kernels.TRUSTED, np.int16)
         self._sums = np.zeros(rows, np.int64)
         self._by_colour = (255 * np.exp(-np.arange(766) / SUPPORT_COLOUR)).astype(np.float32)
         distance = np.arange(-RADIUS, RADIUS + 1) * STRIDE
@@ -72,11 +72,11 @@ class PlaneFitness:
 
     def match_costs(self, crew, planes, selected=None):
         """
-        Return what the images say against planes, whatever the trust: int32 (R, C), 0 to UNIT.
+        Return what the images say against planes, whatever the trust: int16 (R, C), 0 to UNIT.
 
         selected: bool (R, C), for which planes; 0 for others
         """
-        costs = np.zeros(planes.shape[:2], np.int32)
+        costs = np.zeros(planes.shape[:2], np.int16)
         selected = np.ones(costs.shape, np.bool_) if selected is None else selected
         crew.each(lambda band: kernels.plane_costs(
             self._volume, self.disparities_searched, planes, selected, self._supports,
@@ -85,14 +85,14 @@ class PlaneFitness:
         return costs
 
     def trusted_costs(self, crew, costs):
-        """Return match costs times the trust in them: int32 (R, C)."""
+        """Return match costs times the trust in them: int16 (R, C)."""
         trusted = np.empty_like(costs)
         crew.each(lambda band: kernels.trusted_costs(
             costs, self.trust, trusted, band[1], band[2]), self._bands)
         return trusted
 
     def total(self, crew, planes, costs):
-        """Return what a map costs in all; costs: int32 (R, C), trusted ones."""
+        """Return what a map costs in all; costs: int16 (R, C), trusted ones."""
         crew.each(lambda band: kernels.smoothness(
             planes, self._across, self._down, np.float32(MOST), self._flat, self._sums,
             band[1], band[2]), self._bands)
@@ -106,8 +106,8 @@ class PlaneFitness:
         """
         exchange.hold(kernels.list_cells(selected, exchange.all_cells))
         kernels.fill_exchange(*first, *second, selected, exchange.cells, self._across, self._down,
-                              np.float32(MOST), self._flat, self._numbers, exchange.alone,
-                              exchange.pairs)
+                              np.float32(MOST), self._flat, np.empty(selected.shape, np.int32),
+                              exchange.alone, exchange.pairs)
 
     def disparities(self, crew, planes):
         """Return the disparities of planes: float32 (R, C), px from 0."""

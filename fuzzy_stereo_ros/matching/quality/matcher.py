@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
+from fuzzy_stereo_ros.matching.crossover import Cut
 from fuzzy_stereo_ros.matching.evolution import evolve
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.match import Match
@@ -20,10 +20,10 @@ from fuzzy_stereo_ros.matching.quality.evidence import Evidence
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes
-from fuzzy_stereo_ros.matching.quality.population import Population, View
+from fuzzy_stereo_ros.matching.quality.population import Population, Tools, View
 from fuzzy_stereo_ros.matching.quality.regions import segments_of
 from fuzzy_stereo_ros.matching.quality.result import consistent, refine
-from fuzzy_stereo_ros.matching.quality.seed import realtime_maps, ScanlineSeed
+from fuzzy_stereo_ros.matching.quality.seed import costs_of_pixels, realtime_maps, ScanlineSeed
 from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 import numpy as np
 
@@ -70,14 +70,16 @@ class QualityMatcher:
         """
         watch = Stopwatch()
         self.population = None
-        seeds, volume = self._seeds(left, right, random, budget)
+        starts, volume = self._starts(left, right, random, budget)
         watch.took('seeds')
-        self.population = self._initial_population(seeds, volume)
-        del volume, seeds[1:]       # what the refinement does not need
+        self.population = self._initial_population(starts, volume)
+        seed = starts[0].seed
+        del starts, volume       # what the refinement does not need
         watch.took('views')
         history = evolve(self.population, self._stages.operators, random, budget, observe)
+        self.population.tools.give_back()
         watch.took('generations')
-        disparity, confidence = refine(self.crew, self._config, self.population, seeds[0],
+        disparity, confidence = refine(self.crew, self._config, self.population, seed,
                                        random.child(0))
         watch.took('refinement')
         return Match(disparity, confidence, history, watch.times, False), None
@@ -110,31 +112,32 @@ class QualityMatcher:
         start = local_planes(self.crew, np.float32(disparity), left.colour)
         self.population.initialise([[start], [right.members[0].planes.copy()]])
         evolve(self.population, self._stages.operators, random, budget)
+        self.population.tools.give_back()
         return self.fittest()
 
-    def _seeds(self, left, right, random, budget):
-        """Return the `Seed`s of both views, and the costs of all matches of the left pixels."""
+    def _starts(self, left, right, random, budget):
+        """Return the `Start`s of both views, and the costs of all matches of the left pixels."""
         pairs = (left, right), (_mirrored(right), _mirrored(left))
         maps = realtime_maps(self._config, pairs, random)
         scanlines = ScanlineSeed(self._config, *self._shape)
-        seeds = [scanlines.find(*pair, found, budget.in_time) for pair, found in zip(pairs, maps)]
-        return seeds, scanlines.costs_of_pixels(left, right)
+        starts = [scanlines.find(*pair, found, budget.in_time) for pair, found in zip(pairs, maps)]
+        del scanlines       # its memory
+        return starts, costs_of_pixels(self._config, self.crew, left, right)
 
-    def _initial_population(self, seeds, volume):
+    def _initial_population(self, starts, volume):
         """Return the population of a pair: planes around the pixels of both seeds."""
         stages, lowest, columns = self._stages, self._config.min_disparity, self._shape[1]
-        tools = (stages.crossover(*self._shape, 4), Exchange(*self._shape, 4),
-                 stages.evidence(*self._shape))
-        views, maps = [], []
-        for seed, origin in zip(seeds, (None, columns - 1 + lowest)):
-            seen = ROOT * np.sqrt(seed.colour.astype(np.float32))
+        tools, views, maps = Tools(self._shape, stages.crossover, stages.evidence), [], []
+        for start, origin in zip(starts, (None, columns - 1 + lowest)):
+            colour = start.colour
+            seen = ROOT * np.sqrt(colour.astype(np.float32))
             fitness = PlaneFitness(*self._shape, self._config.disparities, stages.flat)
-            fitness.look(self.crew, volume, origin, seed.colour, seen, seed.weak)
-            views.append(View(self.crew, fitness, seed.colour, segments_of(seen), tools))
-            maps.append([local_planes(self.crew, (seed.surface, seed.realtime)[place % 2],
-                                      seed.colour) for place in range(self._config.population)])
-        population = Population(views, lowest, stages.trusted)
-        population.judge([seed.surface for seed in seeds])
+            fitness.look(self.crew, volume, origin, colour, seen, start.weak)
+            views.append(View(self.crew, fitness, colour, segments_of(seen), tools))
+            maps.append([local_planes(self.crew, (start.seed.surface, start.realtime)[place % 2],
+                                      colour) for place in range(self._config.population)])
+        population = Population(views, tools, lowest, stages.trusted)
+        population.judge([start.seed.surface for start in starts])
         population.initialise(maps)
         return population
 

@@ -7,17 +7,38 @@ A chromosome is a plane map of the left view and one of the mirrored right view.
 fittest: it takes what is fitter from the others. The views judge each other: where the maps of
 the first disagree, matches count little in the fitness of all.
 """
+from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.planes.costs import select_differing, take_planes
 from fuzzy_stereo_ros.matching.quality.result import consistent
 import numpy as np
 
 
 class Member:
-    """A plane map of a view, float32 (R, C, 3), and what its matches cost: int32 (R, C)."""
+    """A plane map of a view, float32 (R, C, 3), and what its matches cost: int16 (R, C)."""
 
     def __init__(self, planes, match_costs, costs):
         """match_costs: without regard to trust; costs: with it."""
         self.planes, self.match_costs, self.costs = planes, match_costs, costs
+
+
+class Tools:
+    """The memory that operators work with, taken when they first do."""
+
+    def __init__(self, shape, crossover, evidence):
+        """shape: (R, C); crossover, evidence: see the `Stages` of the matcher."""
+        self._shape, self._crossover, self._evidence = shape, crossover, evidence
+        self._held = None
+
+    def give_back(self):
+        """Give the memory back."""
+        self._held = None
+
+    def __iter__(self):
+        """Yield the crossover, its `Exchange` and the evidence."""
+        if self._held is None:
+            self._held = (self._crossover(*self._shape, 4), Exchange(*self._shape, 4),
+                          self._evidence(*self._shape))
+        return iter(self._held)
 
 
 class View:
@@ -28,10 +49,9 @@ class View:
     """
 
     def __init__(self, crew, fitness, colour, segments, tools):
-        """tools: a crossover and its `Exchange`, see crossover.py, and an `Evidence`."""
+        """tools: the `Tools` of both views."""
         self.crew, self.fitness, self.colour, self.segments = crew, fitness, colour, segments
-        self._crossover, self._exchange, self._evidence = tools
-        self.members = []
+        self._tools, self.members = tools, []
 
     def measured(self, planes):
         """Return a plane map as a `Member`."""
@@ -56,7 +76,8 @@ class View:
         selected = np.empty(member.costs.shape, np.bool_)
         select_differing(member.planes, planes, selected)
         match_costs = self.fitness.match_costs(self.crew, planes, selected)
-        self._evidence.refuse(
+        _, _, evidence = self._tools
+        evidence.refuse(
             regions.labels, self.disparities(member),
             self.fitness.disparities(self.crew, planes), member.match_costs, match_costs,
             self.fitness.trusted(), selected)
@@ -76,9 +97,9 @@ class View:
 
     def _cross(self, member, planes, match_costs, selected, random):
         costs = self.fitness.trusted_costs(self.crew, match_costs)
-        exchange = self._exchange
+        crossover, exchange, _ = self._tools
         self.fitness.fill(exchange, (member.planes, member.costs), (planes, costs), selected)
-        self._crossover(exchange, random)
+        crossover(exchange, random)
         taken = exchange.cells[exchange.taken]
         member.match_costs.reshape(-1)[taken] = match_costs.reshape(-1)[taken]
         take_planes(member.planes, member.costs, planes, costs, exchange.cells, exchange.taken)
@@ -88,16 +109,16 @@ class Population:
     """
     Chromosomes of both views, of which each generation evolves one.
 
-    views: the `View`s of the left and of the mirrored right image; fitness: float64 (P,), of the
-    left maps, 1 where nothing costs; best: index of the fittest, after a generation the first;
-    converged: never, the budget ends it
+    views: the `View`s of the left and of the mirrored right image; tools: their `Tools`
+    fitness: float64 (P,), of the left maps, 1 where nothing costs; best: index of the fittest,
+    after a generation the first; converged: never, the budget ends it
     """
 
     converged = False
 
-    def __init__(self, views, lowest, trusted=consistent):
+    def __init__(self, views, tools, lowest, trusted=consistent):
         """lowest: px, the disparity that planes count from; trusted: see result.consistent."""
-        self.views, self._lowest, self._trusted = views, lowest, trusted
+        self.views, self.tools, self._lowest, self._trusted = views, tools, lowest, trusted
         self.current, self.fitness = 0, np.zeros(1)
 
     def initialise(self, maps):

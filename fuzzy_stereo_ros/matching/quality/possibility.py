@@ -112,11 +112,12 @@ class SupportPossibility:
         self._left.read_colour(left[0])
         self._right.read_colour(right[0])
 
-    def fill(self, crew, model, surface, level):
+    def fill(self, crew, model, surface=None, level=0.0):
         """
         Fill the costs under a model.
 
-        surface: float32 (R, C), px, of a parent; level: px of it that supports may span
+        surface: float32 (R, C), px, of a parent; level: px of it that supports may span; neither
+        counts for a model of no rounds
         """
         for picture, fine in zip((self._left, self._right), self._fine):
             picture.read_census(fine, model.blurs, self._bands, crew)
@@ -127,9 +128,10 @@ class SupportPossibility:
             self._left.codes, self._right.codes, _code_planes(model), self._left.planes,
             self._right.planes, weights.astype(np.uint16), self.disparities, self._first_inside,
             self.costs, band[1], band[2]), self._bands)
-        crew.each(lambda band: cross_support.fill_arms(
-            self._colour, model.longest, model.near, ALIKE, MUCH_ALIKE, surface,
-            np.float32(level), self._arms, band[1], band[2]), self._bands)
+        if model.rounds:
+            crew.each(lambda band: cross_support.fill_arms(
+                self._colour, model.longest, model.near, ALIKE, MUCH_ALIKE, surface,
+                np.float32(level), self._arms, band[1], band[2]), self._bands)
         for _ in range(model.rounds):
             crew.each(lambda band: cross_support.mean_over_rows(
                 self.costs, self._arms, self._row_sums[band[0]], band[1], band[2]), self._bands)

@@ -34,9 +34,9 @@ class SurfaceGuess:
 
     def __init__(self, shape):
         """shape: of the costs, (R, C, labels)."""
-        rows, columns, padded = shape
+        rows, columns, padded = self._costs_shape = shape
         self._bands = cut_bands(rows)
-        self.sums = np.zeros(shape, np.uint16)
+        self._sums = []     # of bands, that no thread uses now
         stride = padded + 2 * eight_directions.PAD
         self._paths = [np.zeros((2, 4, columns, stride), np.uint16) for _ in self._bands]
         self._least = [np.zeros((2, 4, columns), np.uint16) for _ in self._bands]
@@ -60,20 +60,38 @@ class SurfaceGuess:
         self.steps[eight_directions.DOWN_LEFT, 1:, :-1] = between(
             signed[1:, :-1], signed[:-1, 1:])
 
-    def search(self, crew, costs, disparities, smoothness, parent, steepest):
+    def search(self, crew, costs, disparities, smoothness, parent, steepest, here=slice(None)):
         """
         Choose labels: `labels`, `offsets`, `margins`, and `target`, those of the target's pixels.
 
-        parent: int16 (R, C), the surface that paths follow; steepest: its largest step that counts
+        parent: int16 (R, C), the surface that paths follow; steepest: its largest step that
+        counts; here: the rows whose labels are chosen
         """
         weights = FULL * smoothness.jump * smoothness.weights()
         small, jump = (np.rint(share * weights).astype(np.uint16)
                        for share in (smoothness.small, 1))
-        for upwards in (False, True):
-            crew.each(lambda band, upwards=upwards: eight_directions.sum_paths(
-                costs, parent, steepest, self.steps, small, jump, self.sums, upwards,
-                band[1], band[2], OVERLAP, self._paths[band[0]], self._least[band[0]]),
-                self._bands)
-        crew.each(lambda band: eight_directions.choose_labels(
-            self.sums, disparities, self._offered[band[0]], self._numbers, self.labels,
-            self.offsets, self.margins, self.target, band[1], band[2]), self._bands)
+        rows = self._costs_shape[0]
+        begin, end, _ = here.indices(rows)
+
+        def search(band):
+            number, first, last = band
+            above, below = max(first - OVERLAP, 0), min(last + OVERLAP, rows) - 1
+            first, last = max(first, begin), min(last, end)
+            if first >= last:
+                return
+            memory = self._sums.pop() if self._sums else self._new_sums()
+            sums = memory[:last - first]
+            for upwards, start in ((False, above), (True, below)):
+                eight_directions.sum_paths(
+                    costs, parent, steepest, self.steps, small, jump, sums, upwards, start,
+                    first, last, self._paths[number], self._least[number])
+            eight_directions.choose_labels(
+                sums, disparities, self._offered[number], self._numbers, self.labels,
+                self.offsets, self.margins, self.target, first, last)
+            self._sums.append(memory)
+        crew.each(search, self._bands)
+
+    def _new_sums(self):
+        """Return memory for the sums of a band: as many as there are threads are ever needed."""
+        return np.empty((max(last - first for _, first, last in self._bands),
+                         *self._costs_shape[1:]), np.uint16)

@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.quality.possibility import (
     colour_and_fine_grey, eight_bit_scale, Model)
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness
 from fuzzy_stereo_ros.matching.quality.seed_fitness import Steps, SurfaceFitness
-from fuzzy_stereo_ros.matching.quality.strips import keep_bytes, ScanlineStrips
+from fuzzy_stereo_ros.matching.quality.strips import pixel_costs, ScanlineStrips
 from fuzzy_stereo_ros.matching.quality.surface import DenseSurface
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 import numpy as np
@@ -56,14 +56,23 @@ class Seed(NamedTuple):
     What is known of a view before planes evolve.
 
     surface: float32 (R, C), px from 0, dense; labels, margins: int16 and uint16 (R, C), what the
-    data alone chose, and by how much the best label elsewhere is worse, in parts of FULL;
-    realtime: float32 (R, C), px, the map of the profile `realtime`
-    colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1
+    data alone chose, and by how much the best label elsewhere is worse, in parts of FULL
     """
 
     surface: np.ndarray
     labels: np.ndarray
     margins: np.ndarray
+
+
+class Start(NamedTuple):
+    """
+    What the first chromosomes of a view are made of.
+
+    seed: a `Seed`; realtime: float32 (R, C), px, the map of the profile `realtime`
+    colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1
+    """
+
+    seed: Seed
     realtime: np.ndarray
     colour: np.ndarray
     weak: np.ndarray
@@ -83,7 +92,7 @@ class ScanlineSeed:
 
     def find(self, left, right, realtime, in_time):
         """
-        Return the `Seed` of a pair.
+        Return the `Start` of a pair.
 
         left, right: uint8 or uint16 (R, C) or (R, C, 3); realtime: float32 (R, C), px from 0, the
         map of the profile `realtime`; in_time: says whether more may be done
@@ -92,44 +101,28 @@ class ScanlineSeed:
         self._inside = lowest, lowest + left.shape[1] - 1
         fine = self._look(left, right)
         seed = Seed(realtime.copy(), np.zeros(realtime.shape, np.int16),
-                    np.zeros(realtime.shape, np.uint16), realtime, self._colour,
-                    weak_texture(fine))
-        self._join_children(seed, in_time)
-        return seed
-
-    def costs_of_pixels(self, left, right):
-        """
-        Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
-
-        No seed can be found afterwards.
-        """
-        self._scanlines.end_search()
-        self._look(left, right)
-        volume = np.empty((*self._parent.shape, self._scanlines.padded), np.uint8)
-        for strip in self._scanlines.strips:
-            costs = self._scanlines.fill(
-                self._crew, strip, SHARP._replace(rounds=0), self._parent, LEVEL)
-            keep_bytes(self._crew, costs[strip.here], volume[strip.rows])
-        return volume
+                    np.zeros(realtime.shape, np.uint16))
+        start = Start(seed, realtime, self._colour, weak_texture(fine))
+        self._join_children(start, in_time)
+        return start
 
     def _look(self, left, right):
         """Take in a pair; return its left fine grey."""
-        lowest, scale = self._config.min_disparity, eight_bit_scale(left, right)
-        pictures = (colour_and_fine_grey(left, scale, 0),
-                    colour_and_fine_grey(right, scale, lowest))
+        pictures, first_inside = _pictures(self._config, left, right)
         self._colour = pictures[0][0]
-        self._scanlines.look(*pictures, max(lowest, 0))
+        self._scanlines.look(*pictures, first_inside)
         return pictures[0][1]
 
-    def _join_children(self, seed, in_time):
+    def _join_children(self, start, in_time):
         """Give the seed the first child, then the fitter regions of each of the others."""
         found, dense, fitness = self._scanlines, self._dense, self._fitness
-        self._parent[:] = seed.realtime
+        seed = start.seed
+        self._parent[:] = start.realtime
         surface = dense.smooth(self._crew, self._parent, self._colour, PARENT_RADIUS,
                                PARENT_LIMIT).copy()
         children = []
         for name, child in CHILDREN.items():
-            if not self._search(child, surface, seed.weak, in_time):
+            if not self._search(child, surface, start.weak, in_time):
                 break
             dense.check(self._crew, found.labels, found.target, self._inside)
             if not children:
@@ -171,6 +164,19 @@ class ScanlineSeed:
             self._fitness.price(self._crew, costs[strip.here], strip.first, maps, results)
         self._fitness.look(*LOOSE.weights()[self._scanlines.steps])
         return results
+
+
+def costs_of_pixels(config, crew, left, right):
+    """Return the costs of the matches of a pair, without supports: uint8 (R, C, labels)."""
+    pictures, first_inside = _pictures(config, left, right)
+    return pixel_costs(crew, *pictures, config.disparities, SHARP, first_inside)
+
+
+def _pictures(config, left, right):
+    """Return (colour, fine grey) of both images, and the first column of the right that exists."""
+    lowest, scale = config.min_disparity, eight_bit_scale(left, right)
+    return ((colour_and_fine_grey(left, scale, 0), colour_and_fine_grey(right, scale, lowest)),
+            max(lowest, 0))
 
 
 def realtime_maps(config, pairs, random):

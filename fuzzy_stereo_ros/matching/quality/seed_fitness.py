@@ -37,7 +37,6 @@ class SurfaceFitness:
         self._disparities = disparities
         self._across, self._down = (np.zeros((rows, columns), np.float32) for _ in range(2))
         self._trust = np.ones((rows, columns), np.float32)
-        self._exchange, self._choose = Exchange(rows, columns, 4), Regions(rows, columns)
 
     def trust(self, refused):
         """Let matches count little where the two views disagree: bool (R, C)."""
@@ -70,14 +69,14 @@ class SurfaceFitness:
         mother, father: float32 (R, C), px; mother_costs, father_costs: float32 (R, C), see price.
         Returns what she saved, in parts of surface_cost.PARTS.
         """
-        exchange, apart = self._exchange, np.float32(steps.apart)
+        exchange, apart = Exchange(*mother.shape, 4), np.float32(steps.apart)
         exchange.hold(surface_cost.cells_apart(mother, father, apart, exchange.all_cells))
         full = FULL >> _HALF
         surface_cost.exchange_changes(
             mother, mother_costs, father, father_costs, self._across, self._down,
             np.float32(steps.slope * full), np.float32(steps.free), np.float32(steps.jump * full),
             apart, exchange.cells, exchange.alone, exchange.pairs)
-        cost = self._choose(exchange)
+        cost = Regions(*mother.shape)(exchange)
         copy_taken(exchange.cells, exchange.taken, mother, father)
         copy_taken(exchange.cells, exchange.taken, mother_costs, father_costs)
         return -cost

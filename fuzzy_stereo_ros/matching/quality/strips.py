@@ -15,6 +15,8 @@ from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, SurfaceGuess
 import numpy as np
 
 MOST_COSTS = 48_000_000      # of a strip with the rows around it
+MOST_PIXEL_COSTS = 12_000_000    # of one in which nothing is searched
+PIXEL_REACH = 8      # rows, more than filters reach that a pixel's costs are made of
 
 
 class Strip(NamedTuple):
@@ -64,15 +66,13 @@ class ScanlineStrips:
     Memory for one image size, and the scanline optima of the last search.
 
     labels, target: int16, margins: uint16, offsets: float32 (R, C), see SurfaceGuess; strips:
-    list of `Strip`; padded: labels of the costs; steps: uint8 (2, R, C), of grey to the left and
-    upwards
+    list of `Strip`; steps: uint8 (2, R, C), of grey to the left and upwards
     """
 
     def __init__(self, rows, columns, disparities, model):
         """model: of the possibility, see SupportPossibility."""
-        self.padded = -(-disparities // LANES) * LANES
         reach = OVERLAP + model.longest * model.rounds
-        self.strips = cut_strips(rows, columns * self.padded, reach)
+        self.strips = cut_strips(rows, columns * padded(disparities), reach)
         height = self.strips[0].end - self.strips[0].begin
         self._disparities = disparities
         self._possibility = SupportPossibility(height, columns, disparities, model)
@@ -88,10 +88,6 @@ class ScanlineStrips:
         self._pair, self._first_inside = (left, right), first_inside
         self._held, self._filled = None, None
 
-    def end_search(self):
-        """Give back the memory of searches."""
-        self._guess = None
-
     def fill(self, crew, strip, model, surface, level):
         """
         Return the costs of a strip and the rows around it, uint16: see SupportPossibility.fill.
@@ -103,9 +99,8 @@ class ScanlineStrips:
             self._possibility.look(
                 *(tuple(part[strip.around] for part in image) for image in self._pair),
                 self._first_inside)
-            if self._guess is not None:
-                self._guess.look(self._pair[0][0][strip.around])
-                self.steps[:, strip.rows] = self._guess.steps[::2, strip.here][:2]
+            self._guess.look(self._pair[0][0][strip.around])
+            self.steps[:, strip.rows] = self._guess.steps[::2, strip.here][:2]
         if self._filled != (model, id(surface)):
             self._filled = model, id(surface)
             self._possibility.fill(crew, model, surface[strip.around], level)
@@ -123,11 +118,35 @@ class ScanlineStrips:
         guess = self._guess
         self._possibility.lean_on(*lean)
         guess.search(crew, self._possibility.costs, self._disparities, smoothness,
-                     parent[strip.around], steepest)
+                     parent[strip.around], steepest, strip.here)
         self._possibility.lean_on(*lean, undo=True)
         for mine, of_strip in ((self.labels, guess.labels), (self.offsets, guess.offsets),
                                (self.margins, guess.margins), (self.target, guess.target)):
             mine[strip.rows] = of_strip[strip.here]
+
+
+def pixel_costs(crew, left, right, disparities, model, first_inside):
+    """
+    Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
+
+    left, right: (colour, fine grey), first_inside: see SupportPossibility.look
+    """
+    rows, columns = left[1].shape
+    labels, model = padded(disparities), model._replace(rounds=0)
+    volume = np.empty((rows, columns, labels), np.uint8)
+    strips = cut_strips(rows, columns * labels, PIXEL_REACH, MOST_PIXEL_COSTS)
+    possibility = SupportPossibility(strips[0].end - strips[0].begin, columns, disparities, model)
+    for strip in strips:
+        possibility.look(*(tuple(part[strip.around] for part in image) for image in (left, right)),
+                         first_inside)
+        possibility.fill(crew, model)
+        keep_bytes(crew, possibility.costs[strip.here], volume[strip.rows])
+    return volume
+
+
+def padded(disparities):
+    """Return how many labels costs have: whole vectors of them."""
+    return -(-disparities // LANES) * LANES
 
 
 def keep_bytes(crew, costs, volume):

@@ -113,8 +113,6 @@ class FrameEvolution:
         steps = np.arange(16 * ROOT_PARTS + 1) * (16 / ROOT_PARTS)
         self._by_step = np.float32(
             SMOOTH * costs.UNIT * np.maximum(np.exp(-steps / EDGE), LEAST_EDGE))
-        self._operators = {'region planes': self._propose_regions,
-                           'crossover with the map': self._cross_with_map}
         self.carried, self.fitness, self.converged = None, np.zeros(1), True
 
     @property
@@ -125,7 +123,8 @@ class FrameEvolution:
     @property
     def operators(self):
         """The operators of a generation, as `evolve` takes them."""
-        return self._operators
+        return {'region planes': self._propose_regions,
+                'crossover with the map': self._cross_with_map}
 
     def arrive(self, crew, previous, arrival):
         """

@@ -84,10 +84,8 @@ class RealtimeMatcher:
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(self._views.full, rows, columns)
         self._durations = Durations()
-        self._operators = {'crossover': partial(cross, self.crew, self._crossover)}
         if self._stages.mutation is not None:
             self._regions = self._stages.mutation(rows, columns, labels_type)
-            self._operators['planes'] = self._mutate
 
     def match(self, left, right, previous, random, budget, observe=None):
         """
@@ -114,8 +112,10 @@ class RealtimeMatcher:
         self.population.initialise(crew, chosen.labels, verdict)
         watch.took('seeds')
         budget = budget.keeping(self._durations[LAST])
-        history = evolve(self.population, self._operators, random, budget, observe,
-                         self._durations)
+        operators = {'crossover': partial(cross, crew, self._crossover)}
+        if self._stages.mutation is not None:
+            operators['planes'] = self._mutate
+        history = evolve(self.population, operators, random, budget, observe, self._durations)
         best = self.population.genes[self.population.best]
         watch.took('generations')
         came_over = False

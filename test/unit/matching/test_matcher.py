@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public face of the matcher in the profile realtime."""
 from dataclasses import replace
+import gc
+import weakref
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -39,6 +41,25 @@ def assert_same(one, two):
 def wrong(match, pair):
     """Return the percent of the visible pixels that are off by more than one pixel."""
     return score(match.disparity, pair.truth, pair.visible).bad_dense[1.0]
+
+
+# ---- memory ----
+
+
+@pytest.mark.parametrize('profile', ALGORITHMS)
+def test_a_matcher_that_nobody_holds_gives_its_memory_back_at_once(profile):
+    pair = scene(40, 60)
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        profile, disparities=24, threads=1, population=2, generations=1))
+    matcher.match(pair.left, pair.right)
+    gc.collect()
+    gc.disable()
+    try:
+        algorithm = weakref.ref(matcher.algorithm)
+        del matcher
+        assert algorithm() is None
+    finally:
+        gc.enable()
 
 
 # ---- equal input, equal output ----

@@ -4,6 +4,7 @@
 from census_scene import random_map, small_pair
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
+from fuzzy_stereo_ros.matching.quality import strips
 from fuzzy_stereo_ros.matching.quality.possibility import (
     ALIKE, colour_and_fine_grey, eight_bit_scale, Model, MUCH_ALIKE, SupportPossibility)
 import numpy as np
@@ -22,6 +23,17 @@ def looked(left, right, disparities, model, min_disparity=0, threads=1):
                      colour_and_fine_grey(right, scale, min_disparity), max(min_disparity, 0))
     possibility.fill(Crew(threads), model, np.zeros(left.shape[:2], np.float32), 1.0)
     return possibility
+
+
+def test_costs_of_pixels_in_strips_are_those_of_the_whole_image_halved(monkeypatch):
+    left, right = small_pair(61, 40)[:2]
+    pair = [colour_and_fine_grey(image, 1.0, 0) for image in (left, right)]
+    monkeypatch.setattr(strips, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
+    volume = strips.pixel_costs(Crew(1), *pair, 20, MODEL._replace(rounds=2), 3)
+    whole = SupportPossibility(61, 40, 20, MODEL)
+    whole.look(*pair, 3)
+    whole.fill(Crew(1), MODEL)
+    np.testing.assert_array_equal(volume, np.minimum(whole.costs >> 1, 255))
 
 
 @pytest.mark.parametrize('first_bit, planes', [(0, 2), (24, 3)])

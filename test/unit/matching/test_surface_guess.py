@@ -35,8 +35,9 @@ def check_paths(shape, labels, upwards, steepest):
     sums = random_map(costs.shape, 9, 3, np.uint16)
     before = sums.astype(int) if upwards else 0
     paths = np.zeros((2, 4, columns, labels + 2 * eight_directions.PAD), np.uint16)
-    eight_directions.sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, 0, rows,
-                               0, paths, np.zeros((2, 4, columns), np.uint16))
+    eight_directions.sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards,
+                               rows - 1 if upwards else 0, 0, rows, paths,
+                               np.zeros((2, 4, columns), np.uint16))
     np.testing.assert_array_equal(sums, before + twins.summed_paths(
         costs, parent, steepest, steps, small, jump, upwards))
 
@@ -56,10 +57,10 @@ def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
         np.testing.assert_allclose(found, wanted, atol=1e-6)
 
 
-def guessed(costs, parent, threads=1):
+def guessed(costs, parent, threads=1, here=slice(None)):
     guess = SurfaceGuess(costs.shape)
     guess.look(random_map((*costs.shape[:2], 3), 30, 7))
-    guess.search(Crew(threads), costs, 24, SMOOTHNESS, parent, 2)
+    guess.search(Crew(threads), costs, 24, SMOOTHNESS, parent, 2, here)
     return guess
 
 
@@ -69,6 +70,17 @@ def test_two_threads_give_the_bits_of_one():
     one, two = guessed(costs, parent), guessed(costs, parent, threads=2)
     for name in ('labels', 'offsets', 'margins', 'target'):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+
+
+@pytest.mark.parametrize('here', [slice(0, 150), slice(20, 60), slice(70, 149), slice(74, 76)])
+def test_some_rows_are_chosen_as_among_all_and_the_others_stay(here):
+    costs = random_map((150, 20, 32), FULL, dtype=np.uint16)
+    parent = np.zeros((150, 20), np.int16)
+    every, some = (guessed(costs, parent, here=rows) for rows in (slice(None), here))
+    for name in ('labels', 'offsets', 'margins', 'target'):
+        found, wanted = getattr(some, name), getattr(every, name).copy()
+        wanted[:here.start] = wanted[here.stop:] = 0
+        np.testing.assert_array_equal(found, wanted)
 
 
 def test_the_overlap_of_bands_reaches_beyond_the_memory_of_a_path():

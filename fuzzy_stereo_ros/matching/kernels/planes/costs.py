@@ -24,7 +24,7 @@ def fill_supports(colours, radius, stride, by_colour, by_distance, supports, mas
     colours: uint8 (R, C, 3); radius: in strides; stride: px between neighbours; by_colour:
     float32 (766,), by the sum of differences of the channels; by_distance: float32
     (2 * radius + 1,), by rows or columns; supports: uint8 (R, C, (2 * radius + 1)**2), 0 outside
-    the image; masses: float32 (R, C)
+    the image; masses: uint16 (R, C)
     """
     rows, columns = masses.shape
     for row in range(first, last):
@@ -32,7 +32,7 @@ def fill_supports(colours, radius, stride, by_colour, by_distance, supports, mas
             blue, green, red = (np.int32(colours[row, column, 0]),
                                 np.int32(colours[row, column, 1]),
                                 np.int32(colours[row, column, 2]))
-            place, mass = 0, np.float32(0)
+            place, mass = 0, 0
             for down in range(2 * radius + 1):
                 for right in range(2 * radius + 1):
                     y = row + (down - radius) * stride
@@ -45,7 +45,7 @@ def fill_supports(colours, radius, stride, by_colour, by_distance, supports, mas
                         weight = np.uint8(by_colour[unlike] * by_distance[down]
                                           * by_distance[right] + np.float32(0.5))
                     supports[row, column, place] = weight
-                    mass += np.float32(weight)
+                    mass += weight
                     place += 1
             masses[row, column] = mass
 
@@ -72,7 +72,7 @@ def plane_costs(volume, disparities, planes, selected, supports, masses, radius,
     volume: uint8 (R, C, labels), 0 to MOST, of the left image's pixels; origin, lean: 0, 0 for
     planes of the left view; for the mirrored right view column x has its match of label d in
     column origin - x + d of the left image, lean is 1. planes: float32 (R, C, 3); selected: bool
-    (R, C); supports, masses: see fill_supports; costs: int32 (R, C)
+    (R, C); supports, masses: see fill_supports; costs: int16 (R, C)
     """
     rows, columns = selected.shape
     side, direction, reach = 2 * radius + 1, 1 - 2 * lean, radius * stride
@@ -131,7 +131,7 @@ def plane_costs(volume, disparities, planes, selected, supports, masses, radius,
                     x += stride
                     disparity += slope * np.float32(stride)
             costs[row, column] = np.int32(
-                total / masses[row, column] * np.float32(UNIT / MOST) + half)
+                total / np.float32(masses[row, column]) * np.float32(UNIT / MOST) + half)
 
 
 @inlined
@@ -208,7 +208,7 @@ def fill_exchange(first_planes, first_costs, second_planes, second_costs, select
     """
     Write what taking the second parent's planes changes: see crossover.Exchange, 4 neighbours.
 
-    first_costs, second_costs: int32 (R, C); selected: bool (R, C), the cells; cells: int32 (n,),
+    first_costs, second_costs: int (R, C); selected: bool (R, C), the cells; cells: int32 (n,),
     the same as a list, ascending; numbers: int32 (R, C), memory; alone: int32 (n,), pairs: int32
     (n, 2)
     """
@@ -266,7 +266,7 @@ def take_planes(first_planes, first_costs, second_planes, second_costs, cells, t
 
 @kernel
 def trusted_costs(raw, trust, costs, first, last):
-    """Write costs times the trust in them, int32 (R, C): trust 0 to TRUSTED."""
+    """Write costs times the trust in them, int (R, C): trust 0 to TRUSTED."""
     for row in range(first, last):
         for column in range(raw.shape[1]):
             costs[row, column] = raw[row, column] * trust[row, column] // TRUSTED

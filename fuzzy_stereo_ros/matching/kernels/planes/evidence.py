@@ -41,7 +41,7 @@ def refuse_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price
     its trusted pixels do not cost more, in sum, than `price` for each pixel that is not trusted;
     or if it is smaller than `least` px.
 
-    labels: int32 (R, C); old, new: float32 (R, C), px; old_costs, new_costs: int32 (R, C), without
+    labels: int32 (R, C); old, new: float32 (R, C), px; old_costs, new_costs: int (R, C), without
     smoothness; trusted: bool (R, C); region: int32 (R, C), parent, size: int32, dearer: int64
     (R * C + 1,), memory; selected: bool (R, C), set to false in regions that are refused
     """

@@ -100,30 +100,29 @@ def _add_paths(paths, parity, columns, labels, sums, place):
 
 
 @kernel
-def sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, first, last, overlap,
+def sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, begin, first, last,
               paths, least):
     """
     Write the sums of the paths from the left and from above, or add those of the way upwards.
 
     costs: uint16 (R, C, labels); parent: int16 (R, C), a surface in labels; steepest: its largest
     step that is followed; steps: uint8 (4, R, C), grey steps to the left, above left, above, above
-    right; small, jump: uint16 (256,), P1 and P2 by grey step; sums: uint16 (R, C, labels);
-    upwards: add the paths from the right and from below; overlap: rows beyond the band in which
-    the paths start; paths: uint16 (2, 4, C, labels + 2 * PAD), least: uint16 (2, 4, C), working
-    memory.
+    right; small, jump: uint16 (256,), P1 and P2 by grey step; sums: uint16 (last - first, C,
+    labels), of the rows from first to last - 1; upwards: add the paths from the right and from
+    below; begin: the row in which the paths start; paths: uint16 (2, 4, C, labels + 2 * PAD),
+    least: uint16 (2, 4, C), working memory.
     """
-    rows, columns, labels = costs.shape
+    columns, labels = costs.shape[1:]
     flat = sums.reshape(-1)
-    start = min(last + overlap, rows) - 1 if upwards else max(first - overlap, 0)
     stop, onwards = (first - 1, -1) if upwards else (last, 1)
     paths[:] = FAR
-    for row in range(start, stop, onwards):
+    for row in range(begin, stop, onwards):
         _row_of_paths(costs, parent, steepest, steps, small, jump, row, row - onwards,
-                      row == start, upwards, paths, least)
+                      row == begin, upwards, paths, least)
         if first <= row < last:
             if not upwards:
-                sums[row] = 0
-            _add_paths(paths, row & 1, columns, labels, flat, row * columns * labels)
+                sums[row - first] = 0
+            _add_paths(paths, row & 1, columns, labels, flat, (row - first) * columns * labels)
 
 
 @kernel
@@ -157,12 +156,11 @@ def choose_labels(sums, disparities, offered, numbers, labels, offsets, margins,
     """
     Choose the labels of least sum of some rows, seen from both sides.
 
-    sums: uint16 (R, C, padded labels), those from `disparities` on are overwritten; offered:
-    uint16 (2, C + padded labels), working memory; numbers: uint16, 0, 1, ... a label; labels:
-    int16 (R, C); offsets: float32 (R, C), of the minimum
-    of two lines, stretched; margins: uint16 (R, C),
-    how much worse the best label elsewhere is; target: int16 (R, C), labels of the target's
-    pixels.
+    sums: uint16 (last - first, C, padded labels), of these rows; those from `disparities` on are
+    overwritten; offered: uint16 (2, C + padded labels), working memory; numbers: uint16, 0, 1, ...
+    a label; labels: int16 (R, C); offsets: float32 (R, C), of the minimum of two lines, stretched;
+    margins: uint16 (R, C), how much worse the best label elsewhere is; target: int16 (R, C),
+    labels of the target's pixels.
     """
     columns, padded = sums.shape[1:]
     flat, best_sums, best_labels = sums.reshape(-1), offered[0], offered[1]
@@ -170,9 +168,9 @@ def choose_labels(sums, disparities, offered, numbers, labels, offsets, margins,
         best_sums[:] = 65535
         best_labels[:] = 0
         for column in range(columns):
-            cell = sums[row, column]
+            cell = sums[row - first, column]
             cell[disparities:] = 65535
-            place = (row * columns + column) * padded
+            place = ((row - first) * columns + column) * padded
             least = _least(flat, place, padded)
             best = _first_equal(flat, place, padded, least)
             begin = columns - 1 - column
