@@ -173,3 +173,16 @@ def diversity(genes, best, step=8):
     sample = genes[:, ::step, ::step]
     different = np.mean(sample != sample[best])
     return float(different * len(genes) / (len(genes) - 1))
+
+
+class Stopwatch:
+    """Runs from when it is made; times: milliseconds by stage, in the order of the stages."""
+
+    def __init__(self):
+        self.times, self._since = {}, time.perf_counter_ns()
+
+    def took(self, stage):
+        """Note the milliseconds since the last stage ended."""
+        now = time.perf_counter_ns()
+        self.times[stage] = (now - self._since) / 1e6
+        self._since = now

@@ -377,3 +377,15 @@ def store_rounded(typing, array, index, total, scale):
         instruction.align = 1
         return context.get_dummy_value()
     return signature, generate
+
+
+@intrinsic
+def high_product(typing, a, b):
+    """Return the upper 16 bits of the products of the lanes of two 16-bit vectors."""
+    signature = VECTOR[16](VECTOR[16], VECTOR[16])
+
+    def generate(context, builder, signature, arguments):
+        wide = [builder.zext(argument, lanes_in_llvm(32)) for argument in arguments]
+        places = broadcast(builder, context.get_constant(types.uint32, 16))
+        return builder.trunc(builder.lshr(builder.mul(*wide), places), lanes_in_llvm(16))
+    return signature, generate

@@ -18,7 +18,7 @@ all others are not. One half instead of 7 / 8 prefers walls that face the camera
 fitness then rises from 6 % to 12 % of wrong pixels. Eq. 4 is left out: gradients are in Eq. 2.
 """
 import cv2
-from fuzzy_stereo_ros.matching.kernels.genetic.literal_fitness import (
+from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     fill_gradient_norm, fill_row_fitness)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     EQUAL, fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)

@@ -11,15 +11,14 @@ from functools import partial
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import Crew
-from fuzzy_stereo_ros.matching.evolution import evolve
-from fuzzy_stereo_ros.matching.kernels.genetic.random_chromosome import (
+from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
+from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
     fill_random_genes, scatter_random_genes)
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fitness import LiteralFitness, UniformFitness
 from fuzzy_stereo_ros.matching.paper.population import Population
 from fuzzy_stereo_ros.matching.paper.possibility import FULL
-from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 import numpy as np
 
 SCATTERED = 0.1     # of the genes of all winners but the first are random

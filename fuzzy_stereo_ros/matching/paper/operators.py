@@ -22,7 +22,7 @@ that two parents can have.
 """
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
-from fuzzy_stereo_ros.matching.kernels.genetic.literal_mutation import (
+from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     least_possible_level, throw_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_exchange import fill_exchange, take_genes
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_mutation import (

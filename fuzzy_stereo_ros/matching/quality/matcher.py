@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.crossover import Cut
-from fuzzy_stereo_ros.matching.evolution import evolve
+from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.quality.evidence import Evidence
@@ -24,7 +24,6 @@ from fuzzy_stereo_ros.matching.quality.population import Population, Tools, View
 from fuzzy_stereo_ros.matching.quality.regions import segments_of
 from fuzzy_stereo_ros.matching.quality.result import consistent, refine
 from fuzzy_stereo_ros.matching.quality.seed import costs_of_pixels, realtime_maps, ScanlineSeed
-from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 import numpy as np
 
 ROOT = 16        # colours are seen as so many times their root, as their noise grows with it

@@ -4,9 +4,9 @@
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
-from fuzzy_stereo_ros.matching.kernels.planes.views import compare_views
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
+    compare_views, CONSISTENT, REFUSED)
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
 from fuzzy_stereo_ros.matching.quality.regions import listed

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.crossover import Regions
-from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random
+from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
@@ -29,7 +29,6 @@ from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
-from fuzzy_stereo_ros.matching.stopwatch import Stopwatch
 
 TILE = HALF_TILE    # pixels of a side of the tiles that search labels of their own
 EVOLUTION = (1,)    # of the frame's random numbers, those of what came over

@@ -3,7 +3,7 @@
 """Eq. 3 and Eq. 4."""
 from fuzzy_stereo_ros.matching.bands import Crew
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.genetic.literal_fitness import fill_row_fitness
+from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import fill_row_fitness
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.paper.fitness import (
     gradient_by_index, gradient_norm, inside, LiteralFitness)

@@ -1,12 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Who lives, who mates, crossover and mutation; random chromosomes and their chance."""
-from fuzzy_stereo_ros.matching.kernels.genetic.literal_mutation import (
+from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     least_possible_level, throw_patches)
-from fuzzy_stereo_ros.matching.kernels.genetic.random_chromosome import (
-    fill_random_genes, scatter_random_genes)
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
-    below, fill_uniform, key_of, mixed)
+    below, fill_random_genes, fill_uniform, key_of, mixed, scatter_random_genes)
 from fuzzy_stereo_ros.matching.paper import operators
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays

@@ -6,8 +6,8 @@ from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import costs, fits, segments
 from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_unfounded
-from fuzzy_stereo_ros.matching.kernels.planes.views import compare_views
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, OUTSIDE, REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
+    compare_views, CONSISTENT, OUTSIDE, REFUSED)
 from fuzzy_stereo_ros.matching.quality import regions
 from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Each vector operation, and each way to reach single numbers, against NumPy."""
-from fuzzy_stereo_ros.matching.kernels import addresses, products, simd
-from fuzzy_stereo_ros.matching.kernels.possibility.colours import load_colours
+from fuzzy_stereo_ros.matching.kernels import addresses, simd
+from fuzzy_stereo_ros.matching.kernels.possibility.features import load_colours
 from fuzzy_stereo_ros.matching.kernels.scanlines import four_lowest
 from fuzzy_stereo_ros.matching.kernels.simd import FLOATS, LANES, load, store
 from numba import njit
@@ -92,7 +92,7 @@ def counted(a, out):
 
 @njit
 def high_product(a, b, out):
-    store(out, 0, products.high_product(load(a, 0), load(b, 0)))
+    store(out, 0, simd.high_product(load(a, 0), load(b, 0)))
 
 
 @njit

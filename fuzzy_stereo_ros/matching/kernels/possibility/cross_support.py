@@ -9,8 +9,8 @@ differences of running sums, so that long arms cost no more than short ones. Run
 overflow: their differences do not.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.products import high_product
-from fuzzy_stereo_ros.matching.kernels.simd import add, LANES, load, splat, store, subtract
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, high_product, LANES, load, splat, store, subtract)
 import numpy as np
 
 LEFT, RIGHT, UP, DOWN = range(4)

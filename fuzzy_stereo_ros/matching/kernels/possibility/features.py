@@ -7,10 +7,11 @@ Images of the target are mirrored: its column c, from -extra on, lies at index `
 so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.colours import load_colours
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, LANES, less, load, narrow, reversed_lanes, shift_left, shift_right,
-    splat, store)
+    add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, narrow, place_of, reversed_lanes,
+    shift_left, shift_right, shuffled, splat, store, VECTOR)
+from numba import types
+from numba.extending import intrinsic
 import numpy as np
 
 MARGIN = 2       # pixels around a padded image: half of the census window
@@ -18,6 +19,24 @@ SLACK = 64       # elements behind a row that a vector may read or write
 # The places in 5 x 5 pixels, row by row, of each bit of the census: the nearest eight come first.
 CENSUS_PLACES = np.array([6, 7, 8, 11, 13, 16, 17, 18, 0, 1, 2, 3, 4, 5, 9, 10, 14, 15, 19, 20,
                           21, 22, 23, 24])
+
+
+@intrinsic
+def load_colours(typing, array, index):
+    """Return the blue, green and red of LANES pixels of 8 bits from `index` on, in 16 bits."""
+    signature = types.UniTuple(VECTOR[16], 3)(array, types.intp)
+
+    def generate(context, builder, signature, arguments):
+        wide = lanes_in_llvm(8, 3 * LANES)
+        pixels = builder.load(
+            place_of(context, builder, signature.args[0], *arguments, wide))
+        pixels.align = 1
+        channels = [builder.zext(
+            shuffled(builder, pixels, pixels, list(range(channel, 3 * LANES, 3))),
+            lanes_in_llvm(16))
+            for channel in range(3)]
+        return context.make_tuple(builder, signature.return_type, channels)
+    return signature, generate
 
 
 @kernel

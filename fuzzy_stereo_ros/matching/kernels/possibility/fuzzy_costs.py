@@ -9,10 +9,9 @@ the census (Zabih and Woodfill, 1994), of colour and of its slope, both insensit
 is the membership of their weighted sum.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.products import high_product
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_or, bit_xor, count_bits, LANES, load, maximum, minimum, multiply, saturating_add,
-    saturating_subtract, shift_right, splat, store, subtract)
+    add, bit_or, bit_xor, count_bits, high_product, LANES, load, maximum, minimum, multiply,
+    saturating_add, saturating_subtract, shift_right, splat, store, subtract)
 import numpy as np
 
 FULL = 512            # the cost of an impossible match

@@ -36,6 +36,27 @@ def check_consistency(labels, target, disparities, inside, verdict, first, last)
 
 
 @kernel
+def compare_views(disparities, others, lowest, most, verdict, first, last):
+    """
+    Compare each pixel with the pixel of the other view that it points at.
+
+    disparities: float32 (R, C), px from `lowest`; others: likewise, of the mirrored other view;
+    most: px by which they may differ; verdict: uint8 (R, C), see refinement/consistency.py
+    """
+    columns = disparities.shape[1]
+    for row in range(first, last):
+        for column in range(columns):
+            mine = disparities[row, column]
+            pointed = column - lowest - np.int64(np.rint(mine))
+            if pointed < 0 or pointed >= columns:
+                verdict[row, column] = OUTSIDE
+            elif abs(others[row, columns - 1 - pointed] - mine) <= most:
+                verdict[row, column] = CONSISTENT
+            else:
+                verdict[row, column] = REFUSED
+
+
+@kernel
 def refuse_changed(labels, genes, verdict, settled, first, last):
     """
     Copy the verdict, but refuse the cells whose genes are no longer the labels that it judged.
