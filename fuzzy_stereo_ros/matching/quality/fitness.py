@@ -13,6 +13,7 @@ import numpy as np
 
 RADIUS, STRIDE = 2, 2            # of supports: 5 x 5 pixels, every other one
 SUPPORT_COLOUR, SUPPORT_DISTANCE = 20.0, 8.0     # grey levels summed over channels; px
+LEAST_PURE = 0.1                 # share of a pixel of a support, whatever lies around it
 MOST = 3.0                       # px by which neighbours' planes differ at most, as it counts
 EDGE, LEAST_EDGE = 10.0, 0.005   # difference of colours at which smoothness falls to 1 / e; floor
 STRONG_TEXTURE = 0.3             # share of smoothness that counts where texture is strong
@@ -55,12 +56,26 @@ class PlaneFitness:
         self._volume = volume
         self._origin, self._lean = (0, 0) if origin is None else (origin, 1)
         self.trust[:] = kernels.TRUSTED
-        crew.each(lambda band: kernels.fill_supports(
-            colour, RADIUS, STRIDE, self._by_colour, self._by_distance, self._supports,
-            self._masses, band[1], band[2]), self._bands)
+        self._fill_supports(crew, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
         self._across[:, 1:] = share[:, 1:] * _smooth_over(seen[:, 1:] - seen[:, :-1])
         self._down[1:] = share[1:] * _smooth_over(seen[1:] - seen[:-1])
+
+    def _fill_supports(self, crew, colour):
+        """
+        Weigh the pixels of supports: less where the census around them saw other colours.
+
+        Beside an edge the census of a pixel holds what lies beyond it, and says of the background
+        what is true of the foreground. Pixels of the support that are farther from it know better.
+        """
+        def fill(stride, by_distance, share):
+            crew.each(lambda band: kernels.fill_supports(
+                colour, RADIUS, stride, self._by_colour, by_distance, share, self._supports,
+                self._masses, band[1], band[2]), self._bands)
+        even, all_of_it = np.ones_like(self._by_distance), np.ones(colour.shape[:2], np.float32)
+        fill(1, even, all_of_it)        # what a census looks at
+        pure = self._masses / np.float32(255 * even.size**2)
+        fill(STRIDE, self._by_distance, np.maximum(pure, np.float32(LEAST_PURE)))
 
     def trust_consistent(self, consistent):
         """Let the match of a pixel count little unless the views agree: bool (R, C)."""

@@ -54,6 +54,19 @@ def cost_at(volume, row, column, label, lean):
     return float(volume[row, place, label])
 
 
+def unlikeness(colour, one, other):
+    """Return the difference of the colours of two pixels, summed over channels."""
+    return abs(colour[one].astype(int) - colour[other]).sum()
+
+
+def purity(colour, row, column):
+    """Return how much of the 5 x 5 pixels around one is of its colour, at least 0.1."""
+    inside = [(y, x) for y in range(row - 2, row + 3) for x in range(column - 2, column + 3)
+              if 0 <= y < ROWS and 0 <= x < COLUMNS]
+    return max(sum(int(255 * np.exp(-unlikeness(colour, (row, column), other) / 20) + 0.5)
+                   for other in inside) / (255 * 25), 0.1)
+
+
 def plane_cost(volume, colour, plane, row, column, origin):
     """Return what a plane costs over its support, from the definition."""
     lean = 0 if origin is None else 1
@@ -63,9 +76,10 @@ def plane_cost(volume, colour, plane, row, column, origin):
             y, x = row + STRIDE * down, column + STRIDE * right
             if not (0 <= y < ROWS and 0 <= x < COLUMNS):
                 continue
-            unlike = abs(colour[row, column].astype(int) - colour[y, x]).sum()
+            unlike = unlikeness(colour, (row, column), (y, x))
             away = (down * down + right * right) * STRIDE**2
-            weight = int(255 * np.exp(-unlike / 20) * np.exp(-away / 128) + 0.5)
+            weight = int(255 * np.exp(-unlike / 20) * np.exp(-away / 128)
+                         * purity(colour, y, x) + 0.5)
             disparity = plane[0] * x + plane[1] * y + plane[2]
             mass += weight
             if disparity < -0.5 or disparity > LABELS - 0.5:

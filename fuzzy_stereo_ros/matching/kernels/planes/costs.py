@@ -17,14 +17,15 @@ _OUTSIDE = 128       # the least that a match beyond the other image costs in a 
 
 
 @kernel
-def fill_supports(colours, radius, stride, by_colour, by_distance, supports, masses, first, last):
+def fill_supports(colours, radius, stride, by_colour, by_distance, share, supports, masses,
+                  first, last):
     """
-    Weigh the neighbours of each pixel by colour and distance, and sum the weights.
+    Weigh the neighbours of each pixel by colour, distance and a share, and sum the weights.
 
     colours: uint8 (R, C, 3); radius: in strides; stride: px between neighbours; by_colour:
     float32 (766,), by the sum of differences of the channels; by_distance: float32
-    (2 * radius + 1,), by rows or columns; supports: uint8 (R, C, (2 * radius + 1)**2), 0 outside
-    the image; masses: uint16 (R, C)
+    (2 * radius + 1,), by rows or columns; share: float32 (R, C), 0 to 1, of each neighbour;
+    supports: uint8 (R, C, (2 * radius + 1)**2), 0 outside the image; masses: uint16 (R, C)
     """
     rows, columns = masses.shape
     for row in range(first, last):
@@ -43,7 +44,8 @@ def fill_supports(colours, radius, stride, by_colour, by_distance, supports, mas
                                   + abs(green - np.int32(colours[y, x, 1]))
                                   + abs(red - np.int32(colours[y, x, 2])))
                         weight = np.uint8(by_colour[unlike] * by_distance[down]
-                                          * by_distance[right] + np.float32(0.5))
+                                          * by_distance[right] * share[y, x]
+                                          + np.float32(0.5))
                     supports[row, column, place] = weight
                     mass += weight
                     place += 1
