@@ -5,17 +5,15 @@ Ablation: the matcher as it is, and with each part removed or replaced, on scene
 
 Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
 """
-from functools import partial
-
-from fuzzy_stereo_ros.benchmarks.correlation import correlation_table
-from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_ablation
-from fuzzy_stereo_ros.benchmarks.request import mean_flicker, scored_error, Trial
-from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
+from fuzzy_stereo_ros.benchmarks.pictures import draw_ablation
+from fuzzy_stereo_ros.benchmarks.request import (
+    halved, mean_flicker, report_of, scored_error, Trial)
+from fuzzy_stereo_ros.benchmarks.truth import correlation_table, genes_of, truth_beside_result
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
-from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_3way
+from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_3way
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours
-from fuzzy_stereo_ros.evaluation.report import environment, mean, Report, signed, Table
+from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
 import numpy as np
 import pandas as pd
 
@@ -28,20 +26,17 @@ def run(request):
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
     sequences = [one for one in sequences if len(one.scored)]
-    with opencv_threads(1):
-        of_scenes = {scene: on_scene(scene, request)
-                     for scene in request.follow(scenes, 'scenes')}
-        of_sequences = {sequence: on_sequence(sequence, request)
-                        for sequence in request.follow(sequences, 'sequences')}
+    of_scenes = dict(request.each(
+        scenes, 'scenes', lambda scene: (scene, on_scene(scene, request))))
+    of_sequences = dict(request.each(
+        sequences, 'sequences', lambda sequence: (sequence, on_sequence(sequence, request))))
     made = scene_tables({scene: trials for scene, (trials, *_) in of_scenes.items()})
     if of_sequences:
         made += sequence_tables(of_sequences)
     made.append(correlation_table(
         {scene.path: points for scene, (_, points, _) in of_scenes.items()},
         {scene.path: truth for scene, (*_, truth) in of_scenes.items()}))
-    pictures, lacking = as_svg('ablation.svg', partial(draw_ablation, made))
-    return Report('ablation', 'Ablation', {
-        **environment('one each'),
+    return report_of('ablation', 'Ablation', {
         'as it is': f'{request.subject}, filled; on single scenes cold',
         'baseline': '3WAY, tuned for the family, dense; its fitness is that of its map in whole '
                     'pixels',
@@ -53,7 +48,7 @@ def run(request):
                 'frames after the first; the replaced possibility is written to compare, not to '
                 'be fast: no times of it',
         'sequences': 'those of the benchmark `warm`, scored as there',
-    }, made, [*skipped, *missing, *lacking], pictures)
+    }, made, [*skipped, *missing], {'ablation.svg': draw_ablation})
 
 
 def on_scene(scene, request):
@@ -145,8 +140,7 @@ def scene_tables(found):
                      f'*Worse on*, *better on*: scenes of {len(found)} whose error is larger or '
                      'smaller than that of the matcher as it is by more than '
                      f'{NOTABLE} points.')]
-    place = trials.groupby(['group', 'name']).cumcount()
-    halves = trials.assign(half=place.mod(2).map({0: 'odd', 1: 'even'})).groupby(
+    halves = halved(trials, 'name').groupby(
         ['name', 'group', 'half']).error.mean().unstack(['group', 'half'])
     several = [(group, half) for group in counts[counts > 1].index for half in ('odd', 'even')]
     if several:

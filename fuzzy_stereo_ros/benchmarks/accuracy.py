@@ -5,23 +5,23 @@ Accuracy: every scene, dense, one setting, side by side with OpenCV's matchers.
 
 Middlebury scenes are scored by bad-1 over the pixels that both cameras see, KITTI by bad-3 over
 all pixels with truth. Scenes are cut into odd and even ones, so that settings chosen on one half
-can be checked on the other. All is repeated with the noise that a camera has, for all contestants
+can be checked on the other. All is repeated with the noise that a camera has, for all matchers
 on the same pictures.
 """
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
+from typing import NamedTuple
 
 from fuzzy_stereo_ros.benchmarks.confidence import (
     BINS, left_right_sureness, reliability, sparsification)
-from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_accuracy
-from fuzzy_stereo_ros.benchmarks.request import grouped
+from fuzzy_stereo_ros.benchmarks.pictures import draw_accuracy
+from fuzzy_stereo_ros.benchmarks.request import counted, halved, means, report_of
 from fuzzy_stereo_ros.evaluation.baselines import (
-    default_baselines, dense, opencv_threads, strictest_baseline, tuned_baselines)
-from fuzzy_stereo_ros.evaluation.datasets import Scene
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+    default_baselines, dense, strictest_baseline, tuned_baselines)
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.evaluation.scores import score
 import numpy as np
+import pandas as pd
 
 OURS, QUALITY = 'ours', 'ours, profile quality'
 FINE_LIMIT = 0.5
@@ -29,94 +29,111 @@ MUCH_WORSE = 1.5
 NOISES = 0, 1.5, 3      # grey levels, standard deviation
 # The confidence_threshold of config/<name>.yaml.
 PRESETS = {'costmap': 0.95, 'mapping': 0.8, 'inspection': 0.5}
+CONFIDENCES = [f'{low:g} to {high:g}' for low, high in zip(BINS, BINS[1:])]
+# Figures of a scene whose truth has whole pixels, as its table names them.
+OF_WHOLE_PIXELS = {'off by more than 1 px, rounded': 'bad',
+                   'off by more than 1 px, as it comes': 'raw_bad',
+                   'off by more than 0.5 px, rounded': 'fine',
+                   'off by more than 0.5 px, as it comes': 'raw_fine'}
 
 
-@dataclass(frozen=True)
-class Result:
+class Measured(NamedTuple):
     """
-    What was found on one scene.
+    The figures of scenes: lists of dicts, or DataFrames of these; each names group and scene.
 
-    bad, fine: {contestant: percent} off by more than the scene's limit, and by more than 0.5 px.
-    raw_bad, raw_fine: the same without rounding, where the truth has whole pixels; else None.
-    own, other, ideal: `Sparsification` by our confidence, by the difference of left and right
-    map, and by the error itself. quality_seconds: what the profile `quality` took.
-    noisy: {noise: {contestant: (dense, sparse, density)}}, percent wrong of all pixels, percent
-    wrong of those that are valid, and how many percent those are. reliable: {noise: {ours: of
-    `reliability`}}, of all pixels with truth. kept: {preset: (percent kept, percent wrong of
-    these)}, of the same.
+    figures: of each noise and matcher: percent off by more than the scene's limit (`bad`) and by
+    more than 0.5 px (`fine`), both also without rounding (`raw_`) where the truth has whole
+    pixels; percent wrong of the pixels that are valid (`sparse`), and how many these are
+    (`density`). reliable: of each noise, profile and range of confidence: `number` of pixels with
+    truth, and how many of these are `right`. confidence: of each scene, by the headings of its
+    tables, and what quality took.
     """
 
-    scene: Scene
-    bad: dict
-    fine: dict
-    raw_bad: dict | None
-    raw_fine: dict | None
-    own: tuple
-    other: tuple
-    ideal: tuple
-    quality_seconds: float
-    noisy: dict
-    reliable: dict
-    kept: dict
+    figures: list
+    reliable: list
+    confidence: list
 
 
 def run(request):
     """Return the `Report` of our matcher and OpenCV's on the scenes of a request."""
     scenes, skipped = request.scenes()
-    with opencv_threads(1):
-        results = [measure(scene, request) for scene in request.follow(scenes, 'accuracy')]
+    several = request.each(scenes, 'accuracy', lambda scene: measure(scene, request))
     settings = {
-        **environment('one each'),
         'ours': f'{request.subject}, filled, cold, colour images; the output as it comes',
-        'rivals': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
-                  'border padded, settings as in evaluation/baselines.py); invalid '
-                  'pixels filled from the background side on their row, then a 5x5 median',
+        'baselines': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
+                     'border padded, settings as in evaluation/baselines.py); invalid '
+                     'pixels filled from the background side on their row, then a 5x5 median',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth)',
         'tsukuba': 'every output is rounded first: its truth has whole pixels',
         'noise': 'normal, of so many grey levels, fresh in each pixel and channel, rounded and '
-                 'clipped; the same pictures for all contestants',
+                 'clipped; the same pictures for all matchers',
         'Motorcycle': 'has no mask; counted are pixels whose match lies inside the right image '
                       'and is not covered by a surface nearer by more than 1 px',
     }
-    found = tables(results)
-    pictures, missing = as_svg('accuracy.svg', partial(draw_accuracy, found))
-    return Report('accuracy', 'Accuracy', settings, found, [*skipped, *missing], pictures)
+    return report_of('accuracy', 'Accuracy', settings, tables(several), skipped,
+                     {'accuracy.svg': draw_accuracy})
 
 
 def measure(scene, request):
-    """Return the `Result` of one scene."""
-    known = scene.read()
-    noisy = {noise: matched(scene, with_camera_noise(known, noise), request) for noise in NOISES}
-    matches, maps = noisy[0]
-    match, quality = matches[OURS], matches[QUALITY]
-    maps = {name: filled for name, (filled, _) in maps.items()}
-    right = request.matcher(scene.disparities, reference='right').match(known.left, known.right)
+    """Return what was `Measured` on one scene."""
+    known, found = scene.read(), Measured([], [], [])
+    named = {'group': scene.group, 'scene': scene.path, 'family': scene.family}
+    for noise in NOISES:
+        matches, maps = matched(scene, with_camera_noise(known, noise), request)
+        found.figures.extend({**named, 'noise': noise, 'matcher': name,
+                              **_figures(known, scene.limit, *two)} for name, two in maps.items())
+        for name, match in matches.items():
+            found.reliable.extend(
+                {**named, 'noise': noise, 'matcher': name, 'confidence': confidence,
+                 'number': number, 'right': right} for confidence, number, right in zip(
+                     CONFIDENCES, *reliability(*_judged(match, known, scene))))
+        if not noise:
+            right = request.matcher(scene.disparities, reference='right').match(
+                known.left, known.right)
+            found.confidence.append({
+                **named, 'seconds of quality': matches[QUALITY].times['total'] / 1000,
+                **_worth(known, scene, matches[OURS], right)})
+    return found
 
-    def figures(pair, limit):
-        return {name: bad_percent(found, pair, limit) for name, found in maps.items()}
 
+def _figures(known, limit, filled, found):
+    """Return the figures of a map, without gaps and with them, by the names in `Measured`."""
+    limits = limit, FINE_LIMIT
+    bad = score(known.as_scored(filled), known.truth, known.counts, limits).bad_dense
+    sparse = score(known.as_scored(found), known.truth, known.counts, limits)
+    raw = score(filled, known.truth, known.counts, limits).bad_dense if known.whole_pixel else {}
+    return {'bad': bad[limit], 'fine': bad[FINE_LIMIT], 'raw_bad': raw.get(limit),
+            'raw_fine': raw.get(FINE_LIMIT), 'sparse': sparse.bad_sparse[limit],
+            'density': sparse.density}
+
+
+def _worth(known, scene, match, right):
+    """
+    Return what the confidence of a match tells, by the headings of tables.
+
+    right: the match of the right image, whose difference is the other way to be sure.
+    """
     counts = np.isfinite(known.truth) & (True if known.counts is None else known.counts)
-    shown = np.rint(match.disparity) if known.whole_pixel else match.disparity
-    error = abs(shown - known.truth)[counts]
+    error = abs(known.as_scored(match.disparity) - known.truth)[counts]
     wrong = ~(error <= scene.limit)
-    sureness = left_right_sureness(match.disparity, right.disparity)
-    unrounded = replace(known, whole_pixel=False)
-    return Result(
-        scene, figures(known, scene.limit), figures(known, FINE_LIMIT),
-        figures(unrounded, scene.limit) if known.whole_pixel else None,
-        figures(unrounded, FINE_LIMIT) if known.whole_pixel else None,
-        sparsification(wrong, match.confidence[counts]),
-        sparsification(wrong, sureness[counts]), sparsification(wrong, -error),
-        quality.times['total'] / 1000,
-        {noise: {name: (bad_percent(filled, known, scene.limit), *_sparse(found, known, scene))
-                 for name, (filled, found) in found_maps.items()}
-         for noise, (_, found_maps) in noisy.items()},
-        {noise: {name: reliability(*_judged(found, known, scene))
-                 for name, found in found_matches.items()}
-         for noise, (found_matches, _) in noisy.items()},
-        {preset: _kept(threshold, *_judged(match, known, scene))
-         for preset, threshold in PRESETS.items()})
+    own, other, ideal = (sparsification(wrong, sureness) for sureness in (
+        match.confidence[counts],
+        left_right_sureness(match.disparity, right.disparity)[counts], -error))
+    figures = {'area, confidence': own.area, 'area, left-right difference': other.area,
+               'area, ideal': ideal.area, 'wrong of all': own.at_100,
+               'of the surest 80 %': own.at_80, 'by left-right difference': other.at_80}
+    wrong, confidence = _judged(match, known, scene)
+    for heading, threshold in _presets():
+        kept = confidence >= threshold
+        figures[f'{heading}, kept'] = 100 * float(kept.mean())
+        figures[f'{heading}, wrong'] = 100 * float(wrong[kept].mean()) if kept.any() else None
+    return figures
+
+
+def _presets():
+    """Return the headings and thresholds of PRESETS."""
+    return [(f'{preset} ({threshold:g})', threshold) for preset, threshold in PRESETS.items()]
 
 
 def _judged(match, known, scene):
@@ -124,12 +141,6 @@ def _judged(match, known, scene):
     told = np.isfinite(known.truth)
     error = abs(known.as_scored(match.disparity) - known.truth)[told]
     return ~(error <= scene.limit), match.confidence[told]
-
-
-def _kept(threshold, wrong, confidence):
-    """Return the percent of the pixels that a threshold keeps, and the percent wrong of these."""
-    kept = confidence >= threshold
-    return 100 * float(kept.mean()), 100 * float(wrong[kept].mean()) if kept.any() else None
 
 
 def with_camera_noise(known, sigma):
@@ -140,171 +151,109 @@ def with_camera_noise(known, sigma):
     """
     if not sigma:
         return known
-    chance = np.random.default_rng(0)
+    random = np.random.default_rng(0)
     left, right = (
-        np.clip(np.rint(image + sigma * chance.standard_normal(image.shape)), 0, 255).astype(
+        np.clip(np.rint(image + sigma * random.standard_normal(image.shape)), 0, 255).astype(
             np.uint8) for image in (known.left, known.right))
     return replace(known, left=left, right=right)
 
 
+def baselines(family):
+    """Return all baselines of a family, in the order of the tables."""
+    return *default_baselines(), *tuned_baselines(family), strictest_baseline(family)
+
+
 def matched(scene, known, request):
-    """Return {ours: match}, and {contestant: (map without gaps, map with them)}."""
+    """Return {ours: match}, and {matcher: (map without gaps, map with them)}."""
     images = known.left, known.right
     matches = {OURS: request.matcher(scene.disparities).match(*images),
                QUALITY: replace(request, profile='quality', changes={}).matcher(
                    scene.disparities).match(*images)}
     maps = {name: (match.disparity, np.where(match.confidence > 0, match.disparity, np.nan))
             for name, match in matches.items()}
-    for rival in (*default_baselines(), *tuned_baselines(scene.family),
-                  strictest_baseline(scene.family)):
-        found = rival.match(*images, scene.disparities)
-        maps[rival.name] = dense(found), found
+    for baseline in baselines(scene.family):
+        found = baseline.match(*images, scene.disparities)
+        maps[baseline.name] = dense(found), found
     return matches, maps
 
 
-def _sparse(found, known, scene):
-    """Return the percent wrong of the pixels that are valid, and the percent valid."""
-    figures = score(known.as_scored(found), known.truth, known.counts, (scene.limit,))
-    return figures.bad_sparse[scene.limit], figures.density
-
-
-def tables(results):
-    """Return the tables of a list of `Result`s."""
-    contestants = (OURS, QUALITY, *(rival.name for rival in (
-        *default_baselines(), *tuned_baselines(MIDDLEBURY), strictest_baseline(MIDDLEBURY))))
-    tuned = tuple(name for name in contestants if 'tuned' in name)
-    groups = grouped(results)
-    columns = ('', *contestants)
-    fine = {group: [result for result in found if result.raw_fine is None]
-            for group, found in groups.items()}
-    fine = {group: found for group, found in fine.items()
-            if found and found[0].scene.family != KITTI}
-    whole = [result for result in results if result.raw_bad is not None]
-    made = [
-        Table('Groups, mean error in percent', columns,
-              [(_title(group, found), *_means(found, 'bad', contestants))
-               for group, found in groups.items()],
-              '*0 refused*: a disparity of 0 is filled as well, which helps where nothing is '
-              'infinitely far.'),
-        Table('Odd and even scenes of each group, mean error in percent',
-              ('', *(f'{name}, {half}' for name in (OURS, QUALITY, *tuned[-3:])
-                     for half in ('odd', 'even'))),
-              [(group, *(_mean(part, 'bad', name) for name in (OURS, QUALITY, *tuned[-3:])
-                         for part in (found[::2], found[1::2])))
-               for group, found in groups.items() if len(found) > 1]),
-        Table('Off by more than 0.5 px, scenes with sub-pixel truth, percent', columns,
-              [(_title(group, found), *_means(found, 'fine', contestants))
-               for group, found in fine.items()]),
-        *_noise_tables(groups, contestants),
-        _confidence(groups),
-        *_reliability_tables(groups),
-        _presets(groups),
-        Table('Scenes, error in percent', (*columns, 'seconds of quality'),
-              [(result.scene.path, *(result.bad.get(name) for name in contestants),
-                result.quality_seconds) for result in results], _much_worse(results, tuned)),
+def tables(several):
+    """Return the tables of a list of what was `Measured` on scenes."""
+    figures, reliable, confidence = (
+        pd.DataFrame([row for part in parts for row in part]) for parts in zip(*several))
+    names = [OURS, QUALITY, *(baseline.name for baseline in baselines(MIDDLEBURY))]
+    tuned = [name for name in names if 'tuned' in name]
+    clean = figures[figures.noise == 0]
+    fine = clean[clean.raw_bad.isna() & (clean.family != KITTI)]
+    whole = clean.dropna(subset='raw_bad')
+    scenes = clean.pivot_table('bad', 'scene', 'matcher', sort=False).reindex(columns=names)
+    halves = halved(clean, 'matcher')
+    some = [(name, half) for name in (OURS, QUALITY, *tuned[-3:]) for half in ('odd', 'even')]
+    halves = halves.pivot_table('bad', 'group', ['matcher', 'half'], sort=False)
+    return [
+        Table.of('Groups, mean error in percent', means(clean, 'bad', names),
+                 '*0 refused*: a disparity of 0 is filled as well, which helps where nothing is '
+                 'infinitely far.'),
+        Table.of('Odd and even scenes of each group, mean error in percent',
+                 halves.reindex(columns=some).dropna(how='all').set_axis(
+                     map(', '.join, some), axis=1)),
+        Table.of('Off by more than 0.5 px, scenes with sub-pixel truth, percent',
+                 means(fine, 'fine', names)),
+        *([_whole_pixels(whole, names)] if len(whole) else []),
+        *(Table.of(title, means(figures, figure, [
+            name for name in names if 'default' not in name]), note)
+          for title, figure, note in (
+              ('Noise: mean error in percent, dense', 'bad', ''),
+              ('Noise: percent wrong of the valid pixels', 'sparse',
+               'Ours: valid are pixels of a confidence above 0; baselines: those that they do not '
+               'refuse.'),
+              ('Noise: percent of the pixels that are valid', 'density', ''))),
+        *_confidence(confidence, reliable),
+        Table.of('Scenes, error in percent',
+                 scenes.join(confidence.set_index('scene')['seconds of quality']),
+                 _much_worse(scenes, tuned)),
     ]
-    if whole:
-        made.insert(3, Table(
-            'Whole-pixel truth: rounded and as it comes, percent', columns,
-            [(f'{result.scene.name}, off by more than {limit} px, {how}',
-              *(getattr(result, name).get(rival) for rival in contestants))
-             for result in whole
-             for limit, how, name in ((1, 'rounded', 'bad'), (1, 'as it comes', 'raw_bad'),
-                                      (0.5, 'rounded', 'fine'), (0.5, 'as it comes', 'raw_fine'))]
-        ))
-    return made
 
 
-def _noise_tables(groups, contestants):
-    """Return the tables of what noise does to each contestant."""
-    shown = tuple(name for name in contestants if 'default' not in name)
-    titles = {
-        'Noise: mean error in percent, dense': None,
-        'Noise: percent wrong of the valid pixels':
-            'Ours: valid are pixels of a confidence above 0; rivals: those that they do not '
-            'refuse.',
-        'Noise: percent of the pixels that are valid': None}
-    return [Table(title, ('', *shown), [
-        (f'{_title(group, found)}, noise {noise}',
-         *(_mean_of([result.noisy[noise].get(name, (None,) * 3)[place] for result in found])
-           for name in shown))
-        for group, found in groups.items() for noise in NOISES], note)
-        for place, (title, note) in enumerate(titles.items())]
+def _whole_pixels(clean, names):
+    """Return the table of figures of scenes whose truth has whole pixels, rounded and not."""
+    rows = {f"{scene.split('/')[-1]}, {how}": one.set_index('matcher')[figure]
+            for scene, one in clean.groupby('scene', sort=False)
+            for how, figure in OF_WHOLE_PIXELS.items()}
+    return Table.of('Whole-pixel truth: rounded and as it comes, percent',
+                    pd.DataFrame(rows).T.reindex(columns=names))
 
 
-def _confidence(groups):
-    """Return the table that tells what our confidence is worth."""
-    rows = []
-    for group, found in groups.items():
-        own, other, ideal = (np.mean([getattr(result, name) for result in found], axis=0)
-                             for name in ('own', 'other', 'ideal'))
-        rows.append((_title(group, found), *map(float, (
-            own[0], other[0], own[0] / other[0] if other[0] else np.nan, ideal[0], own[2],
-            own[1], own[1] / own[2] if own[2] else np.nan, other[1]))))
-    return Table(
+def _confidence(confidence, reliable):
+    """Return the tables that tell what our confidence, and presets of its threshold, are worth."""
+    worth = counted(confidence).groupby('group', sort=False).mean(numeric_only=True)
+    worth['ratio of areas'] = worth['area, confidence'] / worth['area, left-right difference']
+    worth['ratio of shares'] = worth['of the surest 80 %'] / worth['wrong of all']
+    made = [Table.of(
         'Confidence: percent wrong when the least sure pixels are dropped first',
-        ('', 'area, confidence', 'area, left-right difference', 'ratio of areas', 'area, ideal',
-         'wrong of all', 'of the surest 80 %', 'ratio of shares', 'by left-right difference'),
-        rows,
+        worth[['area, confidence', 'area, left-right difference', 'ratio of areas', 'area, ideal',
+               'wrong of all', 'of the surest 80 %', 'ratio of shares',
+               'by left-right difference']],
         'Area under the sparsification curve, in percent: the mean share of wrong pixels among '
-        'those kept. The left-right difference is that of our own maps of the two images.')
-
-
-def _reliability_tables(groups):
-    """Return the tables of how many pixels of each confidence are right."""
-    edges = [f'{low:g} to {high:g}' for low, high in zip(BINS, BINS[1:])]
-    made = []
+        'those kept. The left-right difference is that of our own maps of the two images.')]
     for name in (OURS, QUALITY):
-        rows = []
-        for group, found in groups.items():
-            for noise in NOISES:
-                number, right = np.sum([result.reliable[noise][name] for result in found], axis=0)
-                rows.append((f'{_title(group, found)}, noise {noise}', *(
-                    float(100 * good / many) if many else None
-                    for many, good in zip(number, right))))
-        made.append(Table(
+        sums = counted(reliable[reliable.matcher == name]).groupby(
+            ['group', 'confidence'], sort=False)[['number', 'right']].sum()
+        share = (100 * sums.right / sums.number.where(sums.number > 0)).unstack()
+        made.append(Table.of(
             f'Confidence: percent of pixels that are right, by what it says, {name}',
-            ('', *edges), rows,
+            share[CONFIDENCES].loc[list(dict.fromkeys(sums.index.get_level_values(0)))],
             'Of all valid pixels with truth, also of those that one camera sees.'))
-    return made
-
-
-def _presets(groups):
-    """Return the table of what the presets of config/ keep, and of what they get wrong."""
-    rows = [(_title(group, found), *(
-        _mean_of([result.kept[preset][place] for result in found])
-        for preset in PRESETS for place in (0, 1))) for group, found in groups.items()]
-    return Table(
+    return [*made, Table.of(
         'Presets of confidence_threshold: percent of the pixels kept, and wrong of these',
-        ('', *(f'{preset} ({threshold:g}), {what}' for preset, threshold in PRESETS.items()
-               for what in ('kept', 'wrong'))), rows,
-        'Of all pixels with truth, also of those that one camera sees; profile realtime, cold.')
+        worth[[f'{heading}, {what}' for heading, _ in _presets() for what in ('kept', 'wrong')]],
+        'Of all pixels with truth, also of those that one camera sees; profile realtime, cold.')]
 
 
-def _much_worse(results, rivals):
-    """Return the sentence about scenes where the best tuned rival is far ahead."""
-    found = []
-    for result in results:
-        best = min((result.bad[name], name) for name in rivals if name in result.bad)
-        if result.bad[OURS] > MUCH_WORSE * best[0]:
-            found.append(f'{result.scene.path} ({result.bad[OURS]:.2f} against {best[0]:.2f}, '
-                         f'{best[1]})')
-    return ('More than 1.5 times worse than the best tuned rival: '
+def _much_worse(scenes, tuned):
+    """Return the sentence about scenes where the best tuned baseline is far ahead."""
+    best, who = scenes[tuned].min(axis=1), scenes[tuned].idxmin(axis=1)
+    found = [f'{scene} ({scenes[OURS][scene]:.2f} against {best[scene]:.2f}, {who[scene]})'
+             for scene in scenes.index[scenes[OURS] > MUCH_WORSE * best]]
+    return ('More than 1.5 times worse than the best tuned baseline: '
             + (', '.join(found) if found else 'on no scene') + '.')
-
-
-def _title(group, found):
-    return f'{group} ({len(found)})'
-
-
-def _means(found, figure, contestants):
-    return [_mean(found, figure, name) for name in contestants]
-
-
-def _mean(found, figure, name):
-    """Return the mean of a figure over results; None where one of them lacks it."""
-    return _mean_of([getattr(result, figure).get(name) for result in found])
-
-
-def _mean_of(values):
-    return None if None in values or not values else float(np.mean(values))

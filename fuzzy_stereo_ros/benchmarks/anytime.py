@@ -6,18 +6,16 @@ Anytime: error and fitness against milliseconds, as evolution goes on from sever
 What counts is the chromosome itself, before refinement.
 """
 from dataclasses import dataclass
-from functools import partial
 import time
 
-from fuzzy_stereo_ros.benchmarks.correlation import correlation_table
-from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_anytime
-from fuzzy_stereo_ros.benchmarks.request import Trial
-from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
-from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_3way
+from fuzzy_stereo_ros.benchmarks.pictures import draw_anytime
+from fuzzy_stereo_ros.benchmarks.request import report_of, Trial
+from fuzzy_stereo_ros.benchmarks.truth import correlation_table, genes_of, truth_beside_result
+from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_3way
 from fuzzy_stereo_ros.evaluation.datasets import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import fastest, Ours
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 
 CLASSIC, MODERN, MADE = 'middv2', 'midd2006_third', 'made'
@@ -48,11 +46,8 @@ def run(request):
     scenes, skipped = request.scenes()
     shown, reason = _shown(scenes)
     checkpoints = QUICK_CHECKPOINTS if request.quick else CHECKPOINTS
-    with opencv_threads(1):
-        found = [measure(scene, checkpoints[-1]) for scene in request.follow(shown, 'anytime')]
-    pictures, missing = as_svg('anytime.svg', partial(draw_anytime, found))
-    return Report('anytime', 'Anytime', {
-        **environment('one each'),
+    found = request.each(shown, 'anytime', lambda scene: measure(scene, checkpoints[-1]))
+    return report_of('anytime', 'Anytime', {
         **{start.name: f'profile {start.profile}' + ''.join(
             f', {name} = {value}' for name, value in start.changes.items()) for start in STARTS},
         'baseline': f'3WAY, tuned for the family, dense, minimum of {BASELINE_TURNS} turns',
@@ -60,7 +55,8 @@ def run(request):
                  'than 1 px (Middlebury, made) or 3 px (KITTI)',
         'fitness': 'that of profile realtime, cold, in whole pixels, measured everywhere, of all '
                    'alike',
-    }, tables(found, checkpoints), [*skipped, *reason, *missing], pictures)
+    }, tables(found, checkpoints), [*skipped, *reason],
+        {'anytime.svg': lambda _: draw_anytime(found)})
 
 
 def _shown(scenes):

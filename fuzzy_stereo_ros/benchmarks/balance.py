@@ -7,13 +7,12 @@ And, for the profiles that evolve for seconds, each of their parts removed or re
 """
 from dataclasses import dataclass
 
-from fuzzy_stereo_ros.benchmarks.request import scored_error, Trial
+from fuzzy_stereo_ros.benchmarks.request import report_of, scored_error, Trial
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME
-from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours
-from fuzzy_stereo_ros.evaluation.report import environment, Report, signed, Table
+from fuzzy_stereo_ros.evaluation.report import signed, Table
 import numpy as np
 import pandas as pd
 
@@ -45,10 +44,8 @@ def run(request):
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
     works = _works(scenes, [one for one in sequences if len(one.scored)], request.quick)
-    with opencv_threads(1):
-        found = [(work, _trials(work)) for work in request.follow(works, 'balance')]
-    return Report('balance', 'The balance', {
-        **environment('one each'),
+    found = request.each(works, 'balance', lambda work: (work, _trials(work)))
+    return report_of('balance', 'The balance', {
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth); dense',
         'earns': f'how much of the error without it a part takes away; {EARNS:.0f} % earns its '

@@ -6,7 +6,6 @@ Cost: how time and memory grow, what threads and compiling do.
 A cell is a pixel at a disparity. Scenes are made for their size, and fill their disparities.
 """
 from dataclasses import dataclass
-from functools import partial
 import os
 import subprocess
 import sys
@@ -15,11 +14,11 @@ import time
 import tracemalloc
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.pictures import as_svg, draw_cost
-from fuzzy_stereo_ros.benchmarks.request import take_turns, TimedMatcher
+from fuzzy_stereo_ros.benchmarks.pictures import draw_cost
+from fuzzy_stereo_ros.benchmarks.request import report_of, take_turns, TimedMatcher
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, tuned_3way
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 
@@ -118,11 +117,7 @@ def run(request):
                          'the pair itself, bytes a pixel'), memory,
               'Held: by a warm matcher between frames, its state among it. More: at the peak of a '
               'frame, what it returns and hands on among it.'), *others]
-    pictures, missing = as_svg('cost.svg', partial(draw_cost, tables))
-    if request.quick:
-        missing = [*missing, 'compiling: it takes a minute']
-    return Report('cost', 'Cost', {
-        **environment('one each, unless said otherwise'),
+    return report_of('cost', 'Cost', {
         'ours': f'{request.subject}, filled; cold: the frame before is forgotten',
         'baseline': f'{BASELINE}, tuned for Middlebury, with its own speckle filter, on grey '
                     'images; without padding, conversion, filling and median',
@@ -130,7 +125,8 @@ def run(request):
                   '(31, 32 and 33 disparities share the scene of 31, and so on)',
         'times': f'median of {request.repeats} turns, all sizes of a table in turns; on one '
                  'thread that of the processor, which does not run while other programs do',
-    }, tables, missing, pictures)
+    }, tables, ['compiling: it takes a minute'] * request.quick, {'cost.svg': draw_cost},
+        'one each, unless said otherwise')
 
 
 def race(request, sizes):

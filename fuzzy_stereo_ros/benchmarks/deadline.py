@@ -6,8 +6,9 @@ Deadlines: whether a frame is out in time, and how far beyond it comes where it 
 What always runs is the least that a frame takes: everything up to the first map, and what makes
 a result of it. A profile that evolves for seconds ends with the operator that ran.
 """
-from fuzzy_stereo_ros.benchmarks.speed import with_noise
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.benchmarks.datasets import with_noise
+from fuzzy_stereo_ros.benchmarks.request import report_of
+from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
@@ -23,18 +24,13 @@ def run(request):
     """Return the `Report` of deadlines: `realtime` on still noisy frames, `paper` cold."""
     rows, columns, disparities = QUICK_SIZE if request.quick else SIZE
     made = made_pair(rows, columns, disparities, colour=True)
-    works = [_Work('realtime', lambda: _realtime_table(made, disparities, request.repeats)),
-             _Work('paper', lambda: _paper_table(made, disparities, request.repeats))]
-    tables = [work.measure() for work in request.follow(works, 'deadline')]
-    return Report('deadline', 'Deadline', {
-        **environment('one'), 'scene': f'made, {columns}x{rows}, {disparities} disparities',
+    works = {'realtime': _realtime_table, 'paper': _paper_table}
+    tables = request.each(list(works), 'deadline', lambda name: works[name](
+        made, disparities, request.repeats))
+    return report_of('deadline', 'Deadline', {
+        'scene': f'made, {columns}x{rows}, {disparities} disparities',
         'times': f'{request.repeats} frames a row, as they pass: other programs make them longer',
-    }, tables, [])
-
-
-class _Work:
-    def __init__(self, path, measure):
-        self.path, self.measure = path, measure
+    }, tables, [], threads='one')
 
 
 def _realtime_table(made, disparities, repeats):

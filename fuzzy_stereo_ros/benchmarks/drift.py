@@ -8,8 +8,9 @@ Made scenes and real pairs, as they are and with the right image moved by what i
 from itertools import islice
 import time
 
+from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck, LIMIT, SHARE, SURE
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
@@ -40,9 +41,9 @@ def run(request):
         'real': lambda: [row for one in subjects for row in _real_rows(request, one)],
         'cost': lambda: [_cost_row(request, one) for one in (
             [size] if request.quick else COST_SIZES)]}
-    made, swings, real, cost = (steps[name]() for name in request.follow(list(steps), 'drift'))
-    return Report('drift', 'Drift of the calibration', {
-        **environment(1), 'ours': request.subject,
+    made, swings, real, cost = request.each(list(steps), 'drift', lambda name: steps[name]())
+    return report_of('drift', 'Drift of the calibration', {
+        'ours': request.subject,
         'warning': f'offset, roll or zoom above {LIMIT:g} px by {SURE:g} standard deviations; '
                    'roll and zoom at the edges of the image',
         'made': f'{FRAMES} frames of {size[1]}x{size[0]}, noise of 2 grey levels, the right '
@@ -62,7 +63,7 @@ def run(request):
               'zoom at the edges.'),
         Table('What it costs', ('', 'matching [ms]', 'watching [ms]', 'share [%]',
                                 'pairs looked at'), cost, 'A frame.', digits=3),
-    ], [*skipped, *(one for one in missing if one not in skipped)])
+    ], [*skipped, *(one for one in missing if one not in skipped)], threads=1)
 
 
 def _checked(request, pairs, disparities):

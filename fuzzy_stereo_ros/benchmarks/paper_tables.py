@@ -12,13 +12,13 @@ from functools import partial
 
 import cv2
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, known_pair
-from fuzzy_stereo_ros.benchmarks.request import Trial
+from fuzzy_stereo_ros.benchmarks.request import report_of, Trial
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
-from fuzzy_stereo_ros.evaluation.baselines import dense, opencv_threads, tuned_3way
+from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_3way
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     ALL, bad_percent, cross_checked, GroundTruthPair, MIDDLEBURY, read_truth, warped_to_right)
 from fuzzy_stereo_ros.evaluation.matchers import fastest
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
@@ -53,11 +53,9 @@ def run(request):
              **{f'operators, {scene.name}': partial(operators_table, scene) for scene in pairs},
              'Table II': partial(table_two, request),
              'Figure 4': partial(figure_four, shown)}
-    with opencv_threads(1):
-        found = [works[name]() for name in request.follow(list(works), 'paper')]
+    found = request.each(list(works), 'paper', lambda name: works[name]())
     first, found = found[:len(pairs) + len(beside)], found[len(pairs) + len(beside):]
     settings = {
-        **environment('one'),
         'profile paper': '70 individuals, 100 generations, mutation rate 40 % unless said '
                          'otherwise; dense; nothing is filled or smoothed',
         'literal': 'Eq. 1 to 4 and the operators as printed, N of 5 by 5',
@@ -70,11 +68,11 @@ def run(request):
         'tsukuba': 'outputs are rounded: its truth has whole pixels',
         'seconds': 'processor time of one thread',
     }
-    return Report('paper', "The paper's tables", settings, [
+    return report_of('paper', "The paper's tables", settings, [
         _first_table(pairs, first[:len(pairs)]),
         *([_beside_table(beside, first[len(pairs):])] if beside else []),
         _operators_table(pairs, found[:len(pairs)]), _second_table(*found[-2]),
-        _figure_table(shown, found[-1])], skipped)
+        _figure_table(shown, found[-1])], skipped, threads='one')
 
 
 def table_one(request, scene):

@@ -3,13 +3,16 @@
 """What the suites share: the request, the trial of a matcher, times taken in turns."""
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 import time
 
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, available_sequences
+from fuzzy_stereo_ros.benchmarks.pictures import as_svg
+from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours
-from fuzzy_stereo_ros.evaluation.report import mean
+from fuzzy_stereo_ros.evaluation.report import environment, mean, Report
 from fuzzy_stereo_ros.evaluation.scores import flicker
 import numpy as np
 
@@ -54,6 +57,11 @@ class Request:
         """Return a `StereoMatcher` of the configuration under test."""
         return self.ours.matcher(disparities, **forced)
 
+    def each(self, items, title, work):
+        """Return [work(item)] of items in their order, OpenCV on one thread; progress is shown."""
+        with opencv_threads(1):
+            return [work(item) for item in self.follow(items, title)]
+
     def scenes(self):
         """Return the scenes that are asked for and here, and sentences about those missing."""
         return available_scenes(self.data, self.only, self.quick)
@@ -64,6 +72,21 @@ class Request:
             return available_sequences(self.data, scenes)
         found, _ = available_sequences(None, scenes)
         return [sequence for sequence in found if sequence.kind in QUICK_KINDS], []
+
+
+def report_of(name, title, settings, tables, skipped, pictures=None, threads='one each'):
+    """
+    Return the `Report` of a suite, with the machine among its settings.
+
+    pictures: {name of a file: function that returns the Figure of tables}. threads: of matchers.
+    """
+    drawn, missing = {}, []
+    for file, draw in (pictures or {}).items():
+        content, lacking = as_svg(file, partial(draw, tables))
+        drawn.update(content)
+        missing += lacking
+    return Report(name, title, {**environment(threads), **settings}, tables,
+                  [*skipped, *missing], drawn)
 
 
 @dataclass(frozen=True)
@@ -140,9 +163,21 @@ def mean_flicker(sequence, maps):
                 if sequence.flickers)
 
 
-def grouped(results):
-    """Return {group: results}, both in the order of their scenes; a result has a `scene`."""
-    groups = {}
-    for result in results:
-        groups.setdefault(result.scene.group, []).append(result)
-    return groups
+def counted(frame, group='group', one='scene'):
+    """Return a DataFrame with the number of scenes behind the names of groups; noise too."""
+    named = frame[group] + ' (' + frame.groupby(group)[one].transform('nunique').astype(str) + ')'
+    if 'noise' in frame and frame.noise.nunique() > 1:
+        named += ', noise ' + frame.noise.map('{:g}'.format)
+    return frame.assign(**{group: named})
+
+
+def means(frame, figure, names, name='matcher'):
+    """Return a DataFrame of the means of a figure: a row a group, a column for each of names."""
+    return counted(frame).pivot_table(figure, 'group', name, sort=False).reindex(columns=names)
+
+
+def halved(frame, name):
+    """Return rows of groups with more than one scene, with a column `half`: odd or even."""
+    several = frame[frame.groupby('group').scene.transform('nunique') > 1]
+    place = several.groupby(['group', name]).cumcount()
+    return several.assign(half=place.mod(2).map({0: 'odd', 1: 'even'}))

@@ -10,10 +10,10 @@ import os
 
 import cv2
 from fuzzy_stereo_ros.benchmarks.datasets import with_noise
-from fuzzy_stereo_ros.benchmarks.request import take_turns, TimedMatcher
+from fuzzy_stereo_ros.benchmarks.request import report_of, take_turns, TimedMatcher
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, tuned_baselines
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 
 SIZES = ((480, 640, 64), (720, 1280, 128))      # rows, columns, disparities
@@ -38,8 +38,7 @@ def run(request):
               for count in threads]
     timed = {(size, count): race(request, pair, size, count)
              for size, count in request.follow(rounds, 'speed')}
-    return Report('speed', 'Speed', {
-        **environment('OpenCV and ours as in the tables'),
+    return report_of('speed', 'Speed', {
         'ours': f'{request.subject}, filled: colour images in; disparity to sub-pixels, filled '
                 'and filtered, and confidence out',
         'baselines': 'tuned for Middlebury, with their own speckle filter, on grey images of the '
@@ -47,7 +46,7 @@ def run(request):
         'pair': f'{scene.path}, resized, with fresh noise of {NOISE} grey levels in each frame',
         'times': f'minimum of {request.repeats} turns; cold: the frame before is forgotten; '
                  'warm: the frame before is of the same scene',
-    }, tables(timed), skipped)
+    }, tables(timed), skipped, threads='OpenCV and ours as in the tables')
 
 
 def race(request, pair, size, threads):

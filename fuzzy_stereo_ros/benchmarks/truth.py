@@ -1,30 +1,32 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the fitness says of the ground truth: whether it is fitter than the result, and stays.
+What fitness says of maps: whether a fitter one is better, and the truth fitter than the result.
 
 The distance between where evolution ends from the usual start and from the truth is what the
 fitness, and not the search, still owes.
 """
-from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
+from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
-from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
+from fuzzy_stereo_ros.evaluation.report import mean, Table
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 import numpy as np
+import pandas as pd
+from scipy.stats import spearmanr
 
 GROUPS = 'middv2', 'midd2001', 'midd2006_third'     # whose truth is dense
+NEAR_THE_END = 0.25     # share of the chromosomes, the fittest, in which fitness matters most
+FEWEST = 4              # chromosomes that a correlation is worth printing of
 
 
 def run(request):
     """Return the `Report` of the truth beside the result of the profile `quality`."""
     scenes, skipped = request.scenes()
     dense = [scene for scene in scenes if scene.group in GROUPS] or scenes[:1]
-    with opencv_threads(1):
-        rows = [truth_row(scene) for scene in request.follow(dense, 'truth')]
+    rows = request.each(dense, 'truth', truth_row)
     means = [float(np.mean([row[place] for row in rows])) for place in (1, 2, 3)]
     settings = {
-        **environment('one'),
         'error': 'percent of pixels that both cameras see off by more than 1 px, before '
                  'refinement',
         'from the truth': 'the left map starts from the truth, and from the result where it is '
@@ -32,13 +34,13 @@ def run(request):
                           'generations',
         'fitness': 'of the left map, from the truth with the trust that it ended with',
     }
-    return Report('truth', 'Truth against result, profile quality', settings, [Table(
+    return report_of('truth', 'Truth against result, profile quality', settings, [Table(
         'The truth beside the result', (
             '', 'result: error [%]', 'from the truth: error [%]', 'distance', 'result: fitness',
             'truth: fitness', 'from the truth: fitness'),
         [*rows, ('mean', *means, None, None, None)],
         'Where the truth is less fit than the result, the fitness prefers what is wrong, or what '
-        'the truth, in steps of a part of a pixel, cannot be.', digits=3)], skipped)
+        'the truth, in steps of a part of a pixel, cannot be.', digits=3)], skipped, threads='one')
 
 
 def truth_row(scene):
@@ -85,3 +87,50 @@ def truth_beside_result(scene, pair, matcher):
     child = matcher.algorithm.child_of(fittest, np.where(wrong, right, fittest))
     return (matcher.algorithm.fitness_of(np.where(there, right, fittest)),
             bad_percent(child.astype(np.float32), pair, scene.limit))
+
+
+def spearman(points):
+    """
+    Return the rank correlation of fitness and -error: 1 where fitter is always better.
+
+    points: DataFrame with the columns fitness and error. NaN of few points, or of equal ones.
+    """
+    if len(points) < FEWEST or points.fitness.nunique() < 2 or points.error.nunique() < 2:
+        return float('nan')
+    return float(-spearmanr(points.fitness, points.error).statistic)
+
+
+def fittest(points, share=NEAR_THE_END):
+    """Return the share of the points that are fittest, those of equal fitness by their error."""
+    return points.nlargest(int(np.ceil(share * len(points))), ['fitness', 'error'])
+
+
+def correlation_table(points, truths):
+    """
+    Return the table of correlations by scene, their mean, and that of all scenes in one.
+
+    points: {scene: [(fitness, error in percent)] of different chromosomes}.
+    truths: {scene: the two figures of `truth_beside_result`}.
+    """
+    pooled = pd.DataFrame([(scene, *point) for scene, several in points.items()
+                           for point in several], columns=['scene', 'fitness', 'error'])
+    ranked = pooled.groupby('scene')[['fitness', 'error']].rank(pct=True)
+    rows = []
+    for scene, one in pooled.groupby('scene', sort=False):
+        best = fittest(one).iloc[0]
+        rows.append((scene, len(one), spearman(one), spearman(fittest(one)), float(best.fitness),
+                     float(best.error), float(one.error.min()), *truths[scene]))
+    means = [mean(row[place] for row in rows) for place in (2, 3, 5, 6, 8)]
+    rows += [('mean of scenes', None, *means[:2], None, *means[2:4], None, means[4]),
+             ('all, ranked within their scene', len(ranked), spearman(ranked), *(None,) * 6),
+             ('all, as they are', len(pooled), spearman(pooled), *(None,) * 6)]
+    return Table(
+        'Rank correlation of fitness and error', (
+            '', 'chromosomes', 'correlation', 'of the fittest quarter', 'fittest: fitness',
+            'its error [%]', 'least error [%]', 'truth: fitness', 'left by the truth [%]'), rows,
+        'Spearman, 1 where a fitter chromosome never has the larger error; errors of chromosomes '
+        'before refinement. *Truth*: in whole pixels, with genes of the matcher as it is where '
+        'it is unknown; where it is less fit than the result, the fitness prefers what is '
+        'wrong. *Left by the truth*: the error of the matcher as it is, crossed with the truth of '
+        'its wrong cells: what a perfect search would leave, as the fitness does not take it.',
+        digits=3)

@@ -6,10 +6,10 @@ from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import ablation, variants
 from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, REALTIME
-from fuzzy_stereo_ros.benchmarks.correlation import correlation_table, fittest, spearman
 from fuzzy_stereo_ros.benchmarks.datasets import known_pair, window
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.benchmarks.truth import genes_of, truth_beside_result
+from fuzzy_stereo_ros.benchmarks.truth import (
+    correlation_table, fittest, genes_of, spearman, truth_beside_result)
 from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher

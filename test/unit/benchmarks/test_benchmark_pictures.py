@@ -4,19 +4,11 @@
 import re
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros.benchmarks import pictures
-from fuzzy_stereo_ros.benchmarks.accuracy import (
-    NOISES, PRESETS, Result, tables as accuracy_tables)
-from fuzzy_stereo_ros.benchmarks.confidence import BINS
+from fuzzy_stereo_ros.benchmarks import accuracy, pictures, warm
 from fuzzy_stereo_ros.benchmarks.cost import QUICK, race_table
 from fuzzy_stereo_ros.benchmarks.pictures import as_svg, titled
-from fuzzy_stereo_ros.benchmarks.warm import Course, tables as warm_tables
-from fuzzy_stereo_ros.evaluation.baselines import (
-    default_baselines, strictest_baseline, tuned_baselines)
-from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
-import numpy as np
 import pytest
 
 pytest.importorskip('matplotlib', reason='pictures need matplotlib')
@@ -29,27 +21,34 @@ def texts(content):
         f'{SVG}text')]
 
 
-def result(group, family, error):
-    """Return a Result whose matchers are each worse than the one before by a percent."""
-    names = ['ours', 'ours, profile quality', *(baseline.name for baseline in (
-        *default_baselines(), *tuned_baselines(family), strictest_baseline(family)))]
-    bad = {name: error + place for place, name in enumerate(names)}
-    return Result(Scene(group, 'one', family, 16, None), bad, bad, None, None,
-                  (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 1.0,
-                  {noise: {name: (percent, percent, 100.0) for name, percent in bad.items()}
-                   for noise in NOISES},
-                  {noise: {name: np.ones((2, len(BINS) - 1), int) for name in names[:2]}
-                   for noise in NOISES},
-                  dict.fromkeys(PRESETS, (100.0, 1.0)))
+def measured(group, family, error):
+    """Return what is `Measured` where matchers are each worse than the one before by a percent."""
+    scene = {'group': group, 'scene': f'{group}/one', 'family': family}
+    names = ['ours', 'ours, profile quality',
+             *(baseline.name for baseline in accuracy.baselines(family))]
+    return accuracy.Measured(
+        [{**scene, 'noise': noise, 'matcher': name, 'bad': error + place, 'fine': 1.0,
+          'raw_bad': None, 'raw_fine': None, 'sparse': 1.0, 'density': 100.0}
+         for noise in accuracy.NOISES for place, name in enumerate(names)],
+        [{**scene, 'noise': noise, 'matcher': name, 'confidence': confidence, 'number': 1,
+          'right': 1} for noise in accuracy.NOISES for name in names[:2]
+         for confidence in accuracy.CONFIDENCES],
+        [{**scene, **dict.fromkeys([
+            'seconds of quality', 'area, confidence', 'area, left-right difference',
+            'area, ideal', 'wrong of all', 'of the surest 80 %', 'by left-right difference',
+            *(f'{heading}, {what}' for heading, _ in accuracy._presets()
+              for what in ('kept', 'wrong'))], 1.0)}])
 
 
 def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups():
-    results = [result('made', MIDDLEBURY, 1.5), result('kitti', KITTI, 4.25),
-               result('middv2', MIDDLEBURY, 2.75)]
-    panel, = pictures.draw_accuracy(accuracy_tables(results)).axes
+    several = [measured('made', MIDDLEBURY, 1.5), measured('kitti', KITTI, 4.25),
+               measured('middv2', MIDDLEBURY, 2.75)]
+    panel, = pictures.draw_accuracy(accuracy.tables(several)).axes
     drawn = {bars.get_label().removeprefix('OpenCV '): [bar.get_height() for bar in bars]
              for bars in panel.containers}
-    assert drawn == {name: [one.bad[name] for one in results] for name in pictures.BARS}
+    expected = {name: [row['bad'] for one in several for row in one.figures
+                       if (row['matcher'], row['noise']) == (name, 0)] for name in pictures.BARS}
+    assert drawn == expected
     places = [bar.get_x() for bars in panel.containers for bar in bars]
     assert len({round(place, 6) for place in places}) == 18
     assert [label.get_text() for label in panel.get_xticklabels()] == [
@@ -78,15 +77,13 @@ def test_the_lines_of_cost_are_the_times_over_pixels_and_over_disparities():
 
 
 def test_the_marks_of_the_warm_start_are_errors_and_flickers_and_a_line_joins_cold_and_warm():
-    courses = [Course(Sequence(kind, 'one', MIDDLEBURY, 16, None, range(1)),
-                      {'3WAY': 8.0 + place, 'cold': 4.0, 'warm': 3.0 - place},
-                      {'3WAY': 7.0, 'cold': 5.0 + place, 'warm': 1.0})
-               for place, kind in enumerate(('still', 'moving'))]
-    for panel, figure in zip(pictures.draw_warm(warm_tables(courses)).axes, ('bad', 'flickers')):
-        *joined, baseline, cold, warm = (list(line.get_xdata()) for line in panel.lines)
-        expected = [[getattr(course, figure)[name] for course in courses]
-                    for name in ('3WAY', 'cold', 'warm')]
-        assert [baseline, cold, warm] == expected
+    measured = [{'kind': kind, 'path': kind, '3WAY': 8.0 + place, 'cold': 4.0, 'warm': 3.0 - place,
+                 'flicker, 3WAY': 7.0, 'flicker, cold': 5.0 + place, 'flicker, warm': 1.0}
+                for place, kind in enumerate(('still', 'moving'))]
+    for panel, start in zip(pictures.draw_warm(warm.tables(measured)).axes, ('', 'flicker, ')):
+        *joined, baseline, cold, warmed = (list(line.get_xdata()) for line in panel.lines)
+        expected = [[one[start + name] for one in measured] for name in ('3WAY', 'cold', 'warm')]
+        assert [baseline, cold, warmed] == expected
         assert joined == [list(ends) for ends in zip(*expected[1:])]
 
 

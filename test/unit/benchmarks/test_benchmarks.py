@@ -490,17 +490,17 @@ def test_cold_is_the_frame_alone_and_warm_is_not():
     frames = datasets.window(small_scene(), 6, 0)
     sequence = Sequence('kind', 'name', MIDDLEBURY, DISPARITIES, lambda: frames,
                         range(2, 3))
-    course = warm.measure(sequence, SmallRequest())
+    measured = warm.measure(sequence, SmallRequest())
     alone = SmallRequest().matcher(DISPARITIES).match(frames[2].left, frames[2].right)
-    assert course.bad['cold'] == bad_percent(alone.disparity, frames[2], 1.0)
-    assert course.bad['warm'] != course.bad['cold']
-    table = warm.tables([course])[0]
+    assert measured['cold'] == bad_percent(alone.disparity, frames[2], 1.0)
+    assert measured['warm'] != measured['cold']
+    table = warm.tables([measured])[0]
     assert_columns_have_names_of_their_own(Report('warm', '', {}, [table]))
     title, *figures = table.rows[0]
     assert title == 'kind (1)'
-    assert figures[1:5] == [course.bad['cold'], course.bad['warm'],
-                            course.bad['warm'] / course.bad['cold'],
-                            course.bad['warm'] - course.bad['cold']]
+    assert figures[1:5] == [measured['cold'], measured['warm'],
+                            measured['warm'] / measured['cold'],
+                            measured['warm'] - measured['cold']]
 
 
 @pytest.mark.slow
