@@ -69,11 +69,11 @@ setup(
     python_requires='>=3.10',
     # Why these bounds: SECURITY.md.
     install_requires=['numba>=0.58,<1', 'numpy>=1.26,<3', 'opencv-python-headless>=4.6,<6',
-                      'PyYAML>=5.4,<7'],
+                      'PyYAML>=5.4,<7', 'tqdm>=4.60,<5'],
     extras_require={
-        'bags': ['rosbags>=0.11,<0.12', 'tqdm>=4.60,<5'],
+        'bags': ['rosbags>=0.11,<0.12'],
         'cluster': ['distributed>=2024.1,<2028'],
-        'demo': ['matplotlib>=3.6,<4', 'scikit-image>=0.22,<1', 'tqdm>=4.60,<5'],
+        'demo': ['matplotlib>=3.6,<4', 'scikit-image>=0.22,<1'],
         'evaluate': ['Jinja2>=3.0,<4', 'pandas>=2.1,<4', 'psutil>=5.9,<8', 'scipy>=1.11,<2',
                      'tabulate>=0.9,<1'],
         'ros': [

@@ -8,8 +8,8 @@ import sys
 
 from fuzzy_stereo_ros.commands.evaluate import libraries_needed
 from fuzzy_stereo_ros.commands.parts import for_json
-from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.progress import follow
 
 BENCHMARKS = ('accuracy', 'speed', 'warm', 'paper', 'balance', 'truth', 'ablation', 'anytime',
               'cost', 'deadline', 'drift')

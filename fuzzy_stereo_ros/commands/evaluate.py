@@ -7,16 +7,16 @@ import json
 from pathlib import Path
 import sys
 
-from fuzzy_stereo_ros.commands.parts import check_outputs, for_json
+from fuzzy_stereo_ros.commands.parts import checked_outputs, for_json
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.layouts import search
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import (
     COLUMNS, mean_records, measure, NoSequence)
-from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.progress import follow
 
 REPEATS, PICTURES = 3, 60
 # Truths belong to the left image; both kinds of map, both starts and both fillings are measured.
@@ -176,15 +176,10 @@ def _is_folder_alone(word):
 
 def _checked_outputs(arguments):
     """Return {option: path} of the files to write; ValueError where one cannot be written."""
-    outputs = {name: Path(getattr(arguments, name)) for name in SUFFIXES
-               if getattr(arguments, name) not in (None, STDOUT)}
-    for name, path in outputs.items():
+    def check(path, name):
         if path.suffix != SUFFIXES[name]:
             raise ValueError(f"--{name} is {path}, which has the suffix '{path.suffix}'; "
                              f'it takes a file that ends with {SUFFIXES[name]}')
-    check_outputs(outputs, [])
-    for name, path in outputs.items():
-        if path.exists() and not arguments.overwrite:
-            raise ValueError(f'--{name} is {path}, which exists; give --overwrite to replace it, '
-                             'or name another file')
-    return outputs
+
+    return checked_outputs(arguments, {name: partial(check, name=name) for name in SUFFIXES
+                                       if getattr(arguments, name) != STDOUT})

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evolve`: the generations of a match as numbers, a figure and an animation."""
-from contextlib import contextmanager
 from dataclasses import asdict, replace
 from importlib.util import find_spec
 import json
@@ -9,10 +8,11 @@ from pathlib import Path
 import sys
 
 from fuzzy_stereo_ros.commands.parts import (
-    add_truth_options, check_outputs, for_json, read_truth, warm_matcher)
+    add_truth_options, checked_outputs, for_json, read_truth, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
+from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.views.evolution import EvolutionAnimation, write_evolution
 from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match
 from fuzzy_stereo_ros.views.frame_evolution import watched_frames, write_frames
@@ -71,12 +71,13 @@ def run(arguments, stream, progress_stream=None):
     convergence = Convergence(config, left if config.reference == 'left' else right, truth, mask)
     animation = EvolutionAnimation(outputs['video'], convergence) if 'video' in outputs else None
     try:
-        with progress(config.generations + 1, progress_stream or sys.stderr) as step:
+        with bar(progress_stream or sys.stderr, total=config.generations + 1,
+                 desc='generations') as shown:
             def observe(snapshot):
                 convergence.add(snapshot)
                 if animation is not None:
                     animation.take(snapshot)
-                step()
+                shown.update()
 
             match = observed_match(config, left, right, observe)
     finally:
@@ -99,12 +100,9 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
         raise ValueError('--video shows the generations of one pair; give --picture for frames')
     pairs = _pairs_of(arguments)
     truth, mask = read_truth(arguments, read_pair(*pairs[0])[0].shape[:2])
-    frames = []
-    with progress(len(pairs), progress_stream or sys.stderr) as step:
-        for frame in watched_frames(replace(config, warm_start=True),
-                                    (read_pair(*pair) for pair in pairs), truth, mask):
-            frames.append(frame)
-            step()
+    frames = list(bar(progress_stream or sys.stderr, iterable=watched_frames(
+        replace(config, warm_start=True), (read_pair(*pair) for pair in pairs), truth, mask),
+        total=len(pairs), desc='frames'))
     if 'picture' in outputs:
         write_frames(outputs['picture'], frames, config)
     if arguments.json:
@@ -134,33 +132,14 @@ def _pairs_of(arguments):
 
 def _checked_outputs(arguments):
     """Return {option: Path} of the files to write; ValueError where one cannot be written."""
-    outputs = {name: Path(getattr(arguments, name)) for name in ('picture', 'video')
-               if getattr(arguments, name) is not None}
-    if 'picture' in outputs:
-        check_panel_suffix(outputs['picture'])
-    check_outputs(outputs, [arguments.left, arguments.right, arguments.ground_truth,
-                            arguments.mask])
-    if 'video' in outputs:
-        check_video(outputs['video'])
-    for name, path in outputs.items():
-        if path.exists() and not arguments.overwrite:
-            raise ValueError(f'--{name} is {path}, which exists; --overwrite replaces it')
+    outputs = checked_outputs(
+        arguments, {'picture': check_panel_suffix, 'video': check_video},
+        [arguments.left, arguments.right, arguments.ground_truth, arguments.mask])
+    for name in outputs:
         if find_spec('matplotlib') is None:
             raise ValueError(f'--{name} needs matplotlib, which is not installed: '
                              'pip install matplotlib')
     return outputs
-
-
-@contextmanager
-def progress(steps, stream):
-    """Give what to call after each step, so that a bar moves where the stream is a terminal."""
-    if not stream.isatty() or find_spec('tqdm') is None:
-        yield lambda: None
-        return
-    from tqdm import tqdm
-
-    with tqdm(total=steps, desc='generations', file=stream) as bar:
-        yield bar.update
 
 
 def _figures(arguments, outputs, convergence, match):

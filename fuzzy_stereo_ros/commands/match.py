@@ -9,7 +9,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.commands.parts import (
-    add_truth_options, check_outputs, for_json, read_truth, warm_matcher)
+    add_truth_options, checked_outputs, for_json, read_truth, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import check_disparity_suffix, write_disparity
@@ -135,17 +135,10 @@ def _match_again(matcher, saved):
 
 def _checked_outputs(arguments):
     """Return {option: path} of the files to write; ValueError where one cannot be written."""
-    outputs = {}
-    if arguments.output is not None:
-        check_disparity_suffix(arguments.output)
-        outputs['output'] = Path(arguments.output)
-    if arguments.picture is not None:
-        check_image_suffix(arguments.picture)
-        outputs['picture'] = Path(arguments.picture)
     saved = [] if arguments.saved is None else Path(arguments.saved).iterdir()
-    check_outputs(outputs, [arguments.left, arguments.right, arguments.ground_truth,
-                            arguments.mask, *saved])
-    return outputs
+    return checked_outputs(
+        arguments, {'output': check_disparity_suffix, 'picture': check_image_suffix},
+        [arguments.left, arguments.right, arguments.ground_truth, arguments.mask, *saved])
 
 
 def _sentences(figures):

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of several commands: options of ground truth, checks of outputs, figures as JSON."""
 from contextlib import ExitStack
-from importlib.util import find_spec
 import math
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.progress import bar
 
 
 def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
@@ -21,16 +21,13 @@ def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
     matcher, bars = StereoMatcher(config), []
     with ExitStack() as opened:
         def report(progress):
-            from tqdm import tqdm
-
             if not bars:
-                bars.append(opened.enter_context(tqdm(
-                    total=100, desc='compiling the kernels', file=stream,
+                bars.append(opened.enter_context(bar(
+                    stream, always, total=100, desc='compiling the kernels',
                     bar_format='{l_bar}{bar}| {elapsed}<{remaining}')))
             bars[0].update(100 * progress.share - bars[0].n)
 
-        shown = (always or stream.isatty()) and find_spec('tqdm') is not None
-        warm_up(matcher, *shape, report if shown else None)
+        warm_up(matcher, *shape, report if always or stream.isatty() else None)
     return matcher
 
 
@@ -68,12 +65,17 @@ def read_truth(arguments, shape):
     return truth, mask
 
 
-def check_outputs(outputs, inputs):
+def checked_outputs(arguments, checks, inputs=()):
     """
-    Raise ValueError where an output has no folder, or is one, an input or another output.
+    Return {option without --: Path} of the files that parsed arguments have written.
 
-    outputs: {option without --: Path}. inputs: paths; None among them is ignored.
+    checks: {option: function that raises ValueError for a path of a wrong kind}. inputs: paths;
+    None among them is ignored.
+    Raises ValueError where one has no folder, or is one, an input or another output; and where it
+    exists, if the command has --overwrite, and that is not given.
     """
+    outputs = {name: Path(getattr(arguments, name)) for name in checks
+               if getattr(arguments, name) is not None}
     taken = {Path(path).resolve(): 'an input' for path in inputs if path is not None}
     for name, path in outputs.items():
         if not path.parent.is_dir():
@@ -83,6 +85,11 @@ def check_outputs(outputs, inputs):
         if path.resolve() in taken:
             raise ValueError(f'--{name} is {path}, which is {taken[path.resolve()]} too')
         taken[path.resolve()] = f'--{name}'
+        checks[name](path)
+        if path.exists() and not getattr(arguments, 'overwrite', True):
+            raise ValueError(f'--{name} is {path}, which exists; give --overwrite to replace it, '
+                             'or name another file')
+    return outputs
 
 
 def for_json(figures):

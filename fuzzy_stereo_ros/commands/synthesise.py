@@ -10,12 +10,12 @@ import tempfile
 
 from fuzzy_stereo_ros.bags.reading import text_of
 from fuzzy_stereo_ros.bags.sequences import is_sequence_bag, write_sequence_bag
-from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.parameters.options import add_options, option_values
+from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
 import numpy as np
 
@@ -56,7 +56,8 @@ def run(arguments, stream, progress_stream=None):
     disk; then nothing is written.
     """
     values = option_values(arguments, SCENE_PARAMETERS.values())
-    pairs = _watched(scene_pairs(values), values['frames'], progress_stream or sys.stderr)
+    pairs = bar(progress_stream or sys.stderr, iterable=scene_pairs(values),
+                total=values['frames'], desc='synthesise')
     target = Path(arguments.output).resolve()
     _check_target(arguments.output, target, arguments.overwrite)
     write = _write_bag if arguments.format == 'bag' else _write_images
@@ -92,13 +93,6 @@ def _check_target(name, target, overwrite):
     if there and there != IMAGES and not is_sequence_bag(target):
         raise ValueError(f'--output is {name}, which holds what is no made sequence; name '
                          'another folder')
-
-
-def _watched(pairs, frames, stream):
-    """Yield the pairs, with a bar where a person watches."""
-    steps = range(frames)
-    for _, pair in zip(follow(steps, 'synthesise', stream) if stream.isatty() else steps, pairs):
-        yield pair
 
 
 def _write_images(folder, pairs, values):

@@ -6,6 +6,7 @@ import sys
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
+from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS
 from fuzzy_stereo_ros.replay.segments import ClusterFault
 from fuzzy_stereo_ros.replay.sinks import BagSink
@@ -17,40 +18,29 @@ class ProgressBar:
 
     def __init__(self, total, stream=None, always=False):
         """
-        Begin a bar where the stream is a terminal, or always; without tqdm there is none.
+        Begin a bar where the stream is a terminal, or always.
 
         total: pairs that are expected, about. stream: a text, standard error if None.
         """
-        self._stream, self._logged, self._bar = stream or sys.stderr, set(), None
-        if always or self._stream.isatty():
-            try:
-                from tqdm import tqdm
-            except ImportError:
-                return
-            self._bar = tqdm(total=total, unit=' pairs', file=self._stream, dynamic_ncols=True,
-                             desc='loading the kernels')
+        self._stream, self._logged = stream or sys.stderr, set()
+        self._bar = bar(self._stream, always, total=total, unit=' pairs', dynamic_ncols=True,
+                        desc='loading the kernels')
 
     def __enter__(self):
         return self
 
     def __exit__(self, *error):
-        if self._bar is not None:
-            self._bar.close()
+        self._bar.close()
 
     def step(self):
         """Count another pair."""
-        if self._bar is not None:
-            self._bar.set_description(refresh=False)
-            self._bar.update()
+        self._bar.set_description(refresh=False)
+        self._bar.update()
 
     def log(self, sentence):
         """Write a sentence; of those that differ only in numbers the first."""
-        if kind_of(sentence) in self._logged:
-            return
-        self._logged.add(kind_of(sentence))
-        if self._bar is None:
-            self._stream.write(sentence + '\n')
-        else:
+        if kind_of(sentence) not in self._logged:
+            self._logged.add(kind_of(sentence))
             self._bar.write(sentence, file=self._stream)
 
 

@@ -25,10 +25,10 @@ from fuzzy_stereo_ros.evaluation.baselines import (
 from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, bad_percent, cross_checked, KITTI, MIDDLEBURY, seen_by_both, warped_to_right)
-from fuzzy_stereo_ros.evaluation.progress import follow
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.progress import follow
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest

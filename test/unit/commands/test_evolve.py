@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.options import option_name
+from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.views.evolution import STAY
 import pytest
 
@@ -102,7 +103,7 @@ def test_the_options_of_frames_before_and_of_a_deadline_do_not_exist(folder, cap
 BAD_INPUT = {
     'no disparities': (words_for(disparities=None), 'required: --disparities'),
     'a picture that exists': (words_for(picture='there.png'),
-                              '--picture is there.png, which exists; --overwrite replaces it'),
+                              '--picture is there.png, which exists; give --overwrite'),
     'a folder': (words_for('--overwrite', picture='folder.png'), 'is a folder; name a file'),
     'a film that exists': (words_for(video='there.mp4'), '--video is there.mp4, which exists'),
     'a picture of no format': (words_for(picture='out.jpg'), 'allowed are .png, .pdf, .svg'),
@@ -176,7 +177,7 @@ class Terminal(io.StringIO):
 
 def test_a_bar_moves_on_a_terminal_and_nowhere_else():
     for stream, shown in ((io.StringIO(), False), (Terminal(), True)):
-        with evolve.progress(2, stream) as step:
-            step()
-            step()
+        with bar(stream, total=2, desc='generations') as moving:
+            moving.update()
+            moving.update()
         assert ('generations: 100%' in stream.getvalue()) == shown

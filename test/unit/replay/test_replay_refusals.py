@@ -180,7 +180,6 @@ def test_an_option_has_the_sentence_and_the_default_of_its_parameter(name):
 
 
 def test_the_bar_is_shown_on_a_terminal_or_where_it_is_asked_for(folder, capsys, monkeypatch):
-    pytest.importorskip('tqdm', reason='tqdm is not installed')
     assert replay('bag') == 0
     assert capsys.readouterr().err == ''
     assert replay('bag', output='shown', options=['--progress']) == 0
@@ -192,7 +191,6 @@ def test_the_bar_is_shown_on_a_terminal_or_where_it_is_asked_for(folder, capsys,
 
 
 def test_the_bar_knows_about_how_many_pairs_come(folder, capsys):
-    pytest.importorskip('tqdm', reason='tqdm is not installed')
     write_bag(folder / 'long', pairs=scene(40))
     assert replay('long', options=['--progress', '--duration', 20 * STEP / 1e9,
                                    '--every', 2]) == 0
