@@ -73,7 +73,8 @@ setup(
     extras_require={
         'bags': ['rosbags>=0.11,<0.12'],
         'cluster': ['distributed>=2024.1,<2028'],
-        'demo': ['matplotlib>=3.6,<4', 'scikit-image>=0.22,<1'],
+        'demo': ['matplotlib>=3.6,<4', 'pandas>=2.1,<4', 'scikit-image>=0.22,<1',
+                 'tabulate>=0.9,<1'],
         'evaluate': ['Jinja2>=3.0,<4', 'pandas>=2.1,<4', 'psutil>=5.9,<8', 'scipy>=1.11,<2',
                      'tabulate>=0.9,<1'],
         'ros': [

@@ -7,7 +7,7 @@ Fitness is that of the matcher as it is: all chromosomes of a scene are measured
 """
 from fuzzy_stereo_ros.benchmarks.pictures import draw_ablation
 from fuzzy_stereo_ros.benchmarks.request import (
-    halved, mean_flicker, report_of, scored_error, Trial)
+    halved, mean_flicker, means, report_of, scored_error, Trial)
 from fuzzy_stereo_ros.benchmarks.truth import correlation_table, genes_of, truth_beside_result
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
 from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_3way
@@ -121,15 +121,8 @@ def scene_tables(found):
                             one.milliseconds) for scene, named in found.items()
                            for name, one in named.items()],
                           columns=['group', 'scene', 'name', 'error', 'fitness', 'milliseconds'])
-    counts = trials.groupby('group', sort=False).scene.nunique()
     names = trials.name.unique()
-
-    def means(figure, rows=names):
-        table = trials.groupby(['name', 'group'])[figure].mean().unstack()
-        return table.loc[list(rows), list(counts.index)].rename(
-            columns=lambda group: f'{group} ({counts[group]})')
-
-    errors = means('error')
+    errors = means(trials, 'error', names, 'name').T
     every = trials.pivot(index='name', columns='scene', values='error').loc[names]
     more = every - every.loc[DEFAULT.name]
     errors['mean of groups'] = errors.mean(axis=1)
@@ -140,14 +133,14 @@ def scene_tables(found):
                      f'*Worse on*, *better on*: scenes of {len(found)} whose error is larger or '
                      'smaller than that of the matcher as it is by more than '
                      f'{NOTABLE} points.')]
-    halves = halved(trials, 'name').groupby(
-        ['name', 'group', 'half']).error.mean().unstack(['group', 'half'])
-    several = [(group, half) for group in counts[counts > 1].index for half in ('odd', 'even')]
-    if several:
+    halves = halved(trials, 'name').pivot_table('error', 'name', ['group', 'half'], sort=False)
+    if len(halves):
         made.append(Table.of('Scenes: odd and even ones of each group, mean error in percent',
-                             halves.loc[names, several].set_axis(map(', '.join, several), axis=1)))
-    made.append(Table.of('Scenes: mean fitness of the groups', means('fitness'), digits=4))
-    times = means('milliseconds', [one.name for one in REALTIME if one.still and one.timed])
+                             halves.set_axis(map(', '.join, halves.columns), axis=1)))
+    made.append(Table.of('Scenes: mean fitness of the groups',
+                         means(trials, 'fitness', names, 'name').T, digits=4))
+    times = means(trials, 'milliseconds', [
+        one.name for one in REALTIME if one.still and one.timed], 'name').T
     times['of that as it is'] = (times / times.loc[DEFAULT.name]).mean(axis=1)
     return [*made, Table.of('Scenes: mean time of the groups in milliseconds', times)]
 

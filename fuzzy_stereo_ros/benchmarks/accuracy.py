@@ -11,15 +11,14 @@ on the same pictures.
 from dataclasses import replace
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.confidence import (
-    BINS, left_right_sureness, reliability, sparsification)
 from fuzzy_stereo_ros.benchmarks.pictures import draw_accuracy
 from fuzzy_stereo_ros.benchmarks.request import counted, halved, means, report_of
 from fuzzy_stereo_ros.evaluation.baselines import (
     default_baselines, dense, strictest_baseline, tuned_baselines)
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.evaluation.scores import (
+    BINS, left_right_sureness, reliability, score, sparsification)
 import numpy as np
 import pandas as pd
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation.datasets import MIDDLEBURY_FOLDERS, Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import (
-    GroundTruthPair, KITTI, MIDDLEBURY, seen_by_both)
+    GroundTruthPair, KITTI, MIDDLEBURY, read_motorcycle)
 from fuzzy_stereo_ros.evaluation.layouts import (
     files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR)
 from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
@@ -101,7 +101,7 @@ def _folder_scenes(data):
         if there or folder != MOTORCYCLE:
             yield scene, None if there else 'no folder'
         else:
-            yield (replace(scene, read=_read_motorcycle),
+            yield (replace(scene, read=read_motorcycle),
                    None if find_spec('skimage') else 'neither folder nor scikit-image')
 
 
@@ -109,16 +109,6 @@ def _read(files):
     """Return the `GroundTruthPair` of files; of KITTI all pixels with a truth count."""
     pair = files.read()
     return replace(pair, counts=None) if files.family == KITTI else pair
-
-
-def _read_motorcycle():
-    """Return the Motorcycle pair of scikit-image."""
-    from skimage.data import stereo_motorcycle  # takes a second: only where it is read
-
-    left, right, truth = stereo_motorcycle()
-    truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
-    return GroundTruthPair(*(np.ascontiguousarray(image[:, :, ::-1]) for image in (left, right)),
-                           truth, seen_by_both(truth))
 
 
 def _made_scenes(count, size):

@@ -56,10 +56,10 @@ def _realtime_table(made, disparities, repeats):
 
 def _realtime_matches(made, disparities, deadline_ms, repeats):
     """Return the last `repeats` matches of a still sequence with noise."""
-    chance = np.random.default_rng(1)
+    random = np.random.default_rng(1)
     matcher = StereoMatcher(MatcherConfig(disparities=disparities, threads=1,
                                           deadline_ms=float(deadline_ms)))
-    return [matcher.match(*(with_noise(image, NOISE, chance)
+    return [matcher.match(*(with_noise(image, NOISE, random)
                             for image in (made.left, made.right)))
             for _ in range(SETTLING + repeats)][SETTLING:]
 

@@ -14,8 +14,7 @@ from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck, LIMIT, SHARE, SURE
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
-from fuzzy_stereo_ros.synthetic.misaligned import misaligned
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence, misaligned
 import numpy as np
 
 SIZE, QUICK_SIZE = (480, 640, 64), (96, 160, 16)    # rows, columns, disparities

@@ -3,6 +3,7 @@
 """A real stereo sequence with ground truth that needs no download: a window pans over a pair."""
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.evaluation.ground_truth import read_motorcycle
 import numpy as np
 
 ROWS, COLUMNS = 480, 640
@@ -27,7 +28,7 @@ class WindowPair(NamedTuple):
 
 class MotorcycleWindow:
     """
-    The Motorcycle pair of scikit-image (Middlebury 2014, a quarter of its size) by a window.
+    The Motorcycle pair of scikit-image by a window.
 
     focal: px. baseline: metres. offset: px, the left camera's principal point minus that of the
     right one; a disparity of the images minus it is zero at infinity.
@@ -38,20 +39,17 @@ class MotorcycleWindow:
     offset = -31.086
 
     def __init__(self):
-        from skimage.data import stereo_motorcycle  # takes a second: only for the demo
-
-        left, right, truth = stereo_motorcycle()
-        self._left, self._right = left[:, :, ::-1], right[:, :, ::-1]
-        self._truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
+        self._pair = read_motorcycle()
 
     def frame(self, number):
         """Return the `WindowPair` of a frame; the window turns round at the images' borders."""
-        row = _to_and_fro(number // 2, self._truth.shape[0] - ROWS)
-        column = _to_and_fro(STEP * number, self._truth.shape[1] - COLUMNS)
+        rows, columns = self._pair.truth.shape
+        row = _to_and_fro(number // 2, rows - ROWS)
+        column = _to_and_fro(STEP * number, columns - COLUMNS)
         shown = (slice(row, row + ROWS), slice(column, column + COLUMNS))
-        return WindowPair(np.ascontiguousarray(self._left[shown]),
-                          np.ascontiguousarray(self._right[shown]),
-                          self._truth[shown], row, column)
+        return WindowPair(np.ascontiguousarray(self._pair.left[shown]),
+                          np.ascontiguousarray(self._pair.right[shown]),
+                          self._pair.truth[shown], row, column)
 
 
 def _to_and_fro(distance, length):

@@ -3,6 +3,7 @@
 """The demo's figures and the table it prints."""
 from dataclasses import dataclass, field
 
+from fuzzy_stereo_ros.evaluation.report import mean, Table
 from fuzzy_stereo_ros.evaluation.scores import flicker, score
 import numpy as np
 
@@ -54,45 +55,31 @@ class Phase:
             before = shown, disparity
 
 
-ROWS = (
-    ('pairs published', lambda phase: f'{phase.published}'),
-    ('disparity images received', lambda phase: f'{phase.received}'),
-    ('pairs dropped and counted by the node', lambda phase: f'{phase.dropped}'),
-    ('pairs lost', lambda phase: f'{phase.lost}'),
-    ('latency, median [ms]', lambda phase: _milliseconds(phase.latencies, 50)),
-    ('latency, 95th percentile [ms]', lambda phase: _milliseconds(phase.latencies, 95)),
-    ('rate [pairs/s]', lambda phase: f'{phase.received / max(phase.seconds, 1e-9):.2f}'),
-    ('density [%]', lambda phase: _mean(found.density for found in phase.scores)),
-    ('bad-1, of the published disparities [%]',
-     lambda phase: _mean(found.bad_sparse[1.0] for found in phase.scores)),
-    ('bad-2, of the published disparities [%]',
-     lambda phase: _mean(found.bad_sparse[2.0] for found in phase.scores)),
-    ('bad-1 or invalid, of all pixels [%]',
-     lambda phase: _mean(found.bad_dense[1.0] for found in phase.scores)),
-    ('bad-2 or invalid, of all pixels [%]',
-     lambda phase: _mean(found.bad_dense[2.0] for found in phase.scores)),
-    ('flicker: pixels that change by more than 1 px [%]', lambda phase: _mean(phase.flickers)),
-)
+ROWS = {
+    'pairs published': lambda phase: phase.published,
+    'disparity images received': lambda phase: phase.received,
+    'pairs dropped and counted by the node': lambda phase: phase.dropped,
+    'pairs lost': lambda phase: phase.lost,
+    'latency, median [ms]': lambda phase: _milliseconds(phase.latencies, 50),
+    'latency, 95th percentile [ms]': lambda phase: _milliseconds(phase.latencies, 95),
+    'rate [pairs/s]': lambda phase: phase.received / max(phase.seconds, 1e-9),
+    'density [%]': lambda phase: mean(found.density for found in phase.scores),
+    'bad-1, of the published disparities [%]':
+        lambda phase: mean(found.bad_sparse[1.0] for found in phase.scores),
+    'bad-2, of the published disparities [%]':
+        lambda phase: mean(found.bad_sparse[2.0] for found in phase.scores),
+    'bad-1 or invalid, of all pixels [%]':
+        lambda phase: mean(found.bad_dense[1.0] for found in phase.scores),
+    'bad-2 or invalid, of all pixels [%]':
+        lambda phase: mean(found.bad_dense[2.0] for found in phase.scores),
+    'flicker: pixels that change by more than 1 px [%]': lambda phase: mean(phase.flickers)}
 
 
 def table(phases):
     """Return the figures of the phases as a Markdown table, a column for each phase."""
-    lines = [('', *(phase.name for phase in phases))]
-    lines += [(name, *(figure(phase) for phase in phases)) for name, figure in ROWS]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    rule = [f"|{'-' * (widths[0] + 2)}|" + ''.join(f"{'-' * (width + 1)}:|"
-                                                   for width in widths[1:])]
-    written = ['| ' + ' | '.join(
-        [line[0].ljust(widths[0]), *(word.rjust(width)
-                                     for word, width in zip(line[1:], widths[1:]))]) + ' |'
-        for line in lines]
-    return '\n'.join(written[:1] + rule + written[1:])
+    return Table('', ('', *(phase.name for phase in phases)), [
+        (name, *(figure(phase) for phase in phases)) for name, figure in ROWS.items()]).markdown
 
 
 def _milliseconds(seconds, percentile):
-    return f'{1000 * np.percentile(seconds, percentile):.1f}' if seconds else '-'
-
-
-def _mean(values):
-    values = list(values)
-    return f'{np.mean(values):.2f}' if values else '-'
+    return f'{1000 * np.percentile(seconds, percentile):.1f}' if seconds else None

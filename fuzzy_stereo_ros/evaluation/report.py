@@ -40,6 +40,13 @@ class Table:
         return pd.DataFrame([[cell(value, self.digits) for value in row] for row in self.rows],
                             columns=list(self.columns))
 
+    @property
+    def markdown(self):
+        """The cells as a Markdown table, without title and note."""
+        return self.cells.to_markdown(
+            index=False, disable_numparse=True,
+            colalign=('left', *('right',) * (len(self.columns) - 1)) if self.rows else None)
+
 
 @dataclass(frozen=True)
 class Report:
@@ -79,9 +86,7 @@ def markdown(report):
     if report.skipped:
         parts.append('Skipped:\n\n' + _list(report.skipped))
     for table in report.tables:
-        parts += [f'### {table.title}', table.cells.to_markdown(
-            index=False, disable_numparse=True,
-            colalign=('left', *('right',) * (len(table.columns) - 1)) if table.rows else None)]
+        parts += [f'### {table.title}', table.markdown]
         if table.note:
             parts.append(table.note)
     return '\n\n'.join(parts) + '\n'

@@ -26,7 +26,7 @@ from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.replay.loop import Interruption, match_or_refuse
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.source import Refusal
-from fuzzy_stereo_ros.saved_pairs.versions import versions
+from fuzzy_stereo_ros.saved_pairs.reproduction import versions
 
 PACKAGE = 'fuzzy_stereo_ros'
 LOOPBACK = '127.0.0.1'

@@ -1,9 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a saved pair that is matched again comes out the same, bit for bit."""
-from dataclasses import fields
+"""
+Whether a saved pair that is matched again comes out the same, bit for bit.
 
-from fuzzy_stereo_ros.saved_pairs.versions import versions
+And what it is matched on, as far as that may decide about the bits of a result.
+"""
+from dataclasses import fields
+from importlib.metadata import PackageNotFoundError
+import platform
+
+import cv2
+import fuzzy_stereo_ros
+import numba
+from numba.core.registry import cpu_target
 import numpy as np
 
 
@@ -62,3 +71,34 @@ def _difference(now, then):
     return {'pixels': int(np.count_nonzero(unlike)),
             'largest': float(abs(now[both] - then[both]).max(initial=0)),
             'valid_in_one': int(np.count_nonzero(valid_now != valid_then))}
+
+
+def versions():
+    """
+    Return {what: str}: versions, platform, and the processor that numba compiles for.
+
+    processor_features: names of instruction sets, separated by blanks.
+    """
+    try:
+        version = fuzzy_stereo_ros.__version__
+    except PackageNotFoundError:    # a source tree that was never installed
+        version = 'unknown'
+    _, processor, features = cpu_target.target_context.codegen().magic_tuple()
+    return {
+        'fuzzy_stereo_ros': version,
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'numba': numba.__version__,
+        'opencv': cv2.__version__,
+        'platform': _platform(),
+        'processor': processor,
+        'processor_features': ' '.join(
+            name[1:] for name in features.split(',') if name.startswith('+')),
+    }
+
+
+def _platform():
+    """Return what platform.platform() says, which starts a process for a part it leaves out."""
+    name = f'{platform.system()}-{platform.release()}-{platform.machine()}'
+    library = ''.join(platform.libc_ver())
+    return f'{name}-with-{library}' if library else name

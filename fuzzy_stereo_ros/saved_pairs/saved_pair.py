@@ -26,7 +26,7 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.saved_pairs.versions import versions
+from fuzzy_stereo_ros.saved_pairs.reproduction import versions
 import numpy as np
 
 README = """\

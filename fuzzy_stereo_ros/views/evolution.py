@@ -7,14 +7,11 @@ Above stand the images and the convergence curves; below, a row for each of some
 best chromosome, its possibility, whose genes it has, what mutation did (Figures 4 and 5 of the
 paper, with what lies between). The animation has one such row, which changes.
 """
-import io
 import math
-from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation.scores import error_map
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
 from fuzzy_stereo_ros.views.evolution_record import ALIKE, FIRST, MUTATED, mutates, SECOND
-from fuzzy_stereo_ros.views.pictures import as_rgb, check_panel_suffix, ERROR_LIMIT, show_map
+from fuzzy_stereo_ros.views.pictures import as_rgb, ERROR_LIMIT, show_map, write_figure
 from fuzzy_stereo_ros.views.video import VideoFile
 import numpy as np
 
@@ -48,10 +45,7 @@ def write_evolution(path, convergence, match):
     end. match: the Match.
     Raises ValueError for another suffix, OSError where it cannot be written.
     """
-    check_panel_suffix(path)
-    content = io.BytesIO()
-    evolution_figure(convergence, match).savefig(content, format=Path(path).suffix[1:])
-    write_whole(path, content.getvalue())
+    write_figure(path, evolution_figure(convergence, match))
 
 
 def evolution_figure(convergence, match):

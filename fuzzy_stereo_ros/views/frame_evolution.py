@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """An evolution from frame to frame, as it can be shown: figures of each frame, and a picture."""
 from dataclasses import dataclass
-import io
-from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
-from fuzzy_stereo_ros.views.pictures import check_panel_suffix, show_map
+from fuzzy_stereo_ros.views.pictures import show_map, write_figure
 import numpy as np
 
 SHOWN = 4                   # frames of a sequence in one picture, at the most
@@ -70,7 +67,6 @@ def write_frames(path, frames, config):
     """
     from matplotlib.figure import Figure
 
-    check_panel_suffix(path)
     shown = shown_of(frames)
     figure = Figure(figsize=(3 * WIDTH, HEIGHT * (len(shown) + 1)), layout='constrained')
     panels = figure.subplots(len(shown) + 1, 3)
@@ -96,6 +92,4 @@ def write_frames(path, frames, config):
         panels[-1, 2].set_title('off by more than 1 px [%]', fontsize=9)
     else:
         panels[-1, 2].axis('off')
-    content = io.BytesIO()
-    figure.savefig(content, format=Path(path).suffix[1:])
-    write_whole(path, content.getvalue())
+    write_figure(path, figure)

@@ -51,6 +51,12 @@ def write_panel(path, left, disparity, confidence, truth=None, *, low, high, tit
         show_map(places.pop(0), error, 'error', cmap='magma', vmin=0, vmax=ERROR_LIMIT, unit='px')
         _show_worth_of_confidence(places.pop(0), error, confidence,
                                   np.count_nonzero(np.isfinite(truth)))
+    write_figure(path, figure)
+
+
+def write_figure(path, figure):
+    """Write a Figure of matplotlib; the path's suffix chooses the format."""
+    check_panel_suffix(path)
     content = io.BytesIO()
     figure.savefig(content, format=Path(path).suffix[1:])
     write_whole(path, content.getvalue())

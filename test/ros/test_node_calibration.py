@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The real node says when its calibration does not hold, and of what kind the error is."""
 from diagnostic_msgs.msg import DiagnosticStatus
-from fuzzy_stereo_ros.synthetic.misaligned import misaligned
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, misaligned
 import pytest
 
 PAIR = made_pair(240, 320, 32, seed=2, objects=6, noise=2.0)

@@ -6,49 +6,36 @@ from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import ablation, variants
 from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, REALTIME
-from fuzzy_stereo_ros.benchmarks.datasets import known_pair, window
-from fuzzy_stereo_ros.benchmarks.request import Request
+from fuzzy_stereo_ros.benchmarks.datasets import window
 from fuzzy_stereo_ros.benchmarks.truth import (
     correlation_table, fittest, genes_of, spearman, truth_beside_result)
-from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
+from fuzzy_stereo_ros.evaluation.datasets import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.fuzzy_classes import matching_possibility
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import fine_places, View
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pandas as pd
 import pytest
+from small_scenes import (
+    assert_columns_have_names_of_their_own, COLUMNS, DISPARITIES, known, request_for, ROWS,
+    small_scene)
 
-ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 NAN = float('nan')
-
-
-def made_known(seed=1):
-    return known_pair(made_pair(ROWS, COLUMNS, DISPARITIES, seed, noise=6.0))
-
-
-def small_scene(seed=1):
-    return Scene('small', f'seed{seed}', MIDDLEBURY, DISPARITIES, partial(made_known, seed))
-
-
-class SmallRequest(Request):
-    """A request for two scenes that take no time."""
-
-    def scenes(self):
-        return [small_scene(seed) for seed in (1, 2)], ['a group']
+made_known, noisy_scene = partial(known, noise=6.0), partial(small_scene, noise=6.0)
+SmallRequest = request_for([noisy_scene(seed) for seed in (1, 2)])
 
 
 def matched(stages=None, frames=1, **changes):
     """Return the matcher and what came of it after frames of one scene."""
     matcher = StereoMatcher(
         MatcherConfig(disparities=DISPARITIES, threads=1, **{'population': 2, **changes}), stages)
-    known, chance, noise = made_known(), np.random.default_rng(7), 4.0 * (frames > 1)
+    pair, chance, noise = made_known(), np.random.default_rng(7), 4.0 * (frames > 1)
     for _ in range(frames):
         match = matcher.match(*(
             np.clip(image + chance.normal(0, noise, image.shape), 0, 255).astype(np.uint8)
-            for image in (known.left, known.right)))
+            for image in (pair.left, pair.right)))
     return matcher, match
 
 
@@ -169,7 +156,7 @@ def test_scenes_are_pooled_by_rank_and_as_they_are():
 
 
 def test_a_truth_is_taken_where_it_is_fitter_and_left_where_it_is_not():
-    scene, known, matcher = small_scene(), made_known(), matched()[0]
+    scene, known, matcher = noisy_scene(), made_known(), matched()[0]
     algorithm, fittest = matcher.algorithm, matcher.algorithm.population.genes[0]
     before = bad_percent(fittest.astype(np.float32), known, 1.0)
     fitness, left = truth_beside_result(scene, known, matcher)
@@ -195,7 +182,7 @@ def few(monkeypatch):
 
 
 def test_the_trial_of_the_default_is_what_the_matcher_finds(few):
-    trials, points, _ = on_scene(small_scene(), SmallRequest())
+    trials, points, _ = on_scene(noisy_scene(), SmallRequest())
     matcher, match = matched(fill=True, population=1)
     trial = trials[DEFAULT.name]
     fittest = matcher.algorithm.population.genes[0]
@@ -208,7 +195,7 @@ def test_the_trial_of_the_default_is_what_the_matcher_finds(few):
 
 
 def test_a_sequence_is_scored_with_and_without_the_previous_best():
-    frames = window(small_scene(), 6, 0, frames=4)
+    frames = window(noisy_scene(), 6, 0, frames=4)
     sequence = Sequence('window, noise 6, pan 0', 'one', MIDDLEBURY, DISPARITIES, lambda: frames,
                         range(2, 4))
     found = on_sequence(sequence, SmallRequest())
@@ -222,9 +209,7 @@ def test_the_report_has_errors_fitness_times_and_correlations_of_all_variants(fe
         items if title == 'scenes' else items[:2])))
     titles = [table.title.split(':')[0] for table in report.tables]
     assert titles == ['Scenes'] * 4 + ['Sequences'] * 2 + ['Rank correlation of fitness and error']
-    for table in report.tables:
-        assert len(set(table.columns)) == len(table.columns)
-        assert all(len(row) == len(table.columns) for row in table.rows)
+    assert_columns_have_names_of_their_own(report)
     errors = report.tables[0]
     assert [row[0] for row in errors.rows] == [
         *(one.name for one in REALTIME if one.still), '3WAY tuned']

@@ -3,23 +3,17 @@
 """Anytime: each curve begins where its profile does, ends in time, and is measured alike."""
 from fuzzy_stereo_ros.benchmarks import anytime
 from fuzzy_stereo_ros.benchmarks.anytime import curve_of, sample_at, STARTS
-from fuzzy_stereo_ros.benchmarks.datasets import known_pair
 from fuzzy_stereo_ros.benchmarks.pictures import apart
-from fuzzy_stereo_ros.benchmarks.request import Request, Trial
-from fuzzy_stereo_ros.evaluation.datasets import Scene
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
+from fuzzy_stereo_ros.benchmarks.request import Trial
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
+from small_scenes import (
+    assert_columns_have_names_of_their_own, DISPARITIES, known, request_for, small_scene)
 
-ROWS, COLUMNS, DISPARITIES = 40, 72, 16
-KNOWN = known_pair(made_pair(ROWS, COLUMNS, DISPARITIES, 1))
-
-
-def small_scene(group='small'):
-    return Scene(group, 'one', MIDDLEBURY, DISPARITIES, lambda: KNOWN)
+KNOWN = known()
 
 
 @pytest.mark.parametrize('start', STARTS, ids=lambda start: start.name)
@@ -63,7 +57,7 @@ def test_what_was_had_at_a_time_is_the_last_that_was_reached_before():
 
 
 def test_the_classic_pairs_and_one_of_2006_are_shown_where_they_are():
-    scenes = [small_scene(group) for group in
+    scenes = [small_scene(group=group) for group in
               ('middv2', 'midd2006_third', 'midd2006_third', 'kitti', 'made')]
     assert anytime._shown(scenes) == (scenes[:2], [])
     assert anytime._shown(scenes[3:]) == (scenes[4:], ['the classic pairs: made instead'])
@@ -71,16 +65,10 @@ def test_the_classic_pairs_and_one_of_2006_are_shown_where_they_are():
 
 
 def test_the_report_has_means_scenes_a_picture_and_correlations():
-    class SmallRequest(Request):
-        def scenes(self):
-            return [small_scene()], []
-
-    report = anytime.run(SmallRequest(quick=True))
-    for table in report.tables:
-        assert len(set(table.columns)) == len(table.columns)
-        assert all(len(row) == len(table.columns) for row in table.rows)
+    report = anytime.run(request_for([small_scene()])(quick=True))
+    assert_columns_have_names_of_their_own(report)
     assert [row[0] for row in report.tables[0].rows] == [start.name for start in STARTS]
-    assert report.tables[-1].rows[0][0] == 'small/one'
+    assert report.tables[-1].rows[0][0] == 'small/seed1'
     drawn = report.pictures.get('anytime.svg')
     assert drawn is None or b'realtime' in drawn
 

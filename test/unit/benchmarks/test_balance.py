@@ -6,27 +6,23 @@ from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import balance
 from fuzzy_stereo_ros.benchmarks.balance import balance_table, evolution_tables, PARTS, Work
-from fuzzy_stereo_ros.benchmarks.datasets import known_pair, window
-from fuzzy_stereo_ros.benchmarks.request import Request, Trial
+from fuzzy_stereo_ros.benchmarks.datasets import window
+from fuzzy_stereo_ros.benchmarks.request import Trial
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
-from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
+from fuzzy_stereo_ros.evaluation.datasets import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pytest
+from small_scenes import (
+    assert_columns_have_names_of_their_own, DISPARITIES, request_for, small_scene)
 
-ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 CROSSOVER, MUTATION = (next(variant for variant in REALTIME if variant.part == part)
                        for part in ('crossover', 'mutation'))
 PREVIOUS_BEST = next(variant for variant in REALTIME if variant.part == 'previous best')
 
 
-def made_known(seed=1):
-    return known_pair(made_pair(ROWS, COLUMNS, DISPARITIES, seed, noise=6.0))
-
-
 def scene(group='made', name='one'):
-    return Scene(group, name, MIDDLEBURY, DISPARITIES, made_known)
+    return small_scene(1, group, name, noise=6.0)
 
 
 def sequence(kind='window, noise 6, pan 0'):
@@ -81,7 +77,7 @@ def test_realtime_runs_everywhere_and_what_takes_seconds_on_few_scenes():
 
 def test_a_trial_is_what_the_matcher_of_a_variant_finds():
     trials = balance._trials(Work('realtime', scene(), (DEFAULT, CROSSOVER)))
-    known = made_known()
+    known = scene().read()
     for variant in (DEFAULT, CROSSOVER):
         matcher = StereoMatcher(
             MatcherConfig(disparities=DISPARITIES, threads=1, fill=True), variant.stages)
@@ -116,20 +112,11 @@ def test_the_tables_of_a_profile_hold_each_scene_and_the_difference():
 
 @pytest.mark.slow
 def test_the_report_has_every_part_of_every_profile():
-    class SmallRequest(Request):
-        def scenes(self):
-            return [scene()], ['a group']
-
-        def sequences(self, scenes):
-            return [sequence()], []
-
-    report = balance.run(SmallRequest(quick=True))
+    report = balance.run(request_for([scene()], ([sequence()], []))(quick=True))
     assert [table.title.split(':')[0] for table in report.tables] == [
         'What each part of each profile earns', 'quality', 'paper']
     told = {row[:2] for row in report.tables[0].rows}
     assert told == {(profile, part) for profile in ('realtime', 'quality', 'paper')
                     for part in PARTS}
-    for table in report.tables:
-        assert len(set(table.columns)) == len(table.columns)
-        assert all(len(row) == len(table.columns) for row in table.rows)
+    assert_columns_have_names_of_their_own(report)
     assert report.skipped == ['a group']

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Benchmarks: the data is read right, baselines are set as said, figures are what they say."""
 from dataclasses import replace
-from functools import partial
 import io
 import json
 import re
@@ -11,21 +10,21 @@ from xml.etree import ElementTree
 import cv2
 from fuzzy_stereo_ros.benchmarks import accuracy, datasets, paper_tables, speed, warm
 from fuzzy_stereo_ros.benchmarks.accuracy import PRESETS
-from fuzzy_stereo_ros.benchmarks.confidence import (
-    BINS, left_right_sureness, reliability, sparsification)
 from fuzzy_stereo_ros.benchmarks.datasets import (
-    available_scenes, available_sequences, data_folder, known_pair)
+    available_scenes, available_sequences, data_folder)
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
-from fuzzy_stereo_ros.benchmarks.request import Request, TimedMatcher, Trial
+from fuzzy_stereo_ros.benchmarks.request import TimedMatcher, Trial
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.baselines import (
     default_baselines, dense, opencv_threads, strictest_baseline, tuned_baselines)
-from fuzzy_stereo_ros.evaluation.datasets import Scene, Sequence
+from fuzzy_stereo_ros.evaluation.datasets import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, bad_percent, cross_checked, KITTI, MIDDLEBURY, seen_by_both, warped_to_right)
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
+from fuzzy_stereo_ros.evaluation.scores import (
+    BINS, left_right_sureness, reliability, sparsification)
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.progress import follow
@@ -33,26 +32,13 @@ from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
 from repository import ROOT
+from small_scenes import (
+    assert_columns_have_names_of_their_own, COLUMNS, DISPARITIES, known as made_known, request_for,
+    ROWS, small_scene)
 import yaml
 
-ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 NAN = np.nan
-
-
-def made_known(seed=1, **options):
-    return known_pair(made_pair(ROWS, COLUMNS, DISPARITIES, seed, **options))
-
-
-def small_scene(seed=1, group='small', **options):
-    return Scene(group, f'seed{seed}', MIDDLEBURY, DISPARITIES,
-                 partial(made_known, seed, **options))
-
-
-class SmallRequest(Request):
-    """A request for two scenes that take no time."""
-
-    def scenes(self):
-        return [small_scene(seed) for seed in (1, 2)], ['a group']
+SmallRequest = request_for([small_scene(seed) for seed in (1, 2)])
 
 
 # Baselines.
@@ -413,12 +399,6 @@ def test_progress_is_plain_lines_where_it_is_piped():
 
 
 # The benchmarks themselves, on small scenes.
-
-def assert_columns_have_names_of_their_own(report):
-    for table in report.tables:
-        assert len(set(table.columns)) == len(table.columns)
-        assert all(len(row) == len(table.columns) for row in table.rows)
-
 
 def table_named(report, start):
     (table,) = [table for table in report.tables if table.title.startswith(start)]

@@ -2,23 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of drift: what was made is what is found, with the warning that belongs to it."""
 from fuzzy_stereo_ros.benchmarks import drift
-from fuzzy_stereo_ros.benchmarks.datasets import known_pair
-from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.evaluation.datasets import Scene
-from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pytest
+from small_scenes import request_for, small_scene
 
-KNOWN = known_pair(made_pair(120, 320, 24, 1, noise=1.0))
-SCENE = Scene('made', 'one', MIDDLEBURY, 24, lambda: KNOWN)
-
-
-class SmallRequest(Request):
-    def scenes(self):
-        return [SCENE], ['a group']
-
-    def sequences(self, scenes):
-        return [], ['a group', 'a folder']
+SmallRequest = request_for([small_scene(1, 'made', 'one', (120, 320, 24), noise=1.0)],
+                           ([], ['a group', 'a folder']))
 
 
 @pytest.mark.slow
@@ -38,5 +26,5 @@ def test_the_report_has_what_was_made_beside_what_is_found_and_what_it_costs():
 
 
 def test_images_too_small_to_be_measured_have_no_figures():
-    small = Scene('made', 'small', MIDDLEBURY, 16, lambda: known_pair(made_pair(40, 72, 16, 1)))
+    small = small_scene(1, 'made', 'small')
     assert drift._real_rows(SmallRequest(), small)[0] == ('made/small', *[None] * 5)

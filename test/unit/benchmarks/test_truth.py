@@ -2,26 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The truth beside the result of `quality`: errors and fitness are those of the maps named."""
 from fuzzy_stereo_ros.benchmarks import truth
-from fuzzy_stereo_ros.benchmarks.datasets import known_pair
-from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.evaluation.datasets import Scene
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest
+from small_scenes import request_for, small_scene
 
-KNOWN = known_pair(made_pair(60, 100, 24, 1, noise=3.0))
-SCENE = Scene('made', 'one', MIDDLEBURY, 24, lambda: KNOWN)
-
-
-class SmallRequest(Request):
-    def scenes(self):
-        return [SCENE], ['a group']
+SCENE = small_scene(1, 'made', 'one', (60, 100, 24), noise=3.0)
+KNOWN = SCENE.read()
 
 
 def test_the_report_compares_the_result_with_where_evolution_from_the_truth_ends():
-    report = truth.run(SmallRequest())
+    report = truth.run(request_for([SCENE])())
     (table,), (row, mean) = report.tables, report.tables[0].rows
     assert len(row) == len(mean) == len(table.columns)
     path, error, from_truth, distance, result_fitness, truth_fitness, end_fitness = row

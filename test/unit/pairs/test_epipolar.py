@@ -7,8 +7,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs import epipolar
 from fuzzy_stereo_ros.pairs.epipolar import corner_offsets, EpipolarCheck, Misalignment
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.synthetic.misaligned import misaligned
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence, misaligned
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
