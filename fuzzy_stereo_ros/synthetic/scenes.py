@@ -4,7 +4,7 @@
 Synthetic stereo scenes with exact truth: slanted textured planes before a slanted background.
 
 Disparity and occlusion are known without any rounding (see `surfaces.py`). Only the textures
-are read to 1/32 px, the step of OpenCV's remap.
+are read to 1/32 px, the step of OpenCV's remap. Cameras that drive see a street: `street.py`.
 """
 import inspect
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.parameters.table import Parameter
+from fuzzy_stereo_ros.synthetic.street import look, pose, rig_of, street
 from fuzzy_stereo_ros.synthetic.surfaces import (
     background, fence as made_fence, meet, place, SHAPES, standing_object, thin_pole, World)
 import numpy as np
@@ -19,6 +20,7 @@ import numpy as np
 FOCAL = 0.9         # focal length in widths of the image
 BASELINE = 0.12     # m
 CAMERA = 'rate', 'offset'       # what made_sequence does not know
+STANDING = 'min_disparity', 'poles', 'fence'    # what a street has not
 
 
 class MadePair(NamedTuple):
@@ -46,8 +48,8 @@ def made_pair(rows, columns, disparities, seed=0, **options):
 
 
 def made_sequence(rows, columns, disparities, frames, seed=0, *, min_disparity=0, objects=4,
-                  poles=0, fence=0, pan=0.0, motion=0.0, noise=0.0, exposure=1.0, flicker=0.0,
-                  contrast=1.0, colour=False, bits=8):
+                  poles=0, fence=0, pan=0.0, drive=0.0, motion=0.0, noise=0.0, exposure=1.0,
+                  flicker=0.0, contrast=1.0, colour=False, bits=8):
     """
     Return an iterator over `frames` pairs of one scene; the same arguments give the same bits.
 
@@ -56,6 +58,8 @@ def made_sequence(rows, columns, disparities, frames, seed=0, *, min_disparity=0
     poles: how many poles stand there besides, each 1 to 3 pixels wide.
     fence: of how many bars a fence is, each 2 pixels wide; it comes nearer from side to side.
     pan: pixels per frame by which the whole scene moves to the left (to the right if negative).
+    drive: metres per frame by which the cameras drive ahead, through a street instead; they sway,
+    tilt and roll on the way, and turn to both sides by pan pixels per frame at the most.
     motion: largest speed of an object or a pole, pixels per frame, in x and in y.
     noise: standard deviation of the sensor noise, in 8-bit grey levels, fresh in every image.
     exposure: gain of the right image relative to the left one.
@@ -73,6 +77,24 @@ def made_sequence(rows, columns, disparities, frames, seed=0, *, min_disparity=0
         raise ValueError(f'disparities is {disparities}; allowed are 1 to the {columns} columns')
     if not 8 <= bits <= 16:
         raise ValueError(f'bits is {bits}; allowed are 8 to 16')
+    gains = [1.0 + flicker * np.sin(2 * np.pi * frame / 8) for frame in range(frames)]
+
+    def exposed(frame, left, right, truth, visible):
+        chance = np.random.default_rng([seed, 1, frame])
+        return MadePair(_expose(left, gains[frame], noise, chance, bits),
+                        _expose(right, gains[frame] * exposure, noise, chance, bits),
+                        truth.astype(np.float32), visible)
+
+    if drive:
+        for name, value in zip(STANDING, (min_disparity, poles, fence)):
+            if value:
+                raise ValueError(f'{name} is {value} and drive is {drive:g}; a street has no '
+                                 f'{name}: give one of the two')
+        rig = rig_of(rows, columns, disparities, FOCAL * columns, BASELINE)
+        planes = street(rig, disparities, frames, drive, seed, objects=objects, motion=motion,
+                        contrast=contrast, colour=colour)
+        return (exposed(frame, *_drive_through(rig, planes, frame, pose(rig, frame, drive, pan)))
+                for frame in range(frames))
     span = (min(0.0, pan * (frames - 1)), columns + max(0.0, pan * (frames - 1)))
     world = World(rows, columns, span, min_disparity, disparities, motion, contrast, colour)
     chance, chance_of_thin = (np.random.default_rng([seed, word]) for word in (0, 2))
@@ -81,10 +103,8 @@ def made_sequence(rows, columns, disparities, frames, seed=0, *, min_disparity=0
     surfaces += [thin_pole(chance_of_thin, world) for _ in range(poles)]
     if fence:
         surfaces.append(made_fence(np.random.default_rng([seed, 3]), world, fence))
-    return (_draw([place(surface, frame, world) for surface in surfaces], world, pan * frame,
-                  np.random.default_rng([seed, 1, frame]), noise,
-                  1.0 + flicker * np.sin(2 * np.pi * frame / 8), exposure, bits)
-            for frame in range(frames))
+    return (exposed(frame, *_draw([place(surface, frame, world) for surface in surfaces], world,
+                                  pan * frame)) for frame in range(frames))
 
 
 def _of_the_scene(name, *facts, **more):
@@ -107,6 +127,9 @@ SCENE_PARAMETERS = {row.name: row for row in (
                   0, 1000),
     Parameter('pan', 2.0, 'by how much the cameras turn to the right in each frame', -1000.0,
               1000.0, 'px'),
+    _of_the_scene('drive', 'how far the cameras drive ahead in each frame, through a street; they '
+                  'turn to both sides by pan at the most, tilt and roll; 0 is the scene of planes',
+                  0.0, 100.0, 'm'),
     _of_the_scene('motion', 'largest speed of objects and poles, in each frame', 0.0, 1000.0,
                   'px'),
     Parameter('noise', 2.0, 'standard deviation of the noise of the sensors', 0.0, 255.0,
@@ -135,24 +158,32 @@ def scene_calibration(values):
                                values['rows'], values['columns'])
 
 
-def _draw(surfaces, world, panned, chance, noise, gain, exposure, bits):
-    """Return the `MadePair` of one frame; panned: pixels by which the cameras have moved."""
+def _draw(surfaces, world, panned):
+    """Return what a `MadePair` is made of; panned: pixels by which the cameras have moved."""
     y, x = np.mgrid[0:world.rows, 0:world.columns].astype(np.float64)
     x += panned
     left, truth = _view(surfaces, x, y, by_left=True)
     right, _ = _view(surfaces, x, y, by_left=False)
     nearest = _nearest(surfaces, x - truth, y)
     inside = (x - truth >= panned) & (x - truth <= panned + world.columns - 1)
-    visible = inside & (nearest <= truth + 1e-6)
+    return left, right, truth, inside & (nearest <= truth + 1e-6)
+
+
+def _drive_through(rig, planes, frame, seen_from):
+    """Return the same of a street, seen from a pose."""
+    y, x = np.mgrid[0:rig.rows, 0:rig.columns].astype(np.float64)
+    left, truth = look(rig, planes, frame, seen_from, x, y, by_left=True)
+    right, _ = look(rig, planes, frame, seen_from, x, y, by_left=False)
+    _, nearest = look(rig, planes, frame, seen_from, x - truth, y, by_left=False)
+    return left, right, truth, (x - truth >= 0) & (nearest <= truth + 1e-6)
+
+
+def _expose(image, gain, noise, chance, bits):
+    """Return an image of grey levels of 8 bits as a camera takes it: uint8 or uint16."""
     top, depth = 2**bits - 1, np.uint8 if bits == 8 else np.uint16
-
-    def expose(image, factor):
-        image = factor * image + noise * chance.standard_normal(image.shape, np.float32)
-        image = np.clip(np.rint(image * (top / 255)), 0, top).astype(depth)
-        return image[:, :, 0] if image.shape[2] == 1 else image
-
-    return MadePair(expose(left, gain), expose(right, gain * exposure),
-                    truth.astype(np.float32), visible)
+    image = gain * image + noise * chance.standard_normal(image.shape, np.float32)
+    image = np.clip(np.rint(image * (top / 255)), 0, top).astype(depth)
+    return image[:, :, 0] if image.shape[2] == 1 else image
 
 
 def _nearest(surfaces, x, y):

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Made scenes are exact: what the truth says is what the images show."""
 import cv2
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -162,3 +163,66 @@ def test_exposure_changes_the_right_image_and_flicker_both():
 def test_what_cannot_be_made_is_refused_with_a_sentence(arguments, options, words):
     with pytest.raises(ValueError, match=words):
         made_pair(*arguments, **options)
+
+
+def driven(frames, seed, **options):
+    return list(made_sequence(120, 160, 32, frames, seed, drive=0.1, pan=2.0, **options))
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_on_a_drive_the_right_image_moved_by_the_truth_is_the_left_image_where_visible(seed):
+    for pair in driven(5, seed, colour=True, objects=8)[::4]:
+        difference = abs(warp_right_to_left(pair).astype(int) - pair.left).max(axis=2)
+        assert np.median(difference[pair.visible]) <= 2
+        assert np.percentile(difference[pair.visible], 95) <= 12
+        assert pair.truth.min() > 0 and pair.truth.max() <= 31
+        assert 0.7 < pair.visible.mean() < 0.99
+
+
+def test_on_a_drive_the_next_frame_shows_what_the_true_motion_says():
+    rig = rig_of(120, 160, 32, FOCAL * 160, BASELINE)
+    first, second = driven(2, 1, objects=0)
+    (turned, place), (now, next_place) = (pose(rig, frame, 0.1, 2.0) for frame in range(2))
+    y, x = np.mgrid[:120, :160].astype(float)
+    rays = np.stack([(x - 79.5) / rig.focal, (y - 59.5) / rig.focal, np.ones_like(x)], -1)
+    points = rays * (rig.focal * BASELINE / second.truth)[..., None]
+    before = ((points @ now + next_place) - place) @ turned.T
+    seen = [before[..., axis] / before[..., 2] * rig.focal + centre
+            for axis, centre in ((0, 79.5), (1, 59.5))]
+    there = cv2.remap(first.left, *(part.astype(np.float32) for part in seen), cv2.INTER_CUBIC)
+    inside = (seen[0] > 2) & (seen[0] < 157) & (seen[1] > 2) & (seen[1] < 117)
+    assert inside.mean() > 0.7
+    assert np.median(abs(there.astype(int) - second.left)[inside]) <= 4
+    assert np.median(abs(first.left.astype(int) - second.left)[inside]) > 8
+
+
+def test_a_drive_moves_in_six_degrees_of_freedom_and_turns_by_no_more_than_pan():
+    rig = rig_of(120, 160, 32, FOCAL * 160, BASELINE)
+    poses = [pose(rig, frame, 0.1, 2.0) for frame in range(100)]
+    places = np.array([place for _, place in poses])
+    assert (np.ptp(places, axis=0) > 0.01).all()
+    assert np.allclose(np.diff(places[:, 2]), 0.1)
+    turns = np.array([cv2.Rodrigues(now @ before.T)[0].ravel()
+                      for (before, _), (now, _) in zip(poses, poses[1:])])
+    assert (np.ptp(turns, axis=0) > 0.001).all()
+    assert rig.focal * abs(turns[:, 1]).max() < 2.1
+    for turned, _ in poses:
+        np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-12)
+
+
+def test_objects_beside_the_way_move_only_where_asked():
+    still, moving = (driven(4, 3, motion=motion) for motion in (0.0, 6.0))
+    assert np.array_equal(still[0].truth, moving[0].truth)
+    assert 0.005 < (still[3].truth != moving[3].truth).mean() < 0.5
+
+
+def test_a_drive_is_the_same_bits_again():
+    for one, two in zip(driven(2, 4, noise=3.0), driven(2, 4, noise=3.0)):
+        assert all(map(np.array_equal, one, two))
+
+
+@pytest.mark.parametrize('options', [{'poles': 2}, {'fence': 5}, {'min_disparity': -3}])
+def test_what_a_street_has_not_is_refused_with_a_sentence(options):
+    name, = options
+    with pytest.raises(ValueError, match=f'{name} is .* and drive is 0.1; a street has no {name}'):
+        driven(1, 0, **options)
