@@ -8,6 +8,7 @@ import threading
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.camera import Camera
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
@@ -77,7 +78,8 @@ class PairMatcher:
             self._reset = False
             self._matcher.reset()
         before, shape = self._matcher.state, pair.left.shape[:2]
-        match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp)
+        match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp,
+                                    camera=camera_of(pair))
         self.last = MatchedPair(pair, match, self._matcher.config, before)
         if prepared is not None or shape != self._shape:
             self._shape = shape
@@ -133,6 +135,11 @@ class PairMatcher:
         (warm_up or type(matcher).warm_up)(matcher, *self._shape)
         give_back_memory()      # of this warm-up
         return matcher
+
+
+def camera_of(pair):
+    """Return the Camera of a StereoPair, as the matcher takes it."""
+    return Camera(*pair.calibration.left, pair.calibration.offset)
 
 
 def without_missing(match, missing):

@@ -80,7 +80,8 @@ def _trials(work):
             work.subject.disparities)
         if isinstance(work.subject, Sequence):
             trials[variant.name] = Trial(scored_error(work.subject, frames, [
-                matcher.match(pair.left, pair.right).disparity for pair in frames]))
+                matcher.match(pair.left, pair.right, camera=work.subject.camera).disparity
+                for pair in frames]))
         else:
             matcher.warm_up(*frames.left.shape[:2])
             match = matcher.match(frames.left, frames.right)

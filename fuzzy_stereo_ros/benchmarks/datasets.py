@@ -18,7 +18,8 @@ from fuzzy_stereo_ros.evaluation.ground_truth import (
     GroundTruthPair, KITTI, MIDDLEBURY, read_motorcycle)
 from fuzzy_stereo_ros.evaluation.layouts import (
     files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR)
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.matching.camera import Camera
+from fuzzy_stereo_ros.synthetic.scenes import FOCAL, made_pair, made_sequence
 import numpy as np
 
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'
@@ -35,12 +36,18 @@ PANS = (0, 2, 8)
 WINDOW_FRAMES, FIRST_SCORED = 6, 2
 KITTI_DRIVE = 'kitti2012_seq/000027'
 KITTI_FRAMES, KITTI_DISPARITIES = ('07', '08', '09', '10'), 96
+CALIBRATION = 'calib.txt'
 EUROC, EUROC_DISPARITIES = 'euroc_v101_rect', 64
 EUROC_FRAMES = tuple(f'{number:04}' for number in range(10))
 MADE = {'rows': 240, 'columns': 320, 'disparities': 48, 'colour': True}
+MADE_CAMERA = Camera(FOCAL * MADE['columns'], FOCAL * MADE['columns'],
+                     (MADE['columns'] - 1) / 2, (MADE['rows'] - 1) / 2)
 MADE_KINDS = {'made, moving': {'motion': 3.0},
               'made, moving, noise 6': {'motion': 3.0, 'noise': 6},
               'made, exposure swings': {'motion': 1.0, 'noise': 3, 'flicker': 0.3}}
+DRIVE = {'drive': 0.08, 'pan': 2.0}     # m and px a frame
+DRIVE_KINDS = {'made, drive': DRIVE, 'made, drive, noise 6': {**DRIVE, 'noise': 6},
+               'made, drive, objects move': {**DRIVE, 'noise': 2, 'motion': 3.0}}
 MADE_SEEDS = 1, 2, 3
 APPEARS = 3
 
@@ -149,18 +156,22 @@ def available_sequences(data, scenes):
           for before, after in pairwise(real or single)),
         *(sequence(kind, f'seed {seed}', partial(moving, seed, options), range(FIRST_SCORED, 8))
           for kind, options in MADE_KINDS.items() for seed in MADE_SEEDS),
+        *(sequence(kind, f'seed {seed}', partial(moving, seed, options), range(FIRST_SCORED, 8),
+                   camera=MADE_CAMERA)
+          for kind, options in DRIVE_KINDS.items() for seed in MADE_SEEDS),
         *(sequence('made, object appears', f'seed {seed}', partial(appearing, seed),
                    range(APPEARS, APPEARS + 2)) for seed in MADE_SEEDS)]
     if f'no folder: {KITTI_DRIVE}' not in skipped:
         found.insert(0, sequence(
             'KITTI drive', KITTI_DRIVE.split('/')[1],
             partial(read_frames, data / KITTI_DRIVE, FRAMES, KITTI_FRAMES),
-            range(len(KITTI_FRAMES)), KITTI_DISPARITIES, family=KITTI))
+            range(len(KITTI_FRAMES)), KITTI_DISPARITIES, family=KITTI,
+            camera=read_camera(data / KITTI_DRIVE / CALIBRATION)))
     if f'no folder: {EUROC}' not in skipped:
         found.append(sequence(
             'EuRoC', 'V1_01, flicker only',
             partial(read_frames, data / EUROC, FRAMES_IN_FOLDERS, EUROC_FRAMES), range(0),
-            EUROC_DISPARITIES))
+            EUROC_DISPARITIES, camera=read_camera(data / EUROC / CALIBRATION)))
     return found, skipped
 
 
@@ -218,6 +229,13 @@ def appearing(seed):
     fewer, more = (list(made_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
                                       noise=2, **MADE)) for count in (4, 5))
     return [known_pair(made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
+
+
+def read_camera(path):
+    """Return the `Camera` of a calibration of KITTI: P0 and P1, a line each."""
+    left, right = (list(map(float, line.split()[1:])) for line in path.read_text(
+        encoding='ascii').splitlines()[:2])
+    return Camera(left[0], left[5], left[2], left[6], left[2] - right[2])
 
 
 def read_frames(folder, layout, numbers):

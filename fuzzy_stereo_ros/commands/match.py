@@ -11,6 +11,7 @@ import time
 from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, read_truth, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import check_disparity_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
@@ -130,7 +131,8 @@ def _run(arguments, config, stream, saved=None):
 
 def _match_again(matcher, saved):
     matcher.restore(saved.state)
-    return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp)
+    return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp,
+                         camera=camera_of(saved.pair))
 
 
 def _checked_outputs(arguments):

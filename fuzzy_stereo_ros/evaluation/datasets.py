@@ -9,6 +9,7 @@ import re
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, ALL, GroundTruthPair, KITTI, LIMITS, MASKS, NONOCC, NUMBERS, read_mask, read_truth,
     seen_by_both)
+from fuzzy_stereo_ros.matching.camera import Camera
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
@@ -74,6 +75,7 @@ class Sequence:
     scored: numbers of the frames whose error counts, those without truth left out. pan: pixels
     per frame that the window moves to the right. flickers: whether changes between frames tell
     anything. frames: {number as it is written: `PairFiles`}, empty for those of the benchmarks.
+    camera: the `Camera`, where it moves in space; None where it is not known.
     """
 
     kind: str
@@ -87,6 +89,7 @@ class Sequence:
     told_by: str = ''
     layout: str = ''
     frames: dict = field(default_factory=dict, hash=False)
+    camera: Camera | None = None
 
     limit = Scene.limit
 

@@ -24,7 +24,7 @@ import warnings
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from fuzzy_stereo_ros.matching.kernels.keeping import before_compiling
-from fuzzy_stereo_ros.matching.matcher import warm_up_pairs
+from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 from numba.core.dispatcher import Dispatcher
 import numpy as np
 
@@ -82,7 +82,7 @@ def rehearse(config):
             warnings.simplefilter('ignore')
             for matcher, left, right in warm_up_pairs(config):
                 with suppress(Exception):       # what makes no sense ends somewhere
-                    matcher.match(left, right)
+                    matcher.match(left, right, camera=warm_up_camera(left))
     return noted
 
 

@@ -15,6 +15,7 @@ class Match:
     confidence: float32 (R, C), 0 to 1, from possibility; 0 where inconsistent or filled.
     history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
     warm: whether the previous best took part: as a prior, or as a parent.
+    motion: how the camera moved, or why that is not known; '' where no camera was given.
     generations: how many ran; gains: by how much each operator raised the fitness.
     """
 
@@ -23,6 +24,7 @@ class Match:
     history: list
     times: dict
     warm: bool
+    motion: str = ''
 
     @property
     def generations(self):

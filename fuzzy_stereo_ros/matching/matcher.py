@@ -5,6 +5,7 @@ from dataclasses import replace
 import time
 
 import cv2
+from fuzzy_stereo_ros.matching.camera import Camera
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
@@ -39,7 +40,7 @@ class StereoMatcher:
         self.algorithm, self._shape = None, None
         self.reset()
 
-    def match(self, left, right, stamp=None, observe=None):
+    def match(self, left, right, stamp=None, observe=None, camera=None):
         """
         Match a rectified pair.
 
@@ -47,6 +48,8 @@ class StereoMatcher:
         stamp: int ns, of the pair; None counts pairs as consecutive.
         observe: called with the number and the genes (P, R, C) after each generation, from 0 for
         min_disparity, mirrored where the reference is the right image.
+        camera: the `Camera` of the left image; with it the previous frame serves a camera that
+        drives and turns, in the profile `realtime`. None where it is not known.
         Raises ValueError, with a sentence that says why, for what is no such pair.
         """
         started = time.perf_counter_ns()
@@ -54,11 +57,13 @@ class StereoMatcher:
         stamp = checked_stamp(stamp)
         if self.config.reference == 'right':
             left, right = _mirrored(right), _mirrored(left)
+            camera = camera and camera.mirrored_right(left.shape[1])
         previous = self._previous(left.shape[:2], stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
         match, state = self._algorithm_of(left.shape[:2]).match(
             left, right, previous, Random((self.config.seed, frame if stamp is None else stamp)),
-            Budget(self.config.generations, self.config.deadline_ms, started), observe)
+            Budget(self.config.generations, self.config.deadline_ms, started), observe,
+            camera)
         self.state = state and replace(state, stamp=stamp, frame=frame)
         if self.config.reference == 'right':
             match = replace(match, disparity=_mirrored(match.disparity),
@@ -83,7 +88,7 @@ class StereoMatcher:
         """
         check_size(rows, columns)
         for matcher, left, right in warm_up_pairs(self.config):
-            matcher.match(left, right)
+            matcher.match(left, right, camera=warm_up_camera(left))
         algorithm = self._algorithm_of((rows, columns))
         if self.state is None and self.config.disparities <= columns:
             # The system gives memory when it is written to: not in the first frame.
@@ -105,6 +110,13 @@ class StereoMatcher:
             self.algorithm = kind(self.config, *shape, self._stages)
             self._shape = shape
         return self.algorithm
+
+
+def warm_up_camera(image):
+    """Return a camera that has moved, for an image of a warm-up."""
+    rows, columns = image.shape[:2]
+    return Camera(columns, columns, (columns - 1) / 2, (rows - 1) / 2,
+                  moved=(np.eye(3), np.array((0.0, 0.0, -0.1))))
 
 
 def warm_up_pairs(config):
@@ -138,11 +150,13 @@ def _mirrored(image):
 
 
 def _still_frames(picture):
-    """Yield noisy pairs of a still scene with a plain wall: uint8 (R, C), left and right."""
+    """Yield noisy pairs of a still scene with a plain wall, then of another: uint8 (R, C)."""
     rows, columns = picture.shape
     scene = picture.astype(np.float32)
     scene[rows // 4:, columns // 4:-columns // 8] = 120
     chance = np.random.default_rng(0)
-    for _ in range(WARM_UP_FRAMES):
+    for number in range(WARM_UP_FRAMES + 1):
+        if number == WARM_UP_FRAMES:
+            scene = 255 - scene     # nothing is in place: pictures are moved to where they belong
         noisy = scene + chance.normal(0, 1.5, (2, rows, columns))
         yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)

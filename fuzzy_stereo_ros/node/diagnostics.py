@@ -105,6 +105,7 @@ class Diagnostics:
                 figures[f'{name}, {what}'] = f'{value:.1f} ms'
         figures['generations'] = str(match.generations)
         figures['warm'] = str(bool(match.warm)).lower()
+        figures['camera motion'] = match.motion or 'not asked'
         figures['mean confidence'] = f'{float(np.mean(match.confidence)):.3f}'
         figures['valid share'] = f'{1 - float(np.mean(np.isnan(match.disparity))):.3f}'
         return figures

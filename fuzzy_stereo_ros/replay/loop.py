@@ -12,7 +12,7 @@ import signal
 import threading
 import time
 
-from fuzzy_stereo_ros.pair_matcher import MatchedPair, without_missing
+from fuzzy_stereo_ros.pair_matcher import camera_of, MatchedPair, without_missing
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
 from fuzzy_stereo_ros.replay.source import Refusal, refusal_of
@@ -82,7 +82,7 @@ def match_or_refuse(pair, matcher):
     if pair is None or isinstance(pair, Refusal):
         return pair
     try:
-        return matcher.match(pair.left, pair.right, stamp=pair.stamp)
+        return matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))
     except ValueError as error:
         return refusal_of(error)
     except Exception as error:          # noqa: B902  whatever it is, the next pair is matched

@@ -22,6 +22,7 @@ from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.realtime.moving_camera import UNSEEN
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
@@ -124,7 +125,7 @@ def _write_files(folder, saved):
                         'remarks': list(pair.calibration.remarks)},
         'parameters': {one.name: one.type(getattr(saved.config, one.name))
                        for one in fields(MatcherConfig)},
-        'state': None, 'warm': match.warm, 'times': _floats(match.times),
+        'state': None, 'warm': match.warm, 'motion': match.motion, 'times': _floats(match.times),
         'generations': [{**asdict(row), 'gains': _floats(row.gains)} for row in match.history],
         'versions': saved.versions, 'about': saved.about}
     if state is not None:
@@ -163,8 +164,8 @@ def _saved_pair(record, arrays, left, right):
 
     _checked('pair.json', record, {
         'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
-        'state': object, 'warm': bool, 'times': dict, 'generations': list, 'versions': dict,
-        'about': dict})
+        'state': object, 'warm': bool, 'motion': str, 'times': dict, 'generations': list,
+        'versions': dict, 'about': dict})
     calibration = _checked('calibration', record['calibration'], {
         'focal': float, 'baseline': float, 'offset': float, 'left': dict, 'remarks': list})
     projection = _checked('left', calibration['left'], dict.fromkeys(Projection._fields, float))
@@ -178,7 +179,7 @@ def _saved_pair(record, arrays, left, right):
                              'gains': floats('gains', row['gains'])})
                for row in record['generations']]
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
-                  floats('times', record['times']), record['warm'])
+                  floats('times', record['times']), record['warm'], record['motion'])
     state = record['state']
     if state is not None:
         _checked('state', state, {'stamp': object, 'frame': int, 'disparities': int,
@@ -209,7 +210,12 @@ def _layout(state):
     return {'labels': (gene_type(state.disparities), shape), 'verdict': (np.uint8, shape),
             'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
             'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
-            'work': (np.uint8, cells), 'origin': (np.uint8, (2,))}
+            'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),
+            # none where no camera was known
+            **({'half_grey': (np.uint8, cells), 'census': (np.uint32, shape),
+                'cells': (np.float32, cells), 'survived': (np.uint8, cells)}
+               if np.size(state.half_grey) else
+               {name: (array.dtype, array.shape) for name, array in UNSEEN._asdict().items()})}
 
 
 def _check_state(state, config):
@@ -218,6 +224,8 @@ def _check_state(state, config):
         _check_array(f'{name} of the state', getattr(state, name), kind, shape)
     if (state.labels >= state.disparities).any() or not (state.ages >= 1).all():
         raise ValueError('the state holds labels or ages that no frame has')
+    if not ((state.cells >= 0) & (state.cells < state.disparities)).all():
+        raise ValueError('the state holds cells that no frame has')
     if not np.isfinite(state.planes).all() or (state.origin > 1).any():
         raise ValueError('the state holds planes that no frame has')
     if state.reference != config.reference:

@@ -4,6 +4,7 @@
 from functools import cache
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.saved_pairs.saved_pair import SavedPair
 from fuzzy_stereo_ros.synthetic.scenes import made_sequence
@@ -36,6 +37,6 @@ def running(profile='realtime', grey='', bits=8, min_disparity=0, frames=3, **ch
         pair = StereoPair(**images, calibration=CALIBRATION, stamp=(number + 1) * PERIOD,
                           frame_id='left_camera')
         state = matcher.state
-        match = matcher.match(pair.left, pair.right, stamp=pair.stamp)
+        match = matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))
         saved.append(SavedPair(pair, config, state, match, ABOUT))
     return tuple(saved)

@@ -7,6 +7,7 @@ from queue import SimpleQueue
 from fuzzy_stereo_ros import pair_matcher
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pair_matcher import FAILED, PairMatcher, PREPARING, READY
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from node_process import shifted_pair
 import numpy as np
@@ -15,7 +16,8 @@ from repository import ROOT
 
 SOON = 60.0     # s; nothing here takes long, events are awaited: when to give up
 KERNELS = ROOT / 'fuzzy_stereo_ros'
-PAIR = StereoPair(*shifted_pair(3), calibration=None, stamp=None)
+CALIBRATION = centred_calibration(100.0, 0.1, 0.0, 60, 80)
+PAIR = StereoPair(*shifted_pair(3), calibration=CALIBRATION, stamp=None)
 
 
 class Gated:
@@ -33,7 +35,7 @@ class Gated:
         if error is not None:
             raise error
 
-    def match(self, left, right, stamp):
+    def match(self, left, right, stamp, camera):
         return self.config.disparities
 
 
@@ -137,7 +139,7 @@ def test_what_a_missing_pixel_takes_part_in_is_invalid_but_not_what_is_filled():
     for fill in (False, True):
         matcher = PairMatcher(MatcherConfig(disparities=8, fill=fill))
         matcher.warm_up()
-        pair = StereoPair(left, right, calibration=None, stamp=None)
+        pair = StereoPair(left, right, calibration=CALIBRATION, stamp=None)
         plain = matcher.match(pair).match
         matcher.reset()
         matched = matcher.match(replace(pair, missing=tuple(missing)))

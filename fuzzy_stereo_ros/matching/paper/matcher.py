@@ -56,12 +56,12 @@ class PaperMatcher:
         self._operators = {name: partial(stage, self._tools)
                            for name, stage in stages._asdict().items() if stage is not None}
 
-    def match(self, left, right, previous, random, budget, observe=None):
+    def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """
         Match a pair; return the `Match`, and None: no frame starts from the previous one.
 
-        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; previous: not used; random, budget,
-        observe: as `evolve` takes them
+        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; previous, camera: not used;
+        random, budget, observe: as `evolve` takes them
         """
         watch = Stopwatch()
         self._fitness.set_pair(self.crew, left, right)

@@ -60,12 +60,12 @@ class QualityMatcher:
         self._stages, self.crew = stages or Stages(), Crew(config.threads)
         self.population = None
 
-    def match(self, left, right, previous, random, budget, observe=None):
+    def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """
         Match a pair; return the `Match`, and None: no frame starts from the previous one.
 
-        left, right: uint8 or uint16 (R, C) or (R, C, 3); previous: not used; random, budget,
-        observe: as `evolve` takes them
+        left, right: uint8 or uint16 (R, C) or (R, C, 3); previous, camera: not used;
+        random, budget, observe: as `evolve` takes them
         """
         watch = Stopwatch()
         self.population = None

@@ -39,7 +39,11 @@ class Averaged(NamedTuple):
 
 
 class Averaging:
-    """The views of one image size, averaged: `pictures` of both, mirrored alike, and `ages`."""
+    """
+    The views of one image size, averaged: `pictures` of both, mirrored alike, and `ages`.
+
+    share: of the tiles, those that show the same as before, in the view that has fewer
+    """
 
     def __init__(self, rows, columns):
         """Allocate for images of a size."""
@@ -51,7 +55,7 @@ class Averaging:
             np.zeros((2, 4, *tiles), np.float32), np.zeros(tiles, np.float32),
             np.zeros((2, *tiles), np.float32), np.full(tiles, -1, np.int8),
             np.ones(tiles, np.float32), np.zeros(tiles, np.float32)) for _ in range(2)]
-        self.noise, self.shift, self.pictures = 0.0, (0, 0), None
+        self.noise, self.shift, self.pictures, self.share = 0.0, (0, 0), None, 0.0
 
     @property
     def ages(self):
@@ -60,30 +64,32 @@ class Averaging:
 
     def begin(self, crew, views):
         """Start anew: what is seen now is all there is."""
-        self.noise, self.shift = 0.0, (0, 0)
+        self.noise, self.shift, self.share = 0.0, (0, 0), 0.0
         for seen in self.seen:
             seen.choices[:] = -1
             seen.ages[:] = 1
         pictures = np.empty((2, *self._size), np.uint16)
         self._blend(crew, views, pictures, pictures)
 
-    def average(self, crew, views, pictures, ages):
+    def average(self, crew, views, pictures, ages, search=True):
         """
         Average both views with the pictures before: where they stayed, or moved with the rest.
 
         views: left and right; pictures: uint16 (2, R, C), the right one mirrored like its view;
-        ages: float32 (2, tile rows, tile columns), of the pictures' tiles.
+        ages: float32 (2, tile rows, tile columns), of the pictures' tiles; search: whether all of
+        it may have moved.
         """
         self.shift = 0, 0
         for seen, before in zip(self.seen, ages):
             seen.ages_then[:] = before
         shares = self._choose(crew, views, pictures, 1)
-        if min(shares) < STILL:
+        if search and min(shares) < STILL:
             self.shift = self._motion.between(pictures[0], views[0].fine)
         if any(self.shift):
             for seen, before, (down, right) in zip(self.seen, ages, self._shifts()[:, 1]):
                 move_ages(before, down, right, seen.ages_then[1])
             shares = self._choose(crew, views, pictures, 2)
+        self.share = min(shares)
         for seen, share in zip(self.seen, shares):
             if share < ANOTHER:
                 seen.choices[:] = -1

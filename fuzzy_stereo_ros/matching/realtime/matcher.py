@@ -73,7 +73,7 @@ class RealtimeMatcher:
         self._views = Views(config, rows, columns, TILE, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         self._scanlines = Scanlines(self._views.full, TILE)
-        self._warm_start = WarmStart(rows, columns, config.disparities)
+        self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._scanlines.chosen.labels.dtype
         self._refinement = Refinement(
             columns, config.disparities, labels_type, self._scanlines.bands)
@@ -86,17 +86,21 @@ class RealtimeMatcher:
         if self._stages.mutation is not None:
             self._regions = self._stages.mutation(rows, columns, labels_type)
 
-    def match(self, left, right, previous, random, budget, observe=None):
+    def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """
         Match a pair; return the `Match`, and the `FrameState` for the next one.
 
         left, right: uint8 or uint16 (R, C) or (R, C, 3); previous: the previous frame's
-        FrameState or None; random, budget, observe: as `evolve` takes them
+        FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
+        that may have moved, or None
         """
         config, crew, watch = self._config, self.crew, Stopwatch()
-        self._views.read(crew, left, right, partial(self._average, previous),
+        self._views.read(crew, left, right, partial(self._average, previous, camera),
                          self._stages.describe)
         watch.took('possibility')
+        if self._warm_start.motion:
+            watch.times['possibility'] -= self._warm_start.motion_ms
+            watch.times['camera_motion'] = self._warm_start.motion_ms
         half = self._half_size.search(crew, self._views.inside, self._views.full.left.grey)
         texture_prior = self._half_size.prior(crew, half)
         previous_prior = self._stages.previous_best(self._warm_start, crew, previous, half)
@@ -132,11 +136,12 @@ class RealtimeMatcher:
         state = None
         if config.warm_start:
             state = self._warm_start.hand_on(
-                labels, self._refinement.settled, self.frames.carried, config)
+                labels, self._refinement.settled, self._refinement.fine, self.frames.carried,
+                config, previous)
             watch.took('handing_on')
         self._durations.note(LAST, sum(watch.times.values()) - before)
         return Match(disparity, confidence, history, watch.times,
-                     previous_prior is not None or came_over), state
+                     previous_prior is not None or came_over, self._warm_start.motion), state
 
     def possibility_of(self, chromosome):
         """Return how possible the matches of a chromosome are: float32 (R, C), 0 to 1."""
@@ -176,9 +181,11 @@ class RealtimeMatcher:
         self._durations.note(EXPRESS, watch.times['look'] + watch.times['express'])
         return history
 
-    def _average(self, previous, *views):
+    def _average(self, previous, camera, *views):
         """Average the views of a pair with those before; return the share of noise left."""
         if not self._config.warm_start:
             return 1.0
-        self._warm_start.average(self.crew, previous, *views)
+        half = self._views.half
+        self._warm_start.average(self.crew, previous, camera,
+                                 half.left.grey[:, :half.columns], self._views.noise, *views)
         return self._warm_start.noise_left

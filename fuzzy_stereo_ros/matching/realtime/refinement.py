@@ -52,6 +52,11 @@ class Refinement:
             (RIGHT[:-1] - np.arange(10) * slopes, 10 * slopes)).astype(np.float32)
         self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
+    @property
+    def fine(self):
+        """The labels of the last frame with their fractions: (R, C), 1 / STEPS of a label."""
+        return self._fine[:, :self._labels.shape[1]]
+
     def check(self, chosen, inside, config, band):
         """Write the verdict on the pixels of a band by left-right consistency."""
         check_consistency(chosen.labels, chosen.target, self._disparities, inside, self.verdict,

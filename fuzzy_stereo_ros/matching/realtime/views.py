@@ -71,7 +71,8 @@ class Views:
 
         crew.each(read, self._bands)
         # of this pair alone: what averaging has left hides behind texture
-        self.noise = self._estimate.level * average(full.left, self._right)
+        self.noise = self._estimate.level
+        self.noise *= average(full.left, self._right)
         tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
         if shift < 0:
             crew.each(lambda band: full.right.spread(

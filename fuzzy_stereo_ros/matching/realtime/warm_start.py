@@ -15,16 +15,19 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
 from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
 from fuzzy_stereo_ros.matching.kernels.temporal import trust
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import bring_forward
-from fuzzy_stereo_ros.matching.realtime.averaging import Averaging
+from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging
 from fuzzy_stereo_ros.matching.realtime.frames import Arrival, Genes
+from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
 import numpy as np
 
 QUIET = 0.2          # grey levels of noise below which the previous best is not asked
+NOISY = 0.5          # from which pictures that the camera's motion moves are averaged
 DISTANCE = 3         # px that a trusted gene may differ from the half map
 FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
-DEAD_ZONE = 0        # of the prior
+DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # of the prior, where the picture is in place, or was moved
 CUTS = 1, 2, 4       # what another label costs more at the most, by frames that a tile survived
+MOVED_CUTS = 1, 3, 5    # the same of labels that the camera's motion moved, by frames of theirs
 SELF_MADE = 6        # of a margin, by each of that: else noise would make itself surer each frame
 LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
@@ -38,8 +41,8 @@ class FrameState:
     pictures: uint16 (2, R, C), fine grey of both views, averaged, the right one mirrored; ages:
     float32 (2, tile rows, tile columns), of how many frames; planes: float32 (R / 2, C / 2, 3),
     evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the chromosome of planes, see
-    frames.Genes; stamp: ns or None; frame: its number; disparities, min_disparity, reference: what
-    labels mean, and of which image.
+    frames.Genes; half_grey, census, cells, survived: see moving_camera.Seen; stamp: ns or None;
+    frame: its number; disparities, min_disparity, reference: what labels mean, and of which image.
     """
 
     labels: np.ndarray
@@ -50,6 +53,10 @@ class FrameState:
     evolved: np.ndarray
     work: np.ndarray
     origin: np.ndarray
+    half_grey: np.ndarray
+    census: np.ndarray
+    cells: np.ndarray
+    survived: np.ndarray
     stamp: int | None
     frame: int
     disparities: int
@@ -75,28 +82,50 @@ class FrameState:
 class WarmStart:
     """What the previous frame gives to this one: averaged views, and a prior of the guess."""
 
-    def __init__(self, rows, columns, disparities):
-        """Allocate for images of a size and a number of disparities."""
+    def __init__(self, rows, columns, disparities, min_disparity):
+        """Allocate for images of a size and a range of disparities."""
         half = rows // 2, columns // 2
         self._averaging = Averaging(rows, columns)
+        self._moving = MovingCamera(rows, columns, gene_type(disparities), min_disparity)
         self._half_labels = np.zeros(half, gene_type(disparities))
         self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
         nothing = np.zeros((rows, columns), self._half_labels.dtype)
         self._moved = np.zeros_like(nothing), np.zeros((rows, columns), np.uint8)
         self._weights = np.zeros((rows, columns), np.uint8)
-        self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS)], np.uint8)
+        self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS + MOVED_CUTS)], np.uint8)
         self._strengths = np.zeros_like(self._averaging.seen[0].choices, np.uint8)
-        self._prior = prior_of(nothing, self._weights, disparities,
-                               *((DEAD_ZONE, cut) for cut in CUTS))
+        self._prior = prior_of(
+            nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),
+            *((MOVED_DEAD_ZONE, cut) for cut in MOVED_CUTS))
 
-    def average(self, crew, state, *views):
-        """Average the left and the right view with those of a state; from None, start anew."""
+    def average(self, crew, state, camera, half_grey, noise, *views):
+        """
+        Average the left and the right view with those of a state; from None, start anew.
+
+        camera: a `Camera` that may have moved, or None; half_grey: uint8 (r, c), the left image;
+        noise: of this pair, grey levels
+        """
         if state is None:
             self._averaging.begin(crew, views)
         else:
             self._averaging.average(crew, views, state.pictures, state.ages)
         left = self._averaging.seen[0]
         trust.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
+        self._half_grey, self._left = half_grey, views[0]
+        followed = self._moving.follow(crew, state, camera, half_grey)
+        if followed and noise > NOISY and self._averaging.share < ANOTHER:
+            self._averaging.average(crew, views, *self._moving.pictures(state), search=False)
+            self._strengths[:] = 0      # of the map, which is not in place
+
+    @property
+    def motion_ms(self):
+        """How long it took to follow the camera, ms."""
+        return self._moving.milliseconds
+
+    @property
+    def motion(self):
+        """How the camera moved, in words; '' where nobody asked."""
+        return self._moving.word
 
     @property
     def noise_left(self):
@@ -114,6 +143,17 @@ class WarmStart:
 
         half: the `Half`, which tells where the previous best is out of date
         """
+        if state is None:
+            self._weights[:] = 0
+            return None
+        labels = self._labels_in_place(crew, state, half)
+        moved = self._moving.lean(state, half, self._left.census, self._prior.labels
+                                  if labels is None else labels, self._weights, len(CUTS))
+        labels = labels if moved is None else moved
+        return None if labels is None else self._prior._replace(labels=labels)
+
+    def _labels_in_place(self, crew, state, half):
+        """Return the labels of a state where its picture is in place, and weigh them; or None."""
         left, bands = self._averaging.seen[0], self._averaging.bands
         if self._averaging.noise < QUIET or not self._strengths.any():
             self._weights[:] = 0
@@ -134,7 +174,7 @@ class WarmStart:
             self._half_labels, FLAT, self._smooth, band[1], band[2]), half_bands)
         crew.each(lambda band: trust.lean_on_previous(
             self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
-        return self._prior._replace(labels=labels)
+        return labels
 
     @property
     def leant(self):
@@ -147,8 +187,15 @@ class WarmStart:
         return Arrival(seen.choices, self._strengths, seen.ages, self._averaging.noise,
                        self._averaging.shift)
 
-    def hand_on(self, labels, verdict, genes, config, stamp=None, frame=0):
-        """Return the state of this frame, with its `Genes`, for the next one, a copy."""
+    def hand_on(self, labels, verdict, fine, genes, config, before=None):
+        """
+        Return the state of this frame for the next one, a copy.
+
+        fine: (R, C), labels with their fractions; genes: its `Genes`; before: the FrameState that
+        it began from
+        """
+        seen = self._moving.hand_on(before, self._half_grey,
+                                    self._left.census, fine)
         return FrameState(labels.copy(), verdict.copy(), self._averaging.pictures,
-                          self._averaging.ages, *genes, stamp, frame, config.disparities,
+                          self._averaging.ages, *genes, *seen, None, 0, config.disparities,
                           config.min_disparity, config.reference)

@@ -194,6 +194,8 @@ def data(tmp_path):
     for number in datasets.KITTI_FRAMES:
         write_image(drive / f'left_{number}.png', known.left)
         write_image(drive / f'right_{number}.png', known.right)
+    (drive / 'calib.txt').write_text(
+        'P0: 70 0 30 0 0 71 20 0 0 0 1 0\nP1: 70 0 28 -35 0 71 20 0 0 0 1 0\n')
     for name in ('disp_occ_10.png', 'disp_noc_10.png'):
         write_image(drive / name, np.full((ROWS, COLUMNS), 6 * 256 + 128, np.uint16))
     return tmp_path
@@ -303,6 +305,7 @@ def test_sequences_that_need_data_are_there_or_said_to_be_missing(data):
     assert 'KITTI drive' not in {one.kind for one in kinds}
     found, missing = available_sequences(data, [small_scene(1), small_scene(2)])
     assert missing == ['no folder: euroc_v101_rect']
+    assert found[0].camera == (70, 71, 30, 20, 2, None)
     drive = found[0].read()
     assert [frame.truth is not None for frame in drive] == [False, False, False, True]
 

@@ -11,7 +11,9 @@ import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Generation
+from fuzzy_stereo_ros.matching.realtime.moving_camera import Seen, UNSEEN
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState, LONGEST_GAP_NS
+from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.saved_pairs.reproduction import versions
@@ -48,7 +50,8 @@ def matched_again(saved):
     """Return the match of a matcher that has seen nothing else."""
     matcher = StereoMatcher(saved.config)
     matcher.restore(saved.state)
-    return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp)
+    return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp,
+                         camera=camera_of(saved.pair))
 
 
 def assert_same_bits(one, two):
@@ -142,13 +145,18 @@ def saved_pairs(draw):
         tuple(draw(st.lists(st.text(), max_size=2)))), draw(STAMPS), draw(st.text()))
     state = None
     if draw(st.booleans()):
+        seen = Seen(
+            values(np.uint8, rows // 2, columns // 2), values(np.uint32, rows, columns),
+            values(np.float32, rows // 2, columns // 2,
+                   elements=st.integers(0, config.disparities - 1)),
+            values(np.uint8, rows // 2, columns // 2)) if draw(st.booleans()) else UNSEEN
         state = FrameState(
             values(np.uint8, rows, columns, elements=st.integers(0, config.disparities - 1)),
             values(np.uint8, rows, columns), values(np.uint16, 2, rows, columns),
             values(np.float32, 2, 1, -(-columns // 16), elements=st.integers(1, 8)),
             values(np.float32, rows // 2, columns // 2, 3, elements=st.integers(-9, 9)),
             values(np.uint8, rows // 2, columns // 2), values(np.uint8, rows // 2, columns // 2),
-            values(np.uint8, 2, elements=st.integers(0, 1)),
+            values(np.uint8, 2, elements=st.integers(0, 1)), *seen,
             draw(st.one_of(st.none(), STAMPS, st.integers(1, 9).map(lambda ns: pair.stamp - ns))),
             draw(st.integers(0, 99)), config.disparities, config.min_disparity,
             config.reference)
@@ -156,7 +164,7 @@ def saved_pairs(draw):
     history = [Generation(number + 1, *(draw(FLOATS) for _ in range(4)), draw(NUMBERS))
                for number in range(draw(st.integers(0, 2)))]
     match = Match(values(np.float32, rows, columns), values(np.float32, rows, columns), history,
-                  draw(NUMBERS), fits and draw(st.booleans()))
+                  draw(NUMBERS), fits and draw(st.booleans()), draw(st.text()))
     return SavedPair(pair, config, state, match, draw(TEXTS))
 
 
@@ -368,7 +376,8 @@ DAMAGES = {
             folder, labels=maps(60, 90, np.uint8), verdict=maps(60, 90, np.uint8),
             pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32),
             planes=np.zeros((30, 45, 3), np.float32), evolved=maps(30, 45, np.uint8),
-            work=maps(30, 45, np.uint8)),
+            work=maps(30, 45, np.uint8), half_grey=maps(30, 45, np.uint8),
+            census=maps(60, 90, np.uint32), cells=maps(30, 45), survived=maps(30, 45, np.uint8)),
         'took part in the match, but the state is of another frame'),
     'a state of the future': (
         lambda folder: rewritten(folder, 'state', stamp=2**60),

@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Moving a map by the motion of the camera, and comparing what two frames show of a point.
+
+Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A view is a matrix of 3 rows and 4
+columns, as a tuple of 12: what it makes of (column, row, 1, disparity) is (column, row, 1) of the
+other frame times a scale; the disparity there is the one here by that scale. Labels are
+disparities minus `lowest`.
+"""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
+from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
+import numpy as np
+
+NOTHING = -1.0      # label of a cell that nothing moved to
+UNSEEN = 12         # distance of a census to a place outside the image: as good as any
+FARTHEST = 0.3      # px of disparity; what is farther is not moved
+WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
+BEHIND = 0.05       # share of its distance to which a point may come near
+
+
+@inlined
+def _seen_from(view, column, row, disparity):
+    """Return column and row of a point in the other frame, and 1 / scale; 0 where it is behind."""
+    scale = view[8] * column + (view[9] * row + view[10]) + view[11] * disparity
+    nearness = 1 / scale if scale >= BEHIND else 0.0
+    return ((view[0] * column + (view[1] * row + view[2]) + view[3] * disparity) * nearness,
+            (view[4] * column + (view[5] * row + view[6]) + view[7] * disparity) * nearness,
+            nearness)
+
+
+@kernel(error_model='numpy')    # no division here is by 0
+def move_labels(labels, lowest, view, moved, source):
+    """
+    Move each cell to where the other frame sees it; of those that meet the nearest stays.
+
+    labels: float32 (r, c); view: from cells to cells; moved: float32 (r, c), labels there, NOTHING
+    where no cell came to; source: int32 (r, c), the cell that it was, row * c + column, -1 there.
+    """
+    rows, columns = labels.shape
+    moved[:] = NOTHING
+    source[:] = -1
+    for row in range(rows):
+        for column in range(columns):
+            disparity = np.float64(labels[row, column]) + lowest
+            if disparity < FARTHEST:
+                continue
+            across, down, nearness = _seen_from(view, column, row, disparity)
+            if nearness == 0.0 or not (-1 < across < columns and -1 < down < rows):
+                continue
+            label = np.float32(disparity * nearness - lowest)
+            reach = 0.5 * min(max(nearness, 1.0), WIDEST)
+            for below in range(max(int(np.ceil(down - reach)), 0),
+                               min(int(np.floor(down + reach)), rows - 1) + 1):
+                for right in range(max(int(np.ceil(across - reach)), 0),
+                                   min(int(np.floor(across + reach)), columns - 1) + 1):
+                    if label > moved[below, right] and label >= 0:
+                        moved[below, right] = label
+                        source[below, right] = row * columns + column
+
+
+@kernel
+def pack_census(census, packed, first, last):
+    """Write census, uint8 (R, 3, C or more), as words: uint32 (R, C), the rows first .. last."""
+    for row in range(first, last):
+        one, two, three, line = census[row, 0], census[row, 1], census[row, 2], packed[row]
+        for column in range(packed.shape[1]):
+            line[column] = (np.uint32(one[column]) << np.uint32(16)
+                            | np.uint32(two[column]) << np.uint32(8) | np.uint32(three[column]))
+
+
+@inlined
+def _place_before(label, lowest, view, row, column, rows, columns):
+    """Return the pixel, row * columns + column, that showed the point of a cell; or -1."""
+    across, down, nearness = _seen_from(view, column, row, np.float64(label) + lowest)
+    inside = (nearness > 0.0) & (-0.5 < across) & (across < columns - 0.5) & (-0.5 < down) & (
+        down < rows - 0.5)
+    return np.int64(down + 0.5) * columns + np.int64(across + 0.5) if inside else np.int64(-1)
+
+
+@kernel(error_model='numpy')    # no division here is by 0
+def census_distances(moved, half, near, lowest, view, now, before, distances, half_distances,
+                     first, last):
+    """
+    Compare each cell with what the previous frame showed of its point, if that stood still.
+
+    moved: of move_labels; half: (r, c), labels of the half map; near: what differs by less is
+    not told apart; view: from cells now to pixels before; now, before: uint32 (R, C), of
+    pack_census; distances, half_distances: uint8 (r, c), by the moved label, and by
+    that of the half map; the half rows first .. last.
+    """
+    rows, columns = before.shape
+    then = before.reshape(-1)       # an array handed to an inlined function is counted each time
+    for row in range(first, last):
+        for column in range(moved.shape[1]):
+            label = moved[row, column]
+            found = other = np.int64(UNSEEN)
+            if label >= 0:
+                here = now[2 * row, 2 * column]
+                place = _place_before(label, lowest, view, row, column, rows, columns)
+                if place >= 0:
+                    found = count_bits_of_word(here ^ then[place])
+                seen = np.float32(2 * np.int32(half[row, column])) + np.float32(0.5)
+                other = found
+                if abs(seen - label) > near:
+                    place = _place_before(seen, lowest, view, row, column, rows, columns)
+                    other = count_bits_of_word(here ^ then[place]) if place >= 0 else np.int64(
+                        UNSEEN)
+            distances[row, column], half_distances[row, column] = found, other
+
+
+@kernel
+def trusted_moved(moved, source, verdict, distances, half, half_distances, rules, strengths,
+                  survived, first, last):
+    """
+    Say by cell how much the search may lean on the moved map: 0, or a strength.
+
+    moved, source: of move_labels; verdict: (R, C), of the previous best; distances,
+    half_distances: uint16 (r, c), summed, of the moved and of the half map, half: (r, c) labels of
+    this; rules: int64 (most, near, likelier, flat, longest): the largest distance; labels by which
+    it may differ from the half map; by how much its distance must be the smaller where it differs
+    more; the largest range of labels around; the largest strength; strengths: uint8 (r, c),
+    written; survived: uint8 (r, c), of the previous frame, how many it had survived there.
+    """
+    most, near, likelier, flat, longest = rules
+    rows, columns = moved.shape
+    for row in range(first, last):
+        for column in range(columns):
+            strengths[row, column] = 0
+            cell, label = source[row, column], moved[row, column]
+            if cell < 0 or distances[row, column] > most:
+                continue
+            then = np.int64(cell) // columns
+            if verdict[2 * then, 2 * (np.int64(cell) - then * columns)] != CONSISTENT:
+                continue
+            if (abs(np.float32(2 * np.int32(half[row, column])) + np.float32(0.5) - label) > near
+                    and distances[row, column] + likelier > half_distances[row, column]):
+                continue
+            low = high = label
+            for below in range(max(row - 1, 0), min(row + 2, rows)):
+                for right in range(max(column - 1, 0), min(column + 2, columns)):
+                    other = moved[below, right]
+                    if other >= 0:
+                        low, high = min(low, other), max(high, other)
+            if high - low <= flat:
+                strengths[row, column] = min(
+                    np.int64(survived[then, np.int64(cell) - then * columns]) + 1, longest)
+
+
+@kernel
+def lean_on_moved(moved, strengths, highest, above, known, weights, labels, first, last):
+    """
+    Spread the moved map to full size, where the search leans on nothing yet.
+
+    moved, strengths: (r, c); highest: the last label; above: strengths are added to it; known:
+    (R, C), labels that the weights belong to; weights: uint8 (R, C), 0 where there is none,
+    written; labels: (R, C), written; the half rows first .. last.
+    """
+    rows, columns = moved.shape
+    near, weight = np.empty(columns, labels.dtype), np.empty(columns, np.uint8)
+    for row in range(first, last):
+        for column in range(columns):
+            strength = strengths[row, column]
+            weight[column] = above + strength if strength > 0 else 0
+            near[column] = min(np.int32(moved[row, column] + np.float32(0.5)), highest)
+        for full in range(2 * row, labels.shape[0] if row == rows - 1 else 2 * row + 2):
+            line, weight_line, known_line = labels[full], weights[full], known[full]
+            line[:] = known_line
+            for column in range(columns):
+                for place in (2 * column, 2 * column + 1):
+                    free = weight_line[place] == 0
+                    line[place] = near[column] if free else line[place]
+                    weight_line[place] = weight[column] if free else weight_line[place]
+
+
+@kernel
+def note_survivors(fine, steps, moved, strengths, source, survived, labels, survived_now, first,
+                   last):
+    """
+    Note what the next frame needs of this one, on the half grid.
+
+    fine: (R, C), 1 / steps of a label; moved, strengths, source: of this frame, survived: uint8
+    (r, c), of the one before; labels: float32 (r, c), survived_now: uint8 (r, c), written: 0 where
+    the search did not lean on the moved label, or chose another.
+    """
+    columns = labels.shape[1]
+    for row in range(first, last):
+        for column in range(columns):
+            label = np.float32(fine[2 * row, 2 * column]) / np.float32(steps)
+            labels[row, column] = label
+            age = np.int64(0)
+            if strengths[row, column] > 0 and abs(label - moved[row, column]) <= 1:
+                cell = np.int64(source[row, column])
+                then = cell // columns
+                age = min(np.int64(survived[then, cell - then * columns]) + 1, 255)
+            survived_now[row, column] = age
+
+
+@kernel
+def to_right(moved, shift, seen):
+    """
+    Move labels (r, c) to where the right image sees them; of those that meet the nearest stays.
+
+    shift: labels that the columns of the right image are moved by; seen: float32 (r, c), NOTHING
+    where none came to.
+    """
+    rows, columns = moved.shape
+    seen[:] = NOTHING
+    for row in range(rows):
+        for column in range(columns):
+            label = moved[row, column]
+            if label < 0:
+                continue
+            place = column - 0.5 * (label + shift)
+            for cell in range(max(int(np.floor(place)), 0),
+                              min(int(np.ceil(place)), columns - 1) + 1):
+                seen[row, cell] = max(seen[row, cell], label)
+
+
+@kernel(error_model='numpy')    # no division here is by 0
+def look_back(labels, lowest, view, shift, of_right, across, down, first, last):
+    """
+    Write which pixel of the previous frame showed the point of a cell's centre.
+
+    labels: float32 (r, c), as the left or the right image sees them; view: from centres of cells
+    of the left image to its pixels before; shift: as of to_right; across, down: float32 (r, c),
+    px, outside the image where it is not known.
+    """
+    for row in range(first, last):
+        for column in range(labels.shape[1]):
+            across[row, column] = down[row, column] = -10.0
+            label = np.float64(labels[row, column])
+            if label < 0:
+                continue
+            place = column + (0.5 * (label + shift) if of_right else 0.0)
+            there, here, nearness = _seen_from(view, place, row, label + lowest)
+            if nearness > 0.0:
+                if of_right:
+                    there -= (label + lowest) * nearness - lowest + shift
+                across[row, column], down[row, column] = there, here

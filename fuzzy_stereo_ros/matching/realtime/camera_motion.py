@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How the camera moved between two frames: corners followed by flow, and a pose that explains them.
+
+Not in the paper. Corners of the previous left image are followed into this one (Lucas and Kanade,
+1981) at half size; the previous disparities place them in space, in baselines; of the poses that
+fit some of them (Fischler and Bolles, 1981) the one is kept that fits most, and refined on those.
+"""
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+CORNERS, APART = 200, 8     # corners at the most, and half-size pixels between two of them
+QUALITY = 0.01              # of a corner, by the best one
+WINDOW, LEVELS, STEPS, STEP = 11, 3, 10, 0.03   # of the flow: pixels, pyramid, rounds, least px
+FARTHEST = 1.0              # px of disparity; what is farther says little of the way
+ROUNDS, FITS, SURE = 100, 1.0, 0.999    # poses tried; px that a corner may be off; certainty
+FEWEST, SHARE = 20, 0.35    # corners that a pose needs, and of those that it must explain
+STANDS = 0.1                # px; half of the corners move less where the camera stands
+FOLLOWED, STOOD, FEW_CORNERS, UNCLEAR = (
+    'followed', 'stands', 'too little texture', 'no motion explains the corners')
+
+
+class CameraMotion(NamedTuple):
+    """
+    How points go from one frame to the other: P' = rotation P + shift, shift in baselines.
+
+    forward, back: float64 (3, 4), of pixels: (column, row, 1, disparity) of a point becomes
+    (column, row, 1) times a scale, by which its disparity falls
+    """
+
+    forward: np.ndarray
+    back: np.ndarray
+
+
+def between(before, now, labels, lowest, camera):
+    """
+    Return the `CameraMotion` between two frames, None where there is none, and a word on it.
+
+    before, now: uint8 (r, c), left images at half size; labels: float32 (r, c), disparities
+    before, px less `lowest`, NaN where unknown; camera: a `Camera` of the full image
+    """
+    lens = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+    if camera.moved is not None:
+        return _motion(*camera.moved, lens), FOLLOWED
+    corners = cv2.goodFeaturesToTrack(before, CORNERS, QUALITY, APART)
+    if corners is None or len(corners) < FEWEST:
+        return None, FEW_CORNERS
+    found, status, _ = cv2.calcOpticalFlowPyrLK(
+        before, now, corners, None, winSize=(WINDOW, WINDOW), maxLevel=LEVELS,
+        criteria=(cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, STEPS, STEP))
+    corners, found = corners.reshape(-1, 2), found.reshape(-1, 2)
+    columns, rows = np.rint(corners).astype(np.intp).T
+    disparities = labels[rows, columns] + np.float32(lowest)
+    known = (status.ravel() == 1) & (disparities > FARTHEST)
+    if np.count_nonzero(known) < FEWEST:
+        return None, FEW_CORNERS
+    there, here = (2.0 * places[known].astype(np.float64) + 0.5 for places in (corners, found))
+    if np.median(abs(here - there).max(axis=1)) < STANDS:
+        return _motion(np.eye(3), np.zeros(3), lens), STOOD
+    pose = _pose(there, here, camera.fx / disparities[known].astype(np.float64), lens)
+    if pose is None:
+        return None, UNCLEAR
+    return _motion(cv2.Rodrigues(pose[0])[0], pose[1].ravel(), lens), FOLLOWED
+
+
+def _pose(there, here, distances, lens):
+    """Return rotation vector and shift that take points there to where they are here, or None."""
+    rays = np.column_stack([there, np.ones(len(there))]) @ np.linalg.inv(lens).T
+    points = rays * distances[:, None]
+    try:
+        # OpenCV draws the corners that it tries from a seed that is always the same
+        fitted, turn, move, inliers = cv2.solvePnPRansac(
+            points, here, lens, None, iterationsCount=ROUNDS, reprojectionError=FITS,
+            confidence=SURE, flags=cv2.SOLVEPNP_P3P)
+        if not fitted or inliers is None or len(inliers) < max(FEWEST, SHARE * len(there)):
+            return None
+        chosen = inliers.ravel()
+        pose = cv2.solvePnPRefineLM(points[chosen], here[chosen], lens, None, turn, move)
+    except cv2.error:       # of corners or a calibration that no camera has
+        return None
+    return pose if all(np.isfinite(part).all() for part in pose) else None
+
+
+def _motion(rotation, shift, lens):
+    """Return the `CameraMotion` of a rotation and a shift."""
+    def view(rotation, shift):
+        return np.column_stack([lens @ rotation @ np.linalg.inv(lens), lens @ shift / lens[0, 0]])
+    return CameraMotion(view(rotation, shift), view(rotation.T, -rotation.T @ shift))

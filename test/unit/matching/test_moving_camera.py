@@ -1,0 +1,235 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The previous frame follows a camera that drives and turns."""
+from dataclasses import replace
+
+from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.camera import Camera
+from fuzzy_stereo_ros.matching.kernels.temporal import warp
+from fuzzy_stereo_ros.matching.realtime import camera_motion
+from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, made_sequence
+from fuzzy_stereo_ros.synthetic.street import pose, rig_of
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference_warp as twins
+
+ROWS, COLUMNS, DISPARITIES, DRIVE, PAN = 180, 240, 40, 0.08, 2.0
+CAMERA = Camera(FOCAL * COLUMNS, FOCAL * COLUMNS, (COLUMNS - 1) / 2, (ROWS - 1) / 2)
+
+
+def drive(frames, seed=1, **options):
+    return list(made_sequence(ROWS, COLUMNS, DISPARITIES, frames, seed, drive=DRIVE, pan=PAN,
+                              **options))
+
+
+def matcher(**changes):
+    return StereoMatcher(replace(MatcherConfig.from_profile(
+        'realtime', disparities=DISPARITIES, threads=1, fill=True), **changes))
+
+
+def true_motion(frame):
+    """Return rotation and shift in baselines of points, from a frame to the next."""
+    rig = rig_of(ROWS, COLUMNS, DISPARITIES, FOCAL * COLUMNS, BASELINE)
+    (before, place), (now, next_place) = (pose(rig, number, DRIVE, PAN)
+                                          for number in (frame, frame + 1))
+    return now @ before.T, now @ (place - next_place) / BASELINE
+
+
+def bad(match, pair):
+    return score(match.disparity, pair.truth, pair.visible, (1.0,)).bad_dense[1.0]
+
+
+def errors(frames, camera, cold=False):
+    made, found = matcher(), []
+    for pair in frames:
+        if cold:
+            made.reset()
+        found.append(bad(made.match(pair.left, pair.right, camera=camera), pair))
+    return np.mean(found[2:])
+
+
+def views(random):
+    """Return a view of a camera that moves a little, as kernels take it."""
+    view = np.eye(3, 4) + random.normal(0, 0.01, (3, 4)) * [[1, 1, 30, 10], [1, 1, 30, 10],
+                                                            [0.02, 0.02, 5, 0.5]]
+    return tuple(view.ravel().tolist())
+
+
+@settings(max_examples=40, deadline=None)
+@given(rows=st.integers(1, 9), columns=st.integers(1, 12), seed=st.integers(0, 999))
+def test_kernels_that_move_maps_do_as_their_twins(rows, columns, seed):
+    random = np.random.default_rng(seed)
+    labels = random.uniform(0, 30, (rows, columns)).astype(np.float32)
+    view, lowest = views(random), random.choice((-3.0, 0.0, 4.5))
+    moved, source = np.zeros_like(labels), np.zeros(labels.shape, np.int32)
+    warp.move_labels(labels, lowest, view, moved, source)
+    expected = twins.move_labels(labels, lowest, view)
+    assert np.array_equal(moved, expected[0]) and np.array_equal(source, expected[1])
+
+    now, before = random.integers(0, 2**24, (2, 2 * rows, 2 * columns), np.uint32)
+    half = random.integers(0, 15, (rows, columns), np.uint8)
+    distances = np.zeros((2, rows, columns), np.uint8)
+    warp.census_distances(moved, half, 3, lowest, view, now, before, *distances, 0, rows)
+    assert np.array_equal(distances, twins.census_distances(moved, half, 3, lowest, view, now,
+                                                            before))
+    seen = np.zeros_like(labels)
+    warp.to_right(moved, -1, seen)
+    assert np.array_equal(seen, twins.to_right(moved, -1))
+    across, down = np.zeros((2, rows, columns), np.float32)
+    for of_right in (False, True):
+        warp.look_back(moved, lowest, view, -1, of_right, across, down, 0, rows)
+        np.testing.assert_allclose((across, down), twins.look_back(moved, lowest, view, -1,
+                                                                   of_right), rtol=1e-6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(rows=st.integers(1, 7), columns=st.integers(1, 9), odd=st.integers(0, 1),
+       seed=st.integers(0, 999))
+def test_what_the_search_leans_on_is_as_the_twins_say(rows, columns, odd, seed):
+    random, shape = np.random.default_rng(seed), (rows, columns)
+    full = 2 * rows + odd, 2 * columns + odd
+    moved = random.integers(-1, 6, shape).astype(np.float32)
+    source = random.integers(-1, rows * columns, shape, np.int32)
+    verdict = random.integers(0, 2, full, np.uint8)
+    sums = random.integers(60, 85, (2, *shape), np.uint16)
+    half, survived = random.integers(0, 4, (2, *shape), np.uint8)
+    strengths, rules = np.zeros(shape, np.uint8), (72, 3, 4, 3, 3)
+    warp.trusted_moved(moved, source, verdict, sums[0], half, sums[1], rules, strengths, survived,
+                       0, rows)
+    assert np.array_equal(strengths, twins.trusted_moved(
+        moved, source, verdict, sums[0], half, sums[1], rules, survived))
+
+    weights, known = random.integers(0, 2, full, np.uint8), random.integers(0, 9, full, np.uint8)
+    labels, written = np.zeros(full, np.uint8), weights.copy()
+    strengths[:, -1] = 0        # an odd column at the end has no cell
+    warp.lean_on_moved(moved, strengths, 4, 3, known, written, labels, 0, rows)
+    expected = twins.lean_on_moved(moved, strengths, 4, 3, known, weights)
+    assert np.array_equal(written, expected[1])
+    assert np.array_equal(labels[written > 0], expected[0][written > 0])
+
+    fine = random.integers(0, 90, full, np.int16)
+    cells, now = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
+    warp.note_survivors(fine, 16, moved, strengths, np.maximum(source, 0), survived, cells, now,
+                        0, rows)
+    assert np.array_equal((cells, now), twins.note_survivors(
+        fine, 16, moved, strengths, np.maximum(source, 0), survived))
+
+
+def test_census_is_packed_into_words():
+    census = np.random.default_rng(0).integers(0, 256, (5, 3, 11), np.uint8)
+    packed = np.zeros((5, 7), np.uint32)
+    warp.pack_census(census, packed, 0, 5)
+    expected = census[:, :, :7].astype(np.uint32)
+    assert np.array_equal(packed, expected[:, 0] * 65536 + expected[:, 1] * 256 + expected[:, 2])
+
+
+@pytest.mark.parametrize('frame', range(3))
+def test_the_motion_of_a_camera_that_drives_and_turns_is_found(frame):
+    first, second = drive(frame + 2)[frame:]
+    before, now = (np.ascontiguousarray(pair.left.reshape(
+        ROWS // 2, 2, COLUMNS // 2, 2).mean(axis=(1, 3)).astype(np.uint8))
+        for pair in (first, second))
+    motion, word = camera_motion.between(before, now, first.truth[::2, ::2], 0, CAMERA)
+    true, _ = camera_motion.between(before, now, first.truth, 0,
+                                    CAMERA._replace(moved=true_motion(frame)))
+    assert word == camera_motion.FOLLOWED
+    points = np.array([(column, row, 1, first.truth[row, column])
+                       for row in (20, 90, 160) for column in (20, 120, 220)], float).T
+    found, wanted = (view.forward @ points for view in (motion, true))
+    assert abs(found[:2] / found[2] - wanted[:2] / wanted[2]).max() < 0.5
+    assert abs(points[3] / found[2] - points[3] / wanted[2]).max() < 0.2
+
+
+def test_a_point_goes_there_and_back():
+    motion, _ = camera_motion.between(None, None, None, 0,
+                                      CAMERA._replace(moved=true_motion(0)))
+    there = motion.forward @ (70.0, 130.0, 1.0, 21.0)
+    back = motion.back @ (*there / there[2], 21.0 / there[2])
+    np.testing.assert_allclose(back / back[2], (70, 130, 1), atol=1e-9)
+
+
+def test_on_a_drive_with_noise_a_third_of_the_errors_go_where_the_camera_is_known():
+    frames = drive(8, noise=6.0, colour=True)
+    cold, warm = errors(frames, None, cold=True), errors(frames, CAMERA)
+    assert warm < 0.65 * cold
+    assert errors(frames, None) > 0.9 * cold
+
+
+def test_objects_that_move_by_themselves_cost_nothing():
+    frames = drive(8, seed=2, noise=2.0, motion=4.0, objects=8)
+    assert errors(frames, CAMERA) <= errors(frames, None, cold=True) + 0.1
+
+
+def test_a_camera_that_stands_is_told_so():
+    pair, made = drive(1)[0], matcher()
+    words = [made.match(pair.left, pair.right, camera=CAMERA).motion for _ in range(3)]
+    assert words == ['', camera_motion.STOOD, camera_motion.STOOD]
+
+
+def test_without_texture_the_motion_is_left_out_and_said_so():
+    made, blank = matcher(), np.full((ROWS, COLUMNS), 90, np.uint8)
+    match = [made.match(blank, blank, camera=CAMERA) for _ in range(2)][1]
+    assert match.motion == camera_motion.FEW_CORNERS
+
+
+def test_a_cut_to_another_scene_is_matched_as_if_cold():
+    cut, made = drive(2, seed=5)[1], matcher()
+    for pair in drive(2):
+        made.match(pair.left, pair.right, camera=CAMERA)
+    match = made.match(cut.left, cut.right, camera=CAMERA)
+    assert match.motion == camera_motion.UNCLEAR
+    assert np.array_equal(match.disparity, matcher().match(cut.left, cut.right).disparity)
+
+
+def test_without_a_camera_nobody_asks():
+    made = matcher()
+    for pair in drive(2):
+        match = made.match(pair.left, pair.right)
+    assert match.motion == '' and 'camera_motion' not in match.times
+    assert made.state.cells.size == 0
+
+
+@pytest.mark.parametrize('changes', [{'min_disparity': -7}, {'min_disparity': 3},
+                                     {'reference': 'right'}])
+def test_other_ranges_and_the_right_image_follow_the_camera_too(changes):
+    made, cold = matcher(**changes), matcher(**changes)
+    for pair in drive(3, noise=6.0):
+        match = made.match(pair.left, pair.right, camera=CAMERA)
+        cold.reset()
+        before = cold.match(pair.left, pair.right)
+    assert match.motion == camera_motion.FOLLOWED and match.times['camera_motion'] > 0
+    if 'reference' not in changes:
+        counts = pair.truth > 3
+        assert (abs(match.disparity - pair.truth)[counts] > 1).mean() < (
+            0.9 * (abs(before.disparity - pair.truth)[counts] > 1).mean())
+
+
+def test_the_motion_of_the_right_camera_is_that_of_the_left_one_mirrored():
+    rotation, shift = true_motion(1)
+    mirrored = CAMERA._replace(moved=(rotation, shift)).mirrored_right(COLUMNS)
+    point = np.array((0.7, -0.3, 9.0))      # in baselines, seen by the left camera
+    there = rotation @ point + shift
+    turned, moved = mirrored.moved
+    seen, expected = ((point - (1, 0, 0)) * (-1, 1, 1), (there - (1, 0, 0)) * (-1, 1, 1))
+    np.testing.assert_allclose(turned @ seen + moved, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize('camera', [
+    CAMERA._replace(fx=1.0, fy=1.0, cx=1.0, cy=1.0), CAMERA._replace(fx=1e9, fy=1e-9),
+    CAMERA._replace(offset=1e6), CAMERA._replace(cx=-1e6)])
+def test_a_calibration_that_no_camera_has_is_survived(camera):
+    made = matcher()
+    for pair in drive(3, noise=6.0):
+        match = made.match(pair.left, pair.right, camera=camera)
+    assert match.motion != '' and np.isfinite(match.disparity).all()
+
+
+def test_threads_change_no_bit_of_a_drive():
+    frames = drive(4, noise=6.0)
+    one, two = matcher(), matcher(threads=2)
+    for pair in frames:
+        found = [made.match(pair.left, pair.right, camera=CAMERA) for made in (one, two)]
+        assert np.array_equal(found[0].disparity, found[1].disparity)
+    assert found[0].motion == camera_motion.FOLLOWED
