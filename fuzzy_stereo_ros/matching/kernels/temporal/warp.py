@@ -74,7 +74,7 @@ def pack_census(census, packed, first, last):
 def _place_before(label, lowest, view, row, column, rows, columns):
     """Return the pixel, row * columns + column, that showed the point of a cell; or -1."""
     across, down, nearness = _seen_from(view, column, row, np.float64(label) + lowest)
-    inside = (nearness > 0.0) & (-0.5 < across) & (across < columns - 0.5) & (-0.5 < down) & (
+    inside = (nearness > 0.0) & (across > -0.5) & (across < columns - 0.5) & (down > -0.5) & (
         down < rows - 0.5)
     return np.int64(down + 0.5) * columns + np.int64(across + 0.5) if inside else np.int64(-1)
 
