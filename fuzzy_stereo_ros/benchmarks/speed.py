@@ -77,9 +77,9 @@ def _ours(request, frames, disparities, threads, name):
     def work(frame):
         if name == COLD:
             matcher.reset()
-        crew, before = matcher.algorithm.crew, matcher.algorithm.crew.shared
+        pool, before = matcher.algorithm.pool, matcher.algorithm.pool.shared
         times = matcher.match(*frames[frame]).times
-        return {**times, ALONE: times['total'] - (crew.shared - before)}
+        return {**times, ALONE: times['total'] - (pool.shared - before)}
     return TimedMatcher(name, work)
 
 

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fuzzy_classes import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
-from fuzzy_stereo_ros.matching.paper.population import Kinship
+from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.quality.evidence import NoEvidence
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
@@ -80,16 +80,16 @@ def cut(rows, columns):
     return Cut(rows, columns, 4)
 
 
-def without_previous_best(warm_start, crew, state, half):
+def without_previous_best(warm_start, pool, state, half):
     """Return no prior of the previous best."""
 
 
 class NothingComesOver(FrameEvolution):
     """No evolution from frame to frame: the chromosome of planes is new in each frame."""
 
-    def arrive(self, crew, previous, arrival):
+    def arrive(self, pool, previous, arrival):
         """Take nothing that has evolved before."""
-        return super().arrive(crew, None, arrival)
+        return super().arrive(pool, None, arrival)
 
 
 def describe_by_grey_classes(view, first, last):
@@ -149,7 +149,7 @@ def paper_line(rows, columns, neighbours):
     return Line()
 
 
-def trust_everything(crew, disparity, other, lowest):
+def trust_everything(pool, disparity, other, lowest):
     """Let all matches count in full: what result.consistent takes and returns."""
     return np.ones(disparity.shape, np.bool_)
 
@@ -213,14 +213,14 @@ def select_blindly(tools, population, random):
     retained = order[:operators.elite_size(order.size, tools.config.elite)]
     others = order[retained.size:]
     draws = random.child(1).uniform(2 * others.size).reshape(2, -1)
-    population.kinship = Kinship(others, operators.couples(retained, *draws))
+    population.lineage = Lineage(others, operators.parent_pairs(retained, *draws))
     population.generation += 1
 
 
 def cross_by_cut(tools, population, random):
     """Fuse the parents of each child by a minimum cut, unless they are too unlike."""
     operators.copy_parents(tools, population, random)
-    for child, (_, second) in zip(*population.kinship):
+    for child, (_, second) in zip(*population.lineage):
         operators.take_over(tools, population, child, second, *tools.fusion(),
                             operators.FEW_CELLS)
 

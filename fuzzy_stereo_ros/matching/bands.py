@@ -11,7 +11,7 @@ OVERLAP = 16        # rows that a band's vertical paths start early
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
 
 
-class Crew:
+class ThreadPool:
     """
     The threads of one matcher, the caller's among them.
 
@@ -25,7 +25,7 @@ class Crew:
         """Start the threads. threads: 0 takes one a core."""
         self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
         self._calls = SimpleQueue()
-        self._helpers = [Thread(target=_help, args=(self._calls,), name='crew', daemon=True)
+        self._helpers = [Thread(target=_help, args=(self._calls,), name='pool', daemon=True)
                          for _ in range(self.threads - 1)]
         for helper in self._helpers:
             helper.start()
@@ -54,7 +54,7 @@ class Crew:
             helper.join()
 
 
-def by_bands(crew, work, reach, image, result):
+def by_bands(pool, work, reach, image, result):
     """
     Write what a filter makes of an image, band by band.
 
@@ -64,7 +64,7 @@ def by_bands(crew, work, reach, image, result):
         _, first, last = band
         begin = max(first - reach, 0)
         result[first:last] = work(image[begin:last + reach])[first - begin:last - begin]
-    crew.each(filter_band, cut_bands(len(image)))
+    pool.each(filter_band, cut_bands(len(image)))
 
 
 def _help(calls):

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The kernels that a matcher needs, compiled by as many processes as there are cores.
+Compile the kernels that a matcher needs, in as many processes as there are cores.
 
-Which ones, and for which types, a rehearsal tells: a warm-up in a process of its own, with kernels
-that compute nothing and note the types that they are called with. In some rounds they write random
-numbers into the arrays they are given, so that the matcher goes every way it can. It takes seconds
-at the most. What it should miss, the warm-up compiles when it comes to it.
+A dry run of the warm-up finds which kernels are called with which types: in a process of its own
+each kernel is replaced by a recorder, which computes nothing. In some rounds recorders write
+random numbers into the arrays they are given, so that the matcher takes all of its branches. A
+kernel that the dry run misses is compiled by the warm-up itself.
 """
 from concurrent.futures import as_completed, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -23,13 +23,13 @@ import warnings
 
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
-from fuzzy_stereo_ros.matching.kernels.keeping import before_compiling
+from fuzzy_stereo_ros.matching.kernels.jit_cache import before_compiling
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 from numba.core.dispatcher import Dispatcher
 import numpy as np
 
 PACKAGE = __name__.rpartition('.')[0]
-ROUNDS = False, True, True      # of a rehearsal: whether kernels write random numbers
+ROUNDS = False, True, True      # of a dry run: whether recorders write random numbers
 START = 'import sys; sys.path[:] = {!r}; from {} import serve; serve()'
 
 
@@ -74,29 +74,29 @@ def compile_kernels(config, report=None):
     report(Progress(1.0, 0.0))
 
 
-def rehearse(config):
-    """Return what a warm-up calls: {(module, name, types of arguments in words): the types}."""
+def record_calls(config):
+    """Return the calls of a warm-up: {(module, name, types of arguments in words): the types}."""
     noted, config = {}, replace(config, threads=1)
     for random in ROUNDS:
-        with _no_kernels(noted, random), warnings.catch_warnings(), np.errstate(all='ignore'):
+        with _recording(noted, random), warnings.catch_warnings(), np.errstate(all='ignore'):
             warnings.simplefilter('ignore')
             for matcher, left, right in warm_up_pairs(config):
-                with suppress(Exception):       # what makes no sense ends somewhere
+                with suppress(Exception):       # random numbers may break what follows
                     matcher.match(left, right, camera=warm_up_camera(left))
     return noted
 
 
 def compile_call(call, types):
-    """Compile a kernel, as `rehearse` tells it, and keep it."""
+    """Compile a kernel for a call of `record_calls`, and keep it."""
     _kernel(*call[:2]).compile(types)
 
 
 def serve():
     """
-    Be a process of Workers: rehearse, and compile what is asked, until nobody asks any more.
+    Run a process of Workers: record the calls, then compile what is asked, until stdin ends.
 
-    In lines of JSON: a MatcherConfig comes in, then what to compile, or null; what the rehearsal
-    found goes out for null, else whether it is compiled.
+    It reads lines of JSON: a MatcherConfig, then calls to compile, or null; it answers null with
+    the recorded calls, a call with whether it is compiled.
     """
     asked, answers = SimpleQueue(), os.fdopen(os.dup(1), 'w')
     os.dup2(2, 1)       # what is printed is no answer
@@ -104,17 +104,17 @@ def serve():
     def read():
         for line in sys.stdin:
             asked.put(json.loads(line))
-        os._exit(0)     # who asked has ended: so does this, whatever it is compiling
+        os._exit(0)     # the asking process has ended: a compilation cannot be interrupted
 
     threading.Thread(target=read, daemon=True).start()
-    calls = rehearse(MatcherConfig(**asked.get()))
+    calls = record_calls(MatcherConfig(**asked.get()))
     while True:
         call, answer = asked.get(), list(calls)
         if call is not None:
             try:
                 compile_call(call, calls[tuple(call)])
                 answer = True
-            except Exception:       # noqa: B902  who needs the kernel gets the error again
+            except Exception:       # noqa: B902  the warm-up meets the same error and raises it
                 answer = False
         answers.write(json.dumps(answer) + '\n')
         answers.flush()
@@ -175,14 +175,14 @@ def _end(process):
 
 
 @contextmanager
-def _no_kernels(noted, random):
-    """Put a stand-in into the place of each kernel that a module of the matcher names."""
+def _recording(noted, random):
+    """Replace each kernel that a module of the matcher imports by a recorder."""
     numbers = np.random.default_rng(0) if random else None
     replaced = [(module, name, value) for module in list(sys.modules.values())
                 if module.__name__.startswith(PACKAGE)
                 for name, value in vars(module).items() if isinstance(value, Dispatcher)]
     for module, name, value in replaced:
-        setattr(module, name, _StandIn(value, noted, numbers))
+        setattr(module, name, _Recorder(value, noted, numbers))
     try:
         yield
     finally:
@@ -190,8 +190,8 @@ def _no_kernels(noted, random):
             setattr(module, name, value)
 
 
-class _StandIn:
-    """In the place of a kernel: notes the types it is called with, and returns 1, or at random."""
+class _Recorder:
+    """Takes the place of a kernel: records the types of arguments, returns 1 or a random bit."""
 
     def __init__(self, kernel, noted, numbers):
         self._kernel, self._noted, self._numbers = kernel, noted, numbers
@@ -202,21 +202,21 @@ class _StandIn:
         self._noted[function.__module__, function.__qualname__, repr(types)] = types
         if self._numbers is None:
             return _Answer(1)
-        self._scribble(arguments)
+        self._fill(arguments)
         return _Answer(self._numbers.integers(4) > 0)
 
-    def _scribble(self, arguments):
+    def _fill(self, arguments):
         """Write random numbers into the arrays among the arguments."""
         for one in arguments:
             if isinstance(one, tuple):
-                self._scribble(one)
+                self._fill(one)
             elif isinstance(one, np.ndarray) and one.flags.writeable:
                 one[...] = (self._numbers.integers(0, 32, one.shape) if one.dtype.kind in 'iub'
                             else self._numbers.uniform(0, 4, one.shape))
 
 
 class _Answer(int):
-    """A number, and two of them: kernels that return something return one of these."""
+    """A number that unpacks into two: kernels return a number, or two."""
 
     def __iter__(self):
         return iter((self, self))

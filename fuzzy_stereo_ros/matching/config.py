@@ -61,7 +61,7 @@ class MatcherConfig:
     threads: int = _number(
         0, 0, 256, '', 'threads that match one pair; 0 takes one a core; never changes the result')
     seed: int = _number(
-        0, 0, 2**31 - 1, '', 'where chance starts; with it equal input gives equal output')
+        0, 0, 2**31 - 1, '', 'of the random numbers; equal seeds and input give equal output')
     population: int = _number(
         1, 1, 1000, '', 'number of chromosomes alive; in realtime two at most')
     generations: int = _number(

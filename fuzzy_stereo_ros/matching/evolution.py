@@ -181,7 +181,7 @@ class Stopwatch:
     def __init__(self):
         self.times, self._since = {}, time.perf_counter_ns()
 
-    def took(self, stage):
+    def lap(self, stage):
         """Note the milliseconds since the last stage ended."""
         now = time.perf_counter_ns()
         self.times[stage] = (now - self._since) / 1e6

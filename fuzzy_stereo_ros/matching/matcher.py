@@ -138,10 +138,10 @@ def warm_up_pairs(config):
 
 def _moving_scene(rows, columns):
     """Return uint8 pictures (R, C) of blots that move to the right, each with noise of its own."""
-    chance = np.random.default_rng(0)
-    blots = cv2.GaussianBlur(chance.normal(size=(rows, columns)), None, 2.0)
+    random = np.random.default_rng(0)
+    blots = cv2.GaussianBlur(random.normal(size=(rows, columns)), None, 2.0)
     blots = np.interp(blots, (blots.min(), blots.max()), (20, 235))
-    return [(np.roll(blots, moved, axis=1) + chance.normal(size=blots.shape)).astype(np.uint8)
+    return [(np.roll(blots, moved, axis=1) + random.normal(size=blots.shape)).astype(np.uint8)
             for moved in WARM_UP_MOTIONS]
 
 
@@ -154,9 +154,9 @@ def _still_frames(picture):
     rows, columns = picture.shape
     scene = picture.astype(np.float32)
     scene[rows // 4:, columns // 4:-columns // 8] = 120
-    chance = np.random.default_rng(0)
+    random = np.random.default_rng(0)
     for number in range(WARM_UP_FRAMES + 1):
         if number == WARM_UP_FRAMES:
             scene = 255 - scene     # nothing is in place: pictures are moved to where they belong
-        noisy = scene + chance.normal(0, 1.5, (2, rows, columns))
+        noisy = scene + random.normal(0, 1.5, (2, rows, columns))
         yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)

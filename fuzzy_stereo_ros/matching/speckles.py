@@ -4,11 +4,11 @@
 Speckles: small components of a disparity map, which are seldom right.
 
 Not in the paper. As cv2.filterSpeckles finds them, but by bands that threads share: `find` the
-components of each band, `join` them where bands meet, then `refuse` the small ones of each band.
+components of each band, `join` them where bands meet, then `reject` the small ones of each band.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    find_components, join_components, refuse_small)
+    find_components, join_components, reject_small)
 import numpy as np
 
 
@@ -16,8 +16,8 @@ class Speckles:
     """
     Memory for one image size.
 
-    labels: whole numbers (R, C); verdict: uint8 (R, C); step: neighbours whose labels differ by at
-    most this are connected; smallest: pixels of a component that stays; band: one of the `bands`
+    labels: whole numbers (R, C); validity: uint8 (R, C); step: neighbours whose labels differ by
+    at most this are connected; smallest: pixels of a component that stays; band: one of `bands`
     """
 
     def __init__(self, columns, bands):
@@ -27,10 +27,10 @@ class Speckles:
         self._marks = np.zeros((len(bands), 3), np.int64)
         self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
 
-    def find(self, labels, verdict, step, band):
+    def find(self, labels, validity, step, band):
         """Find the components of a band."""
         index, first, last = band
-        find_components(labels.reshape(-1), verdict.reshape(-1), self._columns, step, *self._runs,
+        find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, *self._runs,
                         self._marks[index], first, last)
 
     def join(self, labels, step):
@@ -38,17 +38,17 @@ class Speckles:
         join_components(labels.reshape(-1), self._columns, step, *self._runs, self._marks,
                         self._edges)
 
-    def refuse(self, verdict, smallest, band):
+    def reject(self, validity, smallest, band):
         """Refuse the pixels of a band that belong to small components."""
         index, first, _ = band
-        refuse_small(verdict.reshape(-1), smallest, *self._runs, first * self._columns,
+        reject_small(validity.reshape(-1), smallest, *self._runs, first * self._columns,
                      self._marks[index, 2])
 
 
-def refuse_speckles(crew, labels, verdict, step, smallest):
+def refuse_speckles(pool, labels, validity, step, smallest):
     """Refuse the small components of a map; the arguments are those of Speckles."""
     bands = cut_bands(len(labels))
     speckles = Speckles(labels.shape[1], bands)
-    crew.each(lambda band: speckles.find(labels, verdict, step, band), bands)
+    pool.each(lambda band: speckles.find(labels, validity, step, band), bands)
     speckles.join(labels, step)
-    crew.each(lambda band: speckles.refuse(verdict, smallest, band), bands)
+    pool.each(lambda band: speckles.reject(validity, smallest, band), bands)

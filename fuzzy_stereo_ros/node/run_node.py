@@ -17,7 +17,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logging_directory
 from rclpy.utilities import remove_ros_args
 
-BROKEN, REFUSED = 1, 2
+BROKEN, INVALID = 1, 2
 NOT_ALLOWED = ValueError, RuntimeError, ParameterException     # by us, by ROS
 SHUTDOWN_TIMEOUT = 4.0      # s to wait for a match or a compilation that still runs
 LEAST_ROOM = 2**16          # bytes for log files
@@ -103,4 +103,4 @@ def log_arguments(arguments):
 
 def _refuse(error):
     sys.stderr.write(f'disparity_node cannot start: {error}\n')
-    return REFUSED
+    return INVALID

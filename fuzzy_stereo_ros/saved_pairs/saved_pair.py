@@ -21,7 +21,7 @@ import tempfile
 from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.moving_camera import UNSEEN
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
@@ -207,7 +207,7 @@ def _layout(state):
     shape = (*np.shape(state.labels), 0, 0)[:2]     # labels must have two dimensions to fit
     tiles = tuple(-(-side // TILE) for side in shape)
     cells = tuple(side // 2 for side in shape)
-    return {'labels': (gene_type(state.disparities), shape), 'verdict': (np.uint8, shape),
+    return {'labels': (gene_type(state.disparities), shape), 'validity': (np.uint8, shape),
             'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
             'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
             'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),

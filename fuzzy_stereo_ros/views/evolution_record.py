@@ -4,7 +4,7 @@
 The record of an evolution: its generations, where genes came from, what mutation changed.
 
 Nothing here takes part in matching. Where genes came from follows from comparing a generation with
-the one before, and from the kinship that the paper's algorithm keeps.
+the one before, and from the lineage that the paper's algorithm keeps.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -122,8 +122,8 @@ class _Recorder:
         if number:
             if self._config.algorithm == 'paper':
                 origin, child, mutated = origin_of_fittest_child(
-                    self._former, population, evolved.fitness, evolved.kinship)
-                retained = np.delete(evolved.fitness, evolved.kinship.children)
+                    self._former, population, evolved.fitness, evolved.lineage)
+                retained = np.delete(evolved.fitness, evolved.lineage.children)
                 is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
             else:
                 origin, is_best = origin_of_improved_fittest(self._former, population), True
@@ -139,28 +139,28 @@ class _Recorder:
         return np.ascontiguousarray(found[:, ::-1 if self._config.reference == 'right' else 1])
 
 
-def origin_of_fittest_child(former, population, fitness, kinship):
+def origin_of_fittest_child(former, population, fitness, lineage):
     """
     Return origin (R, C) and number of the fittest child of the paper's algorithm, and `mutated`.
 
     Genes that both parents have count as the first one's.
 
     former, population: (P, R, C) of two generations; fitness: float64 (P,) of the newer;
-    kinship: its Kinship. Without children the fittest has its own genes; see `Snapshot`.
+    lineage: its Lineage. Without children the fittest has its own genes; see `Snapshot`.
     """
     shape = population.shape[1:]
-    if not kinship.children.size:
+    if not lineage.children.size:
         return np.full(shape, FIRST, np.uint8), int(fitness.argmax()), np.zeros(shape, np.float32)
-    fittest = kinship.children[fitness[kinship.children].argmax()]
+    fittest = lineage.children[fitness[lineage.children].argmax()]
     counts = np.zeros(shape, int)
-    for child, parents in zip(kinship.children, kinship.parents):
+    for child, parents in zip(lineage.children, lineage.parents):
         of_first, of_second = (population[child] == former[parent] for parent in parents)
         changed = ~of_first & ~of_second
         counts += changed
         if child == fittest:
             origin = np.where(of_first, FIRST, SECOND).astype(np.uint8)
             origin[changed] = MUTATED
-    return origin, int(fittest), (counts / kinship.children.size).astype(np.float32)
+    return origin, int(fittest), (counts / lineage.children.size).astype(np.float32)
 
 
 def origin_of_improved_fittest(former, population):

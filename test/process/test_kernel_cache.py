@@ -19,7 +19,7 @@ from processors import has_level
 import pytest
 
 SOURCES = Path(kernels.__file__).parent
-MACHINERY = '__init__', 'cache_folder', 'compiled', 'keeping'
+MACHINERY = '__init__', 'cache_folder', 'compiled', 'jit_cache'
 START = """# a kernel
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 """
@@ -41,7 +41,7 @@ import json, os, sys
 import numba
 from fuzzy_stereo_ros.matching.kernels.caller import steps
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
-from fuzzy_stereo_ros.matching.kernels.keeping import remarks
+from fuzzy_stereo_ros.matching.kernels.jit_cache import remarks
 told = remarks()
 if len(sys.argv) > 2:
     with open(sys.argv[2], 'wb', buffering=0) as others:

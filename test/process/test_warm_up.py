@@ -21,7 +21,7 @@ CODE = cache_folder.SOURCES / '__pycache__'
 MATCH = """
 import gc, sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.compiling import compile_call, rehearse
+from fuzzy_stereo_ros.matching.compiling import compile_call, record_calls
 from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 from numba.core.dispatcher import Dispatcher
 import numpy as np
@@ -32,8 +32,8 @@ def compiled():
 
 config = MatcherConfig.from_profile(sys.argv[1], disparities=24)
 matcher = StereoMatcher(config)
-if sys.argv[2] == 'rehearsed':
-    for call in rehearse(config).items():
+if sys.argv[2] == 'record_callsd':
+    for call in record_calls(config).items():
         compile_call(*call)
 if sys.argv[2] == 'warm':
     matcher.warm_up(120, 160)
@@ -52,13 +52,13 @@ print(*sorted(name for name, kinds in compiled() - before))
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])
 def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     found = {}
-    for how in ('rehearsed', 'warm', 'cold'):
+    for how in ('record_callsd', 'warm', 'cold'):
         done = subprocess.run([sys.executable, '-c', MATCH, profile, how], cwd=ROOT, text=True,
                               capture_output=True, check=True)
         found[how] = done.stdout.split()
-    assert found['rehearsed'] == found['warm'] == []
+    assert found['record_callsd'] == found['warm'] == []
     if profile == 'realtime':
-        assert {'bring_forward', 'propose_planes', 'propose_map'} <= set(found['cold'])
+        assert {'move_map', 'propose_planes', 'propose_map'} <= set(found['cold'])
 
 
 def warm_up(cache, *words):
@@ -119,7 +119,7 @@ def test_a_worker_that_ends_costs_its_answer_alone():
 def test_what_is_reported_goes_from_nothing_to_all(monkeypatch):
     monkeypatch.setattr(Workers, 'ask', lambda self, call: [
         ('fuzzy_stereo_ros.matching.kernels.scanlines.sweep', 'upwards', '()'),
-        ('fuzzy_stereo_ros.matching.kernels.genetic.cut', 'unload', '()')])
+        ('fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut', 'unload', '()')])
     told = []
     compile_kernels(MatcherConfig(), told.append)
     shares = [progress.share for progress in told]

@@ -3,7 +3,7 @@
 """
 Plain twins of the kernels, one cell at a time, written from the paper and the documentation.
 
-They are slow and meant to be believed at a glance.
+They are slow and meant to be believed at a thumbnail.
 """
 import math
 

@@ -1,31 +1,31 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plain twins of the way from chosen labels to disparities: verdicts, fills, medians, output."""
+"""Plain twins of the way from chosen labels to disparities: validities, fills, medians, output."""
 import math
 
 import numpy as np
 
-CONSISTENT, OUTSIDE, REFUSED = 0, 1, 2
+CONSISTENT, OUTSIDE, INVALID = 0, 1, 2
 
-# ---- verdicts ----
+# ---- validities ----
 
 
-def verdicts(labels, target, inside):
+def validities(labels, target, inside):
     """
     Return whether the target, known modulo 256, chose what points back, within one pixel.
 
     inside: its first and last column that exist; any extra columns come before column 0.
     """
     extra = target.shape[1] - labels.shape[1]
-    verdict = np.zeros(labels.shape, np.uint8)
+    validity = np.zeros(labels.shape, np.uint8)
     for row, column in np.ndindex(labels.shape):
         pointed = column - int(labels[row, column])
         if not inside[0] <= pointed <= inside[1]:
-            verdict[row, column] = OUTSIDE
+            validity[row, column] = OUTSIDE
         else:
             away = (int(labels[row, column]) - int(target[row, extra + pointed])) % 256
-            verdict[row, column] = CONSISTENT if away in (255, 0, 1) else REFUSED
-    return verdict
+            validity[row, column] = CONSISTENT if away in (255, 0, 1) else INVALID
+    return validity
 
 
 def components(inside, joined):
@@ -52,28 +52,28 @@ def components(inside, joined):
     return found
 
 
-def without_speckles(labels, verdict, step, smallest):
-    """Return the verdict with the components of fewer pixels refused too."""
-    verdict = verdict.copy()
-    for component in components(verdict != REFUSED, lambda place, near: abs(
+def without_speckles(labels, validity, step, smallest):
+    """Return the validity with the components of fewer pixels rejected too."""
+    validity = validity.copy()
+    for component in components(validity != INVALID, lambda place, near: abs(
             int(labels[place]) - int(labels[near])) <= step):
         if len(component) < smallest:
-            verdict[tuple(np.transpose(component))] = REFUSED
-    return verdict
+            validity[tuple(np.transpose(component))] = INVALID
+    return validity
 
 
 # ---- fills ----
 
 
-def filled_by_rows(labels, verdict):
-    """Return the labels, refused ones from behind a hiding strip, else from the nearer end."""
+def filled_by_rows(labels, validity):
+    """Return the labels, rejected ones from behind a hiding strip, else from the nearer end."""
     filled = labels.copy()
     for row in range(labels.shape[0]):
-        known = np.flatnonzero(verdict[row] != REFUSED)
+        known = np.flatnonzero(validity[row] != INVALID)
         if not known.size:
             filled[row] = filled[row - 1] if row else 0
             continue
-        for column in np.flatnonzero(verdict[row] == REFUSED):
+        for column in np.flatnonzero(validity[row] == INVALID):
             left, right = known[known < column][-1:], known[known > column][:1]
             ends = [*left, *right]
             if len(ends) == 2:
@@ -84,12 +84,12 @@ def filled_by_rows(labels, verdict):
     return filled
 
 
-def filled_by_columns(labels, verdict, by_rows):
+def filled_by_columns(labels, validity, by_rows):
     """Return the same by columns; `by_rows` stands in at the border for an end that misses."""
     filled = labels.copy()
     last = labels.shape[0] - 1
-    for row, column in zip(*np.nonzero(verdict == REFUSED)):
-        known = np.flatnonzero(verdict[:, column] != REFUSED)
+    for row, column in zip(*np.nonzero(validity == INVALID)):
+        known = np.flatnonzero(validity[:, column] != INVALID)
         above, below = known[known < row][-1:], known[known > row][:1]
         filled[row, column] = min(
             labels[above[0], column] if above.size else by_rows[0, column],
@@ -125,11 +125,11 @@ def median_of_25(labels):
 # ---- what the user gets ----
 
 
-def fine_disparities(final, labels, offsets, verdict):
+def fine_disparities(final, labels, offsets, validity):
     """
     Return 16ths of a pixel: int64 (R, C).
 
-    The final label, moved by the mean of what the pixels of 5 x 5 found, of those not refused and
+    The final label, moved by the mean of what the pixels of 5 x 5 found, of those not rejected and
     within one pixel of it.
     """
     fine = np.zeros(final.shape, np.int64)
@@ -139,31 +139,31 @@ def fine_disparities(final, labels, offsets, verdict):
         for near_row in range(max(row - 2, 0), min(row + 3, rows)):
             for near in range(max(column - 2, 0), min(column + 3, columns)):
                 found = 16 * int(labels[near_row, near]) + int(offsets[near_row, near])
-                if verdict[near_row, near] != REFUSED and abs(found - here) <= 16:
+                if validity[near_row, near] != INVALID and abs(found - here) <= 16:
                     moves.append(found - here)
         fine[row, column] = here + (
             math.floor(sum(moves) / len(moves) + 0.5) if moves else 0)
     return fine
 
 
-def certainty(sums, margins, verdict):
+def certainty(sums, margins, validity):
     """Return how sure labels are, 0 to 1: half at a margin of 24, less the more they cost."""
     certain = np.zeros(sums.shape)
     for place in np.ndindex(sums.shape):
-        if verdict[place] == CONSISTENT:
+        if validity[place] == CONSISTENT:
             margin = int(margins[place])
             certain[place] = margin / (margin + 24) * (1 - int(sums[place]) / 256)
     return certain
 
 
-def confidence(certain, verdict, side=9):
+def confidence(certain, validity, side=9):
     """Return the mean certainty of a square, mirrored at the border; 0 where not consistent."""
     half = side // 2
     rows, columns = ([_mirrored(place, size) for place in range(-half, size + half)]
                      for size in certain.shape)
     around = certain[rows][:, columns]
     sure = np.zeros(certain.shape)
-    for row, column in zip(*np.nonzero(verdict == CONSISTENT)):
+    for row, column in zip(*np.nonzero(validity == CONSISTENT)):
         sure[row, column] = around[row:row + side, column:column + side].mean()
     return sure
 
@@ -175,11 +175,11 @@ def _mirrored(place, size):
     return place if size > 1 else 0
 
 
-def disparities_of(fine, verdict, sure, min_disparity, disparities, fill, threshold):
-    """Return pixels inside the range searched, NaN where refused, outside or not sure enough."""
+def disparities_of(fine, validity, sure, min_disparity, disparities, fill, threshold):
+    """Return pixels inside the range searched, NaN where rejected, outside or not sure enough."""
     found = np.full(fine.shape, np.nan)
     for place in np.ndindex(fine.shape):
-        if fill or (verdict[place] == CONSISTENT and sure[place] >= threshold):
+        if fill or (validity[place] == CONSISTENT and sure[place] >= threshold):
             found[place] = min(max(fine[place] / 16 + min_disparity, min_disparity),
                                min_disparity + disparities - 1)
     return found

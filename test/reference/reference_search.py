@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plain twins of what guides the search and of how its chromosomes are measured."""
 import numpy as np
-from reference_refinement import REFUSED
+from reference_refinement import INVALID
 
 # ---- what the half map says ----
 
@@ -50,7 +50,7 @@ def doubled(half, shape):
 # ---- the fitness ----
 
 
-def gene_costs(volume, chromosome, verdict, target, inside, hidden, contradicted):
+def gene_costs(volume, chromosome, validity, target, inside, hidden, contradicted):
     """Return what genes cost: their match, or what the target says where there is none."""
     costs = np.zeros(chromosome.shape, np.int64)
     extra = target.shape[1] - chromosome.shape[1]
@@ -61,7 +61,7 @@ def gene_costs(volume, chromosome, verdict, target, inside, hidden, contradicted
             costs[row, column] = hidden
             continue
         costs[row, column] = volume[row, column, label]
-        if verdict[row, column] == REFUSED:
+        if validity[row, column] == INVALID:
             nearer = int(target[row, extra + pointed]) - label
             if volume.shape[2] > 256:        # the target's labels are known modulo 256
                 nearer = (nearer + 128) % 256 - 128

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from soak_figures import (
-    broken_sums, growth, losses_told, promises_of, Run, Sample, spread, Threads,
-    threads_of)
+    broken_sums, growth, losses_told, promises_of, Run, Sample, spread, Threads, threads_of)
 from soak_script import TOPICS
 from soak_waits import Wait, Waits
 
@@ -32,7 +31,7 @@ SAMPLES = [Sample(100.0, 9000, 150.0, 25.0, 2.0, 20.0)] * 6
 WAITS = {'a pair': Wait(9.9, 'flood'), 'diagnostics': Wait(1.1, 'save')}
 
 
-def verdicts(samples=SAMPLES, counts=COUNTS, log=LOG, broken=(), code=0, left=(), waits=WAITS):
+def validities(samples=SAMPLES, counts=COUNTS, log=LOG, broken=(), code=0, left=(), waits=WAITS):
     """Return the names of the promises that are broken, by their first two words."""
     run = Run(samples, counts, log, list(broken), code, SimpleNamespace(left=left), waits)
     promises = promises_of(run, LIMITS)
@@ -41,7 +40,7 @@ def verdicts(samples=SAMPLES, counts=COUNTS, log=LOG, broken=(), code=0, left=()
 
 def test_a_sound_node_keeps_every_promise():
     assert broken_sums(COUNTS, SENT) == []
-    assert verdicts() == []
+    assert validities() == []
 
 
 @pytest.mark.parametrize('changes, sentence', [
@@ -69,8 +68,8 @@ def test_a_message_that_the_middleware_lost_counts_and_needs_its_line():
     counts = {**COUNTS, 'lost left/image_rect': 3, 'received left/image_rect': 30}
     assert broken_sums(counts, {**SENT, 'left/image_rect': 33}) == []
     line = '[INFO] [1.0] [disparity_node]: since the last report: lost left/image_rect 3; they'
-    assert verdicts(counts=counts) == ['every loss']
-    assert verdicts(counts=counts, log=f'{LOG}\n{line}') == []
+    assert validities(counts=counts) == ['every loss']
+    assert validities(counts=counts, log=f'{LOG}\n{line}') == []
 
 
 def test_the_losses_that_lines_tell_are_added_up():
@@ -82,19 +81,19 @@ def test_the_losses_that_lines_tell_are_added_up():
 def test_a_loss_without_its_line_breaks_a_promise(place):
     lines = LOG.splitlines()
     del lines[place]
-    assert verdicts(log='\n'.join(lines)) == ['every loss']
+    assert validities(log='\n'.join(lines)) == ['every loss']
 
 
 @pytest.mark.parametrize('line', [
     'Traceback (most recent call last):', '[FATAL] [1.0] [disparity_node]: kernel warm-up failed',
     '[ERROR] [1.0] [disparity_node]: cannot be prepared: disparity_range'])
 def test_a_fault_in_the_log_breaks_a_promise(line):
-    assert verdicts(log=f'{LOG}\n{line}') == ['nothing is']
+    assert validities(log=f'{LOG}\n{line}') == ['nothing is']
 
 
 def test_a_pair_lost_by_a_fault_of_the_package_breaks_a_promise():
     line = '[ERROR] [1.0] [disparity_node]: pair refused: internal error: KeyError'
-    assert verdicts(log=f'{LOG}\n{line}') == ['nothing is']
+    assert validities(log=f'{LOG}\n{line}') == ['nothing is']
 
 
 @pytest.mark.parametrize('last, broken', [
@@ -105,13 +104,13 @@ def test_a_pair_lost_by_a_fault_of_the_package_breaks_a_promise():
     (Sample(100.0, 9000, 150.0, 25.0, 3.1, 20.0), ['latency grows']),
     (Sample(100.0, 9000, 150.0, 25.0, 2.0, 25.0), ["a pair's"])])
 def test_what_grows_more_than_it_may_breaks_a_promise(last, broken):
-    assert verdicts(samples=[*SAMPLES, last, last, last]) == broken
+    assert validities(samples=[*SAMPLES, last, last, last]) == broken
 
 
 def test_a_thread_that_is_left_over_and_a_long_wait_break_promises():
-    assert verdicts(left=['python (since save)']) == ['no thread']
+    assert validities(left=['python (since save)']) == ['no thread']
     for what in WAITS:
-        assert verdicts(waits={**WAITS, what: Wait(10.0, 'flood')}) == ['nobody waits']
+        assert validities(waits={**WAITS, what: Wait(10.0, 'flood')}) == ['nobody waits']
 
 
 def test_the_longest_waits_are_between_what_was_sent_first_and_its_answer(monkeypatch):
@@ -142,7 +141,7 @@ def test_a_pair_that_is_forgotten_is_not_waited_for():
 
 
 def test_sums_that_were_broken_and_another_exit_code_break_promises():
-    assert verdicts(broken=['round 3: 30 sent'], code=1) == ['sent =', 'SIGINT ends']
+    assert validities(broken=['round 3: 30 sent'], code=1) == ['sent =', 'SIGINT ends']
 
 
 @pytest.mark.parametrize('values', [[4.0, 4.0, 4.0], [2.0, 9.0, 8.0, 1.0, 4.0, 4.0], [3.0, 6.0]])

@@ -18,7 +18,7 @@ def address_of(array):
 
 
 @intrinsic
-def peek(typing, array, index):
+def load_byte(typing, array, index):
     """Return one element of a flat array, or a byte at an address."""
     kind = types.uint8 if isinstance(array, types.Integer) else array.dtype
     signature = kind(array, types.intp)
@@ -30,7 +30,7 @@ def peek(typing, array, index):
 
 
 @intrinsic
-def poke(typing, array, index, number):
+def store_byte(typing, array, index, number):
     """Write one element of a flat array, or a byte at an address, cut to its bits."""
     kind = types.Integer.from_bitwidth(bits_at(array), signed=False)
     signature = types.void(array, types.intp, kind)
@@ -75,9 +75,9 @@ def _writing(kind):
 
 
 # (address, index) -> the number there; (address, index, number) writes it
-peek_short, peek_word, peek_long = (_reading(kind) for kind in (
+load_short, load_word, load_long = (_reading(kind) for kind in (
     types.uint16, types.int32, types.int64))
-poke_short, poke_word = _writing(types.uint16), _writing(types.uint32)
+store_short, store_word = _writing(types.uint16), _writing(types.uint32)
 
 
 @intrinsic

@@ -52,20 +52,20 @@ def choose_folders():
     readable = (*(folder for folder in folders
                   if folder.is_dir() and not os.access(folder, os.W_OK)),
                 *filter(Path.is_dir, [BROUGHT / name]))
-    refused = []
+    denied = []
     for place, folder in zip(places, folders):
         try:
             make_folder(folder)
             os.utime(folder)    # it is in use
         except OSError as error:
-            refused.append(f'{place}: {error.strerror}')
+            denied.append(f'{place}: {error.strerror}')
             continue
         _remove_older(folder)
-        return Folders(folder, readable, '' if not (wanted and refused) else
-                       f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({refused[0]}): they '
+        return Folders(folder, readable, '' if not (wanted and denied) else
+                       f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({denied[0]}): they '
                        f'are kept in {place}', _unlike_brought())
     warning = ('no folder for compiled kernels can be written to '
-               f"({', '.join(refused)}): they are compiled at each start, which takes up to 60 s; "
+               f"({', '.join(denied)}): they are compiled at each start, which takes up to 60 s; "
                'set NUMBA_CACHE_DIR to a folder that can be')
     return Folders(None, readable, *(('', warning) if readable else (warning, '')))
 

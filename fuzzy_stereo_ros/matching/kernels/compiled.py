@@ -4,7 +4,7 @@
 from functools import partial
 
 from fuzzy_stereo_ros.matching.kernels.cache_folder import choose_folders
-from fuzzy_stereo_ros.matching.kernels.keeping import KeptKernel, note
+from fuzzy_stereo_ros.matching.kernels.jit_cache import KeptKernel, note
 from numba import config, njit
 
 _folders = choose_folders()

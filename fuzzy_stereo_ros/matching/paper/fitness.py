@@ -83,7 +83,7 @@ class LiteralFitness:
         """Allocate the details of a number of chromosomes."""
         return np.zeros((population, self._rows), np.int64)
 
-    def set_pair(self, crew, left, right):
+    def set_pair(self, pool, left, right):
         """
         Set the pair that chromosomes are evaluated on.
 
@@ -144,7 +144,7 @@ class UniformFitness:
         """Allocate the details of a number of chromosomes."""
         return np.zeros((population, *self.weights.shape[1:]), np.uint16)
 
-    def set_pair(self, crew, left, right):
+    def set_pair(self, pool, left, right):
         """
         Set the pair that chromosomes are evaluated on.
 
@@ -152,7 +152,7 @@ class UniformFitness:
         """
         lost = lost_bits(left, right)
         colours = eight_bit_colours(left, lost)
-        self._possibility.set_pair(crew, class_levels(left, lost), class_levels(right, lost),
+        self._possibility.set_pair(pool, class_levels(left, lost), class_levels(right, lost),
                                    colours)
         inside(self.colours)[:] = np.moveaxis(colours, 2, 0)
         fill_neighbour_weights(self.colours, self._similar, self.weights)

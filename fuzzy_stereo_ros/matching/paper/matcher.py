@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
     fill_random_genes, scatter_random_genes)
@@ -47,10 +47,10 @@ class PaperMatcher:
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
         literal = config.reading == 'literal'
-        self._config, self.crew = config, Crew(config.threads)
+        self._config, self.pool = config, ThreadPool(config.threads)
         self._fitness = (LiteralFitness if literal else UniformFitness)(config, rows, columns)
         self.population = Population(config, rows, columns, self._fitness)
-        self._tools = operators.Tools(config, self.crew, self._fitness,
+        self._tools = operators.Tools(config, self.pool, self._fitness,
                                       self.population.framed.shape[1:])
         stages = stages or (LITERAL_STAGES if literal else Stages())
         self._operators = {name: partial(stage, self._tools)
@@ -64,14 +64,14 @@ class PaperMatcher:
         random, budget, observe: as `evolve` takes them
         """
         watch = Stopwatch()
-        self._fitness.set_pair(self.crew, left, right)
-        watch.took('possibility')
+        self._fitness.set_pair(self.pool, left, right)
+        watch.lap('possibility')
         self._initialise(random.child(0))
-        watch.took('seeds')
+        watch.lap('seeds')
         history = evolve(self.population, self._operators, random, budget, observe)
-        watch.took('generations')
+        watch.lap('generations')
         disparity, confidence = self._result()
-        watch.took('refinement')
+        watch.lap('refinement')
         return Match(disparity, confidence, history, watch.times, False), None
 
     def possibility_of(self, chromosome):

@@ -23,13 +23,13 @@ that two parents can have.
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
-    least_possible_level, throw_patches)
+    least_possible_level, place_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_exchange import fill_exchange, take_genes
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_mutation import (
     larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
-from fuzzy_stereo_ros.matching.paper.population import Kinship
+from fuzzy_stereo_ros.matching.paper.population import Lineage
 import numpy as np
 
 CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
@@ -42,16 +42,16 @@ class Tools:
     """
     What operators work with: memory a thread, and the configuration.
 
-    crew: shares work among threads; fitness: a `LiteralFitness` or a `UniformFitness`
+    pool: shares work among threads; fitness: a `LiteralFitness` or a `UniformFitness`
     """
 
-    def __init__(self, config, crew, fitness, shape):
+    def __init__(self, config, pool, fitness, shape):
         """shape: (R + 2, W), of framed maps."""
-        self.config, self.crew, self.fitness, self._shape = config, crew, fitness, shape
-        self._crossings, self._fusion = [None] * crew.threads, None
+        self.config, self.pool, self.fitness, self._shape = config, pool, fitness, shape
+        self._crossings, self._fusion = [None] * pool.threads, None
         self.spares = [(np.zeros(SPARE_ROWS * LANES, np.uint16),
                         np.zeros(SPARE_ROWS * LANES, np.uint8),
-                        np.zeros(SPARE_ROWS * LANES, np.uint16)) for _ in range(crew.threads)]
+                        np.zeros(SPARE_ROWS * LANES, np.uint16)) for _ in range(pool.threads)]
 
     def each(self, size, work):
         """Call work(number, thread) for the numbers below size, shared among threads."""
@@ -61,7 +61,7 @@ class Tools:
             while (number := next(numbers, None)) is not None:
                 work(number, thread)
 
-        self.crew.each(of_thread, range(self.crew.threads))
+        self.pool.each(of_thread, range(self.pool.threads))
 
     def crossing(self, thread):
         """Return the `Exchange` of a thread, and its `Regions`."""
@@ -112,7 +112,7 @@ def survivors(survival, draws):
     return chosen if chosen.size >= 2 else np.arange(min(2, survival.size))
 
 
-def couples(chosen, first_draws, second_draws):
+def parent_pairs(chosen, first_draws, second_draws):
     """
     Return the parents of each child, two different ones where there are two.
 
@@ -126,7 +126,7 @@ def couples(chosen, first_draws, second_draws):
 
 def select(tools, population, random):
     """
-    Retain the fittest of each island; couples of them get children in the place of the others.
+    Retain the fittest of each island; pairs of them get children in the place of the others.
 
     One chromosome alone is its own child.
     """
@@ -139,14 +139,14 @@ def select(tools, population, random):
         mating = retained[survivors(rank_survival(retained.size), draws)]
         pairs = random.child(number, 1).uniform(2 * others.size).reshape(2, -1)
         children.append(others)
-        parents.append(couples(mating, *pairs))
-    population.kinship = Kinship(np.concatenate(children), np.concatenate(parents))
+        parents.append(parent_pairs(mating, *pairs))
+    population.lineage = Lineage(np.concatenate(children), np.concatenate(parents))
     population.generation += 1
 
 
 def copy_parents(tools, population, random):
     """Make each child a copy of its first parent: no crossover."""
-    children, parents = population.kinship
+    children, parents = population.lineage
 
     def copy(number, thread):
         population.copy(children[number], parents[number, 0])
@@ -165,7 +165,7 @@ def crossover_lines(rows, draws):
 
 def cross_at_lines(tools, population, random):
     """Give each child the rows above a random line from one parent, the rest from the other."""
-    children, parents = population.kinship
+    children, parents = population.lineage
     rows = population.genes.shape[1]
     lines = crossover_lines(rows, random.uniform(children.size))
 
@@ -187,7 +187,7 @@ def cross_regions(tools, population, random):
     Parents that differ in more than `FEW_CELLS`, as random ones do, differ in one region: their
     child is a copy of the first.
     """
-    children, parents = population.kinship
+    children, parents = population.lineage
 
     def cross(number, thread):
         population.copy(children[number], parents[number, 0])
@@ -244,24 +244,24 @@ def mutate_by_uniform_patches(tools, population, random):
 
     A patch stays where the fitness of its cells and of those around them does not fall.
     """
-    children, fitness = population.kinship.children, tools.fitness
+    children, fitness = population.lineage.children, tools.fitness
     patches = max(population.genes[0].size // CELLS_A_PATCH, 1)
     larger = larger_halves(min(tools.config.neighbourhood // 2, LARGEST_HALF))
-    struck = children[random.child(0).uniform(children.size) < tools.config.mutation_rate]
+    mutated = children[random.child(0).uniform(children.size) < tools.config.mutation_rate]
 
     def mutate(number, thread):
-        slot = struck[number]
+        slot = mutated[number]
         population.totals[slot] += mutate_by_patches(
             random.child(1, slot).key, patches, larger, fitness.planes, fitness.colours,
             fitness.weights, population.framed[slot], population.chosen[slot],
             population.details[slot], *tools.spares[thread])
 
-    tools.each(struck.size, mutate)
+    tools.each(mutated.size, mutate)
 
 
 def patch_numbers(cells, neighbourhood, draws):
     """
-    Return how many patches are thrown at each child: the paper's "one or several".
+    Return how many patches are placed on each child: the paper's "one or several".
 
     From one to as many as could cover the image once, each order of magnitude as likely as the
     next: coarse search at first, fine search once large changes have ceased to pay.
@@ -278,7 +278,7 @@ def mutate_least_possible(tools, population, random):
 
     The mutation rate is the share of these cells; squares stay, whatever they are worth.
     """
-    children, config = population.kinship.children, tools.config
+    children, config = population.lineage.children, tools.config
     numbers = patch_numbers(population.genes[0].size, config.neighbourhood,
                             random.child(0).uniform(children.size))
 
@@ -286,7 +286,7 @@ def mutate_least_possible(tools, population, random):
         slot = children[number]
         genes, chosen = population.genes[slot], inside(population.chosen[slot])
         level, share_of_ties = least_possible_level(chosen, config.mutation_rate)
-        throw_patches(random.child(1, slot).key, numbers[number], config.neighbourhood,
+        place_patches(random.child(1, slot).key, numbers[number], config.neighbourhood,
                       config.disparities, chosen, level, share_of_ties, genes)
         population.evaluate(slot, 0, genes.shape[0])
 

@@ -10,7 +10,7 @@ import numpy as np
 ISLANDS, FEWEST = 7, 10     # islands at the most, and chromosomes of each at the least
 
 
-class Kinship(NamedTuple):
+class Lineage(NamedTuple):
     """
     Where the chromosomes of a generation come from; those that are no children live on.
 
@@ -32,7 +32,7 @@ class Population:
     details: (P, ...), what the fitness keeps of each
     totals: int64 (P,), fitness in whole numbers
     islands: int64 indices of the chromosomes that mate with one another, a list
-    kinship: the `Kinship` of this generation, None for the initial population
+    lineage: the `Lineage` of this generation, None for the initial population
     generation: how many generations have begun; converged: never, the budget ends the evolution
     """
 
@@ -71,7 +71,7 @@ class Population:
 
     def reset(self):
         """Begin again with an initial population."""
-        self.generation, self.kinship = 0, None
+        self.generation, self.lineage = 0, None
 
     def copy(self, slot, old):
         """Let a chromosome be a copy of another one."""

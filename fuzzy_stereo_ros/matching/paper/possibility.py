@@ -169,7 +169,7 @@ class UniformPossibility:
         self._bands = cut_bands(rows)
         self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
-    def set_pair(self, crew, left, right, colours):
+    def set_pair(self, pool, left, right, colours):
         """
         Write the possibilities of a pair.
 
@@ -189,4 +189,4 @@ class UniformPossibility:
             fill_planes(self._cells, self._very, *band[1:], self.planes)
 
         for work in (match, average_along_rows, average_along_columns):
-            crew.each(work, self._bands)
+            pool.each(work, self._bands)

@@ -8,7 +8,7 @@ road. A region therefore moves only if its matches, without smoothness, are not 
 may lose something where the two views disagree about what is there.
 """
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
-from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.evidence import reject_unfounded
 import numpy as np
 
 FAR = 0.5            # px by which a pixel moves, as it counts
@@ -25,9 +25,9 @@ class Evidence:
         self._parent, self._size = (np.zeros(rows * columns + 1, np.int32) for _ in range(2))
         self._dearer = np.zeros(rows * columns + 1, np.int64)
 
-    def refuse(self, labels, old, new, old_costs, new_costs, trusted, selected):
-        """Let `selected` be false in regions that must not move: see refuse_unfounded."""
-        refuse_unfounded(labels, old, new, np.float32(FAR), old_costs, new_costs, trusted,
+    def reject(self, labels, old, new, old_costs, new_costs, trusted, selected):
+        """Let `selected` be false in regions that must not move: see reject_unfounded."""
+        reject_unfounded(labels, old, new, np.float32(FAR), old_costs, new_costs, trusted,
                          int(PRICE * UNIT), LEAST, self._region, self._parent, self._dearer,
                          self._size, selected)
 
@@ -38,5 +38,5 @@ class NoEvidence:
     def __init__(self, rows, columns):
         """Need no memory."""
 
-    def refuse(self, *_):
+    def reject(self, *_):
         """Refuse nothing."""

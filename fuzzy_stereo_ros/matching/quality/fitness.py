@@ -44,7 +44,7 @@ class PlaneFitness:
             -distance**2 / (2 * SUPPORT_DISTANCE**2)).astype(np.float32)
         self.largest = kernels.UNIT * rows * columns
 
-    def look(self, crew, volume, origin, colour, seen, weak):
+    def look(self, pool, volume, origin, colour, seen, weak):
         """
         Take a view of a pair; all its matches are trusted.
 
@@ -56,12 +56,12 @@ class PlaneFitness:
         self._volume = volume
         self._origin, self._lean = (0, 0) if origin is None else (origin, 1)
         self.trust[:] = kernels.TRUSTED
-        self._fill_supports(crew, colour)
+        self._fill_supports(pool, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
         self._across[:, 1:] = share[:, 1:] * _smooth_over(seen[:, 1:] - seen[:, :-1])
         self._down[1:] = share[1:] * _smooth_over(seen[1:] - seen[:-1])
 
-    def _fill_supports(self, crew, colour):
+    def _fill_supports(self, pool, colour):
         """
         Weigh the pixels of supports: less where the census around them saw other colours.
 
@@ -69,7 +69,7 @@ class PlaneFitness:
         what is true of the foreground. Pixels of the support that are farther from it know better.
         """
         def fill(stride, by_distance, share):
-            crew.each(lambda band: kernels.fill_supports(
+            pool.each(lambda band: kernels.fill_supports(
                 colour, RADIUS, stride, self._by_colour, by_distance, share, self._supports,
                 self._masses, band[1], band[2]), self._bands)
         even, all_of_it = np.ones_like(self._by_distance), np.ones(colour.shape[:2], np.float32)
@@ -85,7 +85,7 @@ class PlaneFitness:
         """Return where matches count in full: bool (R, C)."""
         return self.trust == kernels.TRUSTED
 
-    def match_costs(self, crew, planes, selected=None):
+    def match_costs(self, pool, planes, selected=None):
         """
         Return what the images say against planes, whatever the trust: int16 (R, C), 0 to UNIT.
 
@@ -93,22 +93,22 @@ class PlaneFitness:
         """
         costs = np.zeros(planes.shape[:2], np.int16)
         selected = np.ones(costs.shape, np.bool_) if selected is None else selected
-        crew.each(lambda band: kernels.plane_costs(
+        pool.each(lambda band: kernels.plane_costs(
             self._volume, self.disparities_searched, planes, selected, self._supports,
             self._masses, RADIUS, STRIDE, self._origin, self._lean, costs, band[1], band[2]),
             self._bands)
         return costs
 
-    def trusted_costs(self, crew, costs):
+    def trusted_costs(self, pool, costs):
         """Return match costs times the trust in them: int16 (R, C)."""
         trusted = np.empty_like(costs)
-        crew.each(lambda band: kernels.trusted_costs(
+        pool.each(lambda band: kernels.trusted_costs(
             costs, self.trust, trusted, band[1], band[2]), self._bands)
         return trusted
 
-    def total(self, crew, planes, costs):
+    def total(self, pool, planes, costs):
         """Return what a map costs in all; costs: int16 (R, C), trusted ones."""
-        crew.each(lambda band: kernels.smoothness(
+        pool.each(lambda band: kernels.smoothness(
             planes, self._across, self._down, np.float32(MOST), self._flat, self._sums,
             band[1], band[2]), self._bands)
         return int(costs.sum(dtype=np.int64)) + int(self._sums.sum())
@@ -124,11 +124,11 @@ class PlaneFitness:
                               np.float32(MOST), self._flat, np.empty(selected.shape, np.int32),
                               exchange.alone, exchange.pairs)
 
-    def disparities(self, crew, planes):
+    def disparities(self, pool, planes):
         """Return the disparities of planes: float32 (R, C), px from 0."""
         result = np.empty(planes.shape[:2], np.float32)
         highest = np.float32(self.disparities_searched - 1)
-        crew.each(lambda band: kernels.disparities_of(
+        pool.each(lambda band: kernels.disparities_of(
             planes, highest, result, band[1], band[2]), self._bands)
         return result
 

@@ -11,7 +11,7 @@ against it. The views judge each other: where they disagree, a match counts litt
 from collections.abc import Callable
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Cut
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
@@ -35,7 +35,7 @@ class Stages(NamedTuple):
 
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called
-    evidence: called with rows and columns, refuses what the images speak against
+    evidence: called with rows and columns, rejects what the images speak against
     trusted: where matches count in full: see result.consistent
     flat: whether disparities have to be smooth, not planes
     """
@@ -57,7 +57,7 @@ class QualityMatcher:
     def __init__(self, config, rows, columns, stages=None):
         """Take no memory: a pair does, and gives most of it back with the next one."""
         self._config, self._shape = config, (rows, columns)
-        self._stages, self.crew = stages or Stages(), Crew(config.threads)
+        self._stages, self.pool = stages or Stages(), ThreadPool(config.threads)
         self.population = None
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
@@ -70,29 +70,29 @@ class QualityMatcher:
         watch = Stopwatch()
         self.population = None
         starts, volume = self._starts(left, right, random, budget)
-        watch.took('seeds')
+        watch.lap('seeds')
         self.population = self._initial_population(starts, volume)
         seed = starts[0].seed
         del starts, volume       # what the refinement does not need
-        watch.took('views')
+        watch.lap('views')
         history = evolve(self.population, self._stages.operators, random, budget, observe)
         self.population.tools.give_back()
-        watch.took('generations')
-        disparity, confidence = refine(self.crew, self._config, self.population, seed,
+        watch.lap('generations')
+        disparity, confidence = refine(self.pool, self._config, self.population, seed,
                                        random.child(0))
-        watch.took('refinement')
+        watch.lap('refinement')
         return Match(disparity, confidence, history, watch.times, False), None
 
     def possibility_of(self, chromosome):
         """Return how possible the matches of a map of labels are: float32 (R, C), 0 to 1."""
         view = self.population.views[0]
-        costs = view.fitness.match_costs(self.crew, self._planes_of(chromosome))
+        costs = view.fitness.match_costs(self.pool, self._planes_of(chromosome))
         return 1 - costs.astype(np.float32) / UNIT
 
     def fitness_of(self, chromosome):
         """Return the fitness of a map of labels, or of px from 0, on the last pair."""
         view = self.population.views[0]
-        planes = local_planes(self.crew, np.float32(chromosome), view.colour)
+        planes = local_planes(self.pool, np.float32(chromosome), view.colour)
         return 1 - view.total(view.measured(planes)) / view.fitness.largest
 
     def fittest(self):
@@ -108,7 +108,7 @@ class QualityMatcher:
         from where it is
         """
         left, right = self.population.views
-        start = local_planes(self.crew, np.float32(disparity), left.colour)
+        start = local_planes(self.pool, np.float32(disparity), left.colour)
         self.population.initialise([[start], [right.members[0].planes.copy()]])
         evolve(self.population, self._stages.operators, random, budget)
         self.population.tools.give_back()
@@ -121,7 +121,7 @@ class QualityMatcher:
         scanlines = ScanlineSeed(self._config, *self._shape)
         starts = [scanlines.find(*pair, found, budget.in_time) for pair, found in zip(pairs, maps)]
         del scanlines       # its memory
-        return starts, costs_of_pixels(self._config, self.crew, left, right)
+        return starts, costs_of_pixels(self._config, self.pool, left, right)
 
     def _initial_population(self, starts, volume):
         """Return the population of a pair: planes around the pixels of both seeds."""
@@ -131,9 +131,9 @@ class QualityMatcher:
             colour = start.colour
             seen = ROOT * np.sqrt(colour.astype(np.float32))
             fitness = PlaneFitness(*self._shape, self._config.disparities, stages.flat)
-            fitness.look(self.crew, volume, origin, colour, seen, start.weak)
-            views.append(View(self.crew, fitness, colour, segments_of(seen), tools))
-            maps.append([local_planes(self.crew, (start.seed.surface, start.realtime)[place % 2],
+            fitness.look(self.pool, volume, origin, colour, seen, start.weak)
+            views.append(View(self.pool, fitness, colour, segments_of(seen), tools))
+            maps.append([local_planes(self.pool, (start.seed.surface, start.realtime)[place % 2],
                                       colour) for place in range(self._config.population)])
         population = Population(views, tools, lowest, stages.trusted)
         population.judge([start.seed.surface for start in starts])

@@ -83,11 +83,11 @@ def _turn(population, random, operator):
 
 
 def _fitted(view, member, regions, random):
-    return region_planes(view.crew, view.disparities(member), view.fitness.trusted(), regions,
+    return region_planes(view.pool, view.disparities(member), view.fitness.trusted(), regions,
                          random)
 
 
 def _propose(view, member, planes, regions, random):
     """Propose to each region of a member a plane of its own: float32 (number, 3)."""
     itself = np.arange(regions.number, dtype=np.int32)
-    view.propose(member, spread(view.crew, planes, itself, regions), regions, random)
+    view.propose(member, spread(view.pool, planes, itself, regions), regions, random)

@@ -48,23 +48,23 @@ class View:
     members: list of `Member`; segments: see segments_of; colour: uint8 (R, C, 3)
     """
 
-    def __init__(self, crew, fitness, colour, segments, tools):
+    def __init__(self, pool, fitness, colour, segments, tools):
         """tools: the `Tools` of both views."""
-        self.crew, self.fitness, self.colour, self.segments = crew, fitness, colour, segments
+        self.pool, self.fitness, self.colour, self.segments = pool, fitness, colour, segments
         self._tools, self.members = tools, []
 
     def measured(self, planes):
         """Return a plane map as a `Member`."""
-        match_costs = self.fitness.match_costs(self.crew, planes)
-        return Member(planes, match_costs, self.fitness.trusted_costs(self.crew, match_costs))
+        match_costs = self.fitness.match_costs(self.pool, planes)
+        return Member(planes, match_costs, self.fitness.trusted_costs(self.pool, match_costs))
 
     def total(self, member):
         """Return what a member costs in all."""
-        return self.fitness.total(self.crew, member.planes, member.costs)
+        return self.fitness.total(self.pool, member.planes, member.costs)
 
     def disparities(self, member):
         """Return the disparities of a member: float32 (R, C), px from 0."""
-        return self.fitness.disparities(self.crew, member.planes)
+        return self.fitness.disparities(self.pool, member.planes)
 
     def propose(self, member, planes, regions, random):
         """
@@ -75,11 +75,11 @@ class View:
         """
         selected = np.empty(member.costs.shape, np.bool_)
         select_differing(member.planes, planes, selected)
-        match_costs = self.fitness.match_costs(self.crew, planes, selected)
+        match_costs = self.fitness.match_costs(self.pool, planes, selected)
         _, _, evidence = self._tools
-        evidence.refuse(
+        evidence.reject(
             regions.labels, self.disparities(member),
-            self.fitness.disparities(self.crew, planes), member.match_costs, match_costs,
+            self.fitness.disparities(self.pool, planes), member.match_costs, match_costs,
             self.fitness.trusted(), selected)
         self._cross(member, planes, match_costs, selected, random)
 
@@ -93,10 +93,10 @@ class View:
         """Trust matches where the views agree, bool (R, C), and measure all members anew."""
         self.fitness.trust_consistent(consistent)
         for member in self.members:
-            member.costs = self.fitness.trusted_costs(self.crew, member.match_costs)
+            member.costs = self.fitness.trusted_costs(self.pool, member.match_costs)
 
     def _cross(self, member, planes, match_costs, selected, random):
-        costs = self.fitness.trusted_costs(self.crew, match_costs)
+        costs = self.fitness.trusted_costs(self.pool, match_costs)
         crossover, exchange, _ = self._tools
         self.fitness.fill(exchange, (member.planes, member.costs), (planes, costs), selected)
         crossover(exchange, random)
@@ -164,4 +164,4 @@ class Population:
     def judge(self, maps):
         """Let matches of a view count in full where the maps of both agree: float32 (R, C), px."""
         for view, one, other in zip(self.views, maps, reversed(maps)):
-            view.trust_consistent(self._trusted(view.crew, one, other, self._lowest))
+            view.trust_consistent(self._trusted(view.pool, one, other, self._lowest))

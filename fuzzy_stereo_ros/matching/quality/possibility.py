@@ -60,13 +60,13 @@ class Picture:
                             axis=1) >> 2
         self._place(np.concatenate([values, low, high, gradient], axis=1) + OFFSET, self.planes)
 
-    def read_census(self, fine, blurs, bands, crew):
+    def read_census(self, fine, blurs, bands, pool):
         """Fill the codes from fine grey, float32 (R, C)."""
         radius = CENSUS_RADIUS
         for scale, blur in enumerate(blurs):
             blurred = cv2.GaussianBlur(fine, (0, 0), blur, borderType=cv2.BORDER_REPLICATE)
             padded = cv2.copyMakeBorder(np.rint(blurred * 4), *[radius] * 4, cv2.BORDER_REPLICATE)
-            crew.each(lambda band, padded=padded, bit=CENSUS_BITS * scale: fuzzy_costs.census(
+            pool.each(lambda band, padded=padded, bit=CENSUS_BITS * scale: fuzzy_costs.census(
                 padded, radius, bit, self._codes, band[1], band[2]), bands)
         self._place(self._codes, self.codes)
 
@@ -112,7 +112,7 @@ class SupportPossibility:
         self._left.read_colour(left[0])
         self._right.read_colour(right[0])
 
-    def fill(self, crew, model, surface=None, level=0.0):
+    def fill(self, pool, model, surface=None, level=0.0):
         """
         Fill the costs under a model.
 
@@ -120,28 +120,28 @@ class SupportPossibility:
         counts for a model of no rounds
         """
         for picture, fine in zip((self._left, self._right), self._fine):
-            picture.read_census(fine, model.blurs, self._bands, crew)
+            picture.read_census(fine, model.blurs, self._bands, pool)
         unit = fuzzy_costs.UNIT
         weights = np.rint([unit / model.census, unit / (6 * model.colour),
                            unit / (2 * model.slope), unit / (2 * model.gradient)])
-        crew.each(lambda band: fuzzy_costs.fill_costs(
+        pool.each(lambda band: fuzzy_costs.fill_costs(
             self._left.codes, self._right.codes, _code_planes(model), self._left.planes,
             self._right.planes, weights.astype(np.uint16), self.disparities, self._first_inside,
             self.costs, band[1], band[2]), self._bands)
         if model.rounds:
-            crew.each(lambda band: cross_support.fill_arms(
+            pool.each(lambda band: cross_support.fill_arms(
                 self._colour, model.longest, model.near, ALIKE, MUCH_ALIKE, surface,
                 np.float32(level), self._arms, band[1], band[2]), self._bands)
         for _ in range(model.rounds):
-            crew.each(lambda band: cross_support.mean_over_rows(
+            pool.each(lambda band: cross_support.mean_over_rows(
                 self.costs, self._arms, self._row_sums[band[0]], band[1], band[2]), self._bands)
-            crew.each(lambda part: cross_support.mean_over_columns(
+            pool.each(lambda part: cross_support.mean_over_columns(
                 self.costs, self._arms, model.longest, part[2][:2 * model.longest + 2],
                 part[0], part[1]), self._parts)
 
-    def lean_on(self, crew, surface, weights, dead_zone, cut, undo=False):
-        """Make labels dearer that are far from a surface, or undo it: see fuzzy_costs.lean_on."""
-        crew.each(lambda band: fuzzy_costs.lean_on(
+    def add_prior(self, pool, surface, weights, dead_zone, cut, undo=False):
+        """Make labels far from a surface cost more, or undo it: see fuzzy_costs.add_prior."""
+        pool.each(lambda band: fuzzy_costs.add_prior(
             self.costs, surface, weights, np.float32(dead_zone), np.float32(cut), undo,
             band[1], band[2]), self._bands)
 

@@ -6,7 +6,7 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    compare_views, CONSISTENT, REFUSED)
+    compare_views, CONSISTENT, INVALID)
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
 from fuzzy_stereo_ros.matching.quality.regions import listed
@@ -27,18 +27,18 @@ RIGHT = 0, 0.66, 0.8, 0.91, 0.95, 0.98, 0.997, 0.999, 1, 1, 1
 CLEAR_MARGIN = 0.4       # summed cost, parts of FULL, by which the best label elsewhere is worse
 
 
-def compare(crew, disparity, other, lowest):
-    """Return the verdict of each pixel by the mirrored other view's map: see compare_views."""
-    verdict = np.empty(disparity.shape, np.uint8)
-    crew.each(lambda band: compare_views(
-        disparity, other, lowest, np.float32(MOST), verdict, band[1], band[2]),
+def compare(pool, disparity, other, lowest):
+    """Return the validity of each pixel by the mirrored other view's map: see compare_views."""
+    validity = np.empty(disparity.shape, np.uint8)
+    pool.each(lambda band: compare_views(
+        disparity, other, lowest, np.float32(MOST), validity, band[1], band[2]),
         cut_bands(len(disparity)))
-    return verdict
+    return validity
 
 
-def consistent(crew, disparity, other, lowest):
+def consistent(pool, disparity, other, lowest):
     """Return where a map does not contradict that of the mirrored other view: bool (R, C)."""
-    return compare(crew, disparity, other, lowest) != REFUSED
+    return compare(pool, disparity, other, lowest) != INVALID
 
 
 def finished(disparity, seed):
@@ -61,9 +61,9 @@ def flattened(view, disparity, surface, random):
     trusted, result = view.fitness.trusted(), disparity
     for labels, number in view.segments[1:]:        # the finest are too small to tell
         regions = listed(labels, number)
-        planes = region_planes(view.crew, surface, trusted, regions, random)
-        plane = view.fitness.disparities(view.crew, spread(
-            view.crew, planes, np.arange(number, dtype=np.int32), regions))
+        planes = region_planes(view.pool, surface, trusted, regions, random)
+        plane = view.fitness.disparities(view.pool, spread(
+            view.pool, planes, np.arange(number, dtype=np.int32), regions))
         apart = abs(plane - disparity)
         known, near = (np.add.reduceat(chosen.reshape(-1)[regions.pixels], regions.starts[:-1],
                                        dtype=np.int32)
@@ -105,14 +105,14 @@ def contrast(view, member, disparity, lowest):
         inside = ((disparity + away >= 0) & (disparity + away <= highest)
                   & (pointed - away >= REACH)
                   & (pointed - away < disparity.shape[1] - REACH))
-        dearer = view.fitness.match_costs(view.crew, moved, inside) - member.match_costs
-        total += np.where(inside, dearer, 0)
+        excess = view.fitness.match_costs(view.pool, moved, inside) - member.match_costs
+        total += np.where(inside, excess, 0)
         number += inside
     mean = np.maximum(total, 0) / (np.float32(UNIT) * np.maximum(number, 1))
     return mean if highest >= min(map(abs, ELSEWHERE)) else np.ones_like(mean)
 
 
-def refine(crew, config, population, seed, random):
+def refine(pool, config, population, seed, random):
     """
     Return disparities, px, and how sure they are, 0 to 1: float32 (R, C).
 
@@ -121,12 +121,12 @@ def refine(crew, config, population, seed, random):
     (left, member), (right, other) = (
         (view, view.members[population.best]) for view in population.views)
     planes = left.disparities(member)
-    verdict = compare(crew, planes, right.disparities(other), config.min_disparity)
+    validity = compare(pool, planes, right.disparities(other), config.min_disparity)
     disparity = flattened(left, finished(planes, seed), seed.surface, random)
     if config.speckle_size > 1:
-        refuse_speckles(crew, np.rint(disparity).astype(np.int16), verdict, config.speckle_range,
+        refuse_speckles(pool, np.rint(disparity).astype(np.int16), validity, config.speckle_range,
                         config.speckle_size)
-    agreed = verdict == CONSISTENT
+    agreed = validity == CONSISTENT
     sure = certainty(left, member, seed, config.min_disparity) * agreed
     confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed
     confidence[confidence < LEAST_SURE] = 0

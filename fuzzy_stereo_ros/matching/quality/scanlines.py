@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The best guess that data and a parent's surface give: scanline optima from eight directions.
+The best that data and a parent's surface give: scanline optima from eight directions.
 
 Not in the paper: see kernels/eight_directions.py.
 """
@@ -29,7 +29,7 @@ class Smoothness(NamedTuple):
         return (self.at_edge + (1 - self.at_edge) * fall).astype(np.float32)
 
 
-class SurfaceGuess:
+class SurfaceScanlines:
     """Scanline optima for one image size: memory, and what was chosen."""
 
     def __init__(self, shape):
@@ -60,7 +60,7 @@ class SurfaceGuess:
         self.steps[eight_directions.DOWN_LEFT, 1:, :-1] = between(
             signed[1:, :-1], signed[:-1, 1:])
 
-    def search(self, crew, costs, disparities, smoothness, parent, steepest, here=slice(None)):
+    def search(self, pool, costs, disparities, smoothness, parent, steepest, here=slice(None)):
         """
         Choose labels: `labels`, `offsets`, `margins`, and `target`, those of the target's pixels.
 
@@ -89,7 +89,7 @@ class SurfaceGuess:
                 sums, disparities, self._offered[number], self._numbers, self.labels,
                 self.offsets, self.margins, self.target, first, last)
             self._sums.append(memory)
-        crew.each(search, self._bands)
+        pool.each(search, self._bands)
 
     def _new_sums(self):
         """Return memory for the sums of a band: as many as there are threads are ever needed."""

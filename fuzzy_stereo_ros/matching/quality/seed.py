@@ -3,17 +3,17 @@
 """
 The seed of the profile `quality`: scanline optima under one fitness.
 
-The parent is what the profile `realtime` finds. The children are scanline optima that lean on it
+The parent is what the profile `realtime` finds. The children are scanline optima that rely on it
 everywhere, only where texture is weak, or not at all. The first one takes its place; partition
 crossover gives it the fitter regions of the others.
 """
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 from fuzzy_stereo_ros.matching.quality.possibility import (
     colour_and_fine_grey, eight_bit_scale, Model)
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness
@@ -84,7 +84,7 @@ class ScanlineSeed:
     def __init__(self, config, rows, columns):
         """Allocate for the disparities of a MatcherConfig."""
         self._config = config
-        self._crew = Crew(config.threads)
+        self._pool = ThreadPool(config.threads)
         self._scanlines = ScanlineStrips(rows, columns, config.disparities, SHARP)
         self._fitness = SurfaceFitness(rows, columns, config.disparities)
         self._dense = DenseSurface(rows, columns, config.disparities)
@@ -118,25 +118,25 @@ class ScanlineSeed:
         found, dense, fitness = self._scanlines, self._dense, self._fitness
         seed = start.seed
         self._parent[:] = start.realtime
-        surface = dense.smooth(self._crew, self._parent, self._colour, PARENT_RADIUS,
+        surface = dense.smooth(self._pool, self._parent, self._colour, PARENT_RADIUS,
                                PARENT_LIMIT).copy()
         children = []
         for name, child in CHILDREN.items():
             if not self._search(child, surface, start.weak, in_time):
                 break
-            dense.check(self._crew, found.labels, found.target, self._inside)
+            dense.check(self._pool, found.labels, found.target, self._inside)
             if not children:
-                fitness.trust(dense.verdict == REFUSED)
+                fitness.trust(dense.validity == INVALID)
             if name == UNBIASED:
                 seed.labels[:], seed.margins[:] = found.labels, found.margins
             children.append(np.empty_like(surface))
-            dense.fill(self._crew, found.labels, found.offsets, self._colour, children[-1])
+            dense.fill(self._pool, found.labels, found.offsets, self._colour, children[-1])
         if children:
             seed.surface[:] = children[0]
             costs = self._costs_of(children, surface)
             for other, its_costs in zip(children[1:], costs[1:]):
                 fitness.join(seed.surface, costs[0], other, its_costs, STEPS)
-        seed.surface[:] = dense.smooth(self._crew, seed.surface, self._colour, OUTPUT_RADIUS,
+        seed.surface[:] = dense.smooth(self._pool, seed.surface, self._colour, OUTPUT_RADIUS,
                                        OUTPUT_LIMIT)
 
     def _search(self, child, surface, weak, in_time):
@@ -145,14 +145,14 @@ class ScanlineSeed:
 
         surface: float32 (R, C), px, of the parent; weak: float32 (R, C), how weak the texture is
         """
-        scanlines, crew = self._scanlines, self._crew
+        scanlines, pool = self._scanlines, self._pool
         weights = np.float32(child.strong) + np.float32(child.weak - child.strong) * weak
         whole = np.rint(surface).astype(np.int16)
         for strip in scanlines.strips:
             if not in_time():
                 return False
-            scanlines.fill(crew, strip, SHARP, surface, LEVEL)
-            scanlines.search(crew, strip, (self._parent, weights, DEAD_ZONE, CUT),
+            scanlines.fill(pool, strip, SHARP, surface, LEVEL)
+            scanlines.search(pool, strip, (self._parent, weights, DEAD_ZONE, CUT),
                              child.smoothness, whole, child.steepest)
         return True
 
@@ -160,16 +160,16 @@ class ScanlineSeed:
         """Return what the genes of maps cost, float32 (R, C); surface: of their parent."""
         results = [np.empty_like(surface) for _ in maps]
         for strip in self._scanlines.strips:
-            costs = self._scanlines.fill(self._crew, strip, SHARP, surface, LEVEL)
-            self._fitness.price(self._crew, costs[strip.here], strip.first, maps, results)
+            costs = self._scanlines.fill(self._pool, strip, SHARP, surface, LEVEL)
+            self._fitness.price(self._pool, costs[strip.here], strip.first, maps, results)
         self._fitness.look(*LOOSE.weights()[self._scanlines.steps])
         return results
 
 
-def costs_of_pixels(config, crew, left, right):
+def costs_of_pixels(config, pool, left, right):
     """Return the costs of the matches of a pair, without supports: uint8 (R, C, labels)."""
     pictures, first_inside = _pictures(config, left, right)
-    return pixel_costs(crew, *pictures, config.disparities, SHARP, first_inside)
+    return pixel_costs(pool, *pictures, config.disparities, SHARP, first_inside)
 
 
 def _pictures(config, left, right):

@@ -38,15 +38,15 @@ class SurfaceFitness:
         self._across, self._down = (np.zeros((rows, columns), np.float32) for _ in range(2))
         self._trust = np.ones((rows, columns), np.float32)
 
-    def trust(self, refused):
+    def trust(self, rejected):
         """Let matches count little where the two views disagree: bool (R, C)."""
-        self._trust[:] = np.where(refused, np.float32(UNTRUSTED), np.float32(1))
+        self._trust[:] = np.where(rejected, np.float32(UNTRUSTED), np.float32(1))
 
     def look(self, across, down):
         """Take the weights of steps to the left and up: float32 (R, C)."""
         self._across[:], self._down[:] = across, down
 
-    def price(self, crew, costs, first, maps, results):
+    def price(self, pool, costs, first, maps, results):
         """
         Write what the genes of maps cost in some rows, in halves of the costs' unit.
 
@@ -60,23 +60,23 @@ class SurfaceFitness:
             for surface, result in zip(maps, results):
                 surface_cost.gene_costs(half, self._disparities, surface[rows], self._trust[rows],
                                         result[rows], 0, len(half))
-        crew.each(price, range(0, len(costs), _TOGETHER))
+        pool.each(price, range(0, len(costs), _TOGETHER))
 
-    def join(self, mother, mother_costs, father, father_costs, steps):
+    def join(self, first, first_costs, second, second_costs, steps):
         """
-        Give the mother the father's fitter regions, and what they cost.
+        Give the first parent the second one's fitter regions, and what they cost.
 
-        mother, father: float32 (R, C), px; mother_costs, father_costs: float32 (R, C), see price.
-        Returns what she saved, in parts of surface_cost.PARTS.
+        first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), see price.
+        Returns what it saved, in parts of surface_cost.PARTS.
         """
-        exchange, apart = Exchange(*mother.shape, 4), np.float32(steps.apart)
-        exchange.hold(surface_cost.cells_apart(mother, father, apart, exchange.all_cells))
+        exchange, apart = Exchange(*first.shape, 4), np.float32(steps.apart)
+        exchange.hold(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
         full = FULL >> _HALF
         surface_cost.exchange_changes(
-            mother, mother_costs, father, father_costs, self._across, self._down,
+            first, first_costs, second, second_costs, self._across, self._down,
             np.float32(steps.slope * full), np.float32(steps.free), np.float32(steps.jump * full),
             apart, exchange.cells, exchange.alone, exchange.pairs)
-        cost = Regions(*mother.shape)(exchange)
-        copy_taken(exchange.cells, exchange.taken, mother, father)
-        copy_taken(exchange.cells, exchange.taken, mother_costs, father_costs)
+        cost = Regions(*first.shape)(exchange)
+        copy_taken(exchange.cells, exchange.taken, first, second)
+        copy_taken(exchange.cells, exchange.taken, first_costs, second_costs)
         return -cost

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.quality.possibility import SupportPossibility
-from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, SurfaceGuess
+from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, SurfaceScanlines
 import numpy as np
 
 MOST_COSTS = 48_000_000      # of a strip with the rows around it
@@ -65,7 +65,7 @@ class ScanlineStrips:
     """
     Memory for one image size, and the scanline optima of the last search.
 
-    labels, target: int16, margins: uint16, offsets: float32 (R, C), see SurfaceGuess; strips:
+    labels, target: int16, margins: uint16, offsets: float32 (R, C), see SurfaceScanlines; strips:
     list of `Strip`; steps: uint8 (2, R, C), of grey to the left and upwards
     """
 
@@ -76,7 +76,7 @@ class ScanlineStrips:
         height = self.strips[0].end - self.strips[0].begin
         self._disparities = disparities
         self._possibility = SupportPossibility(height, columns, disparities, model)
-        self._guess = SurfaceGuess(self._possibility.costs.shape)
+        self._scanlines = SurfaceScanlines(self._possibility.costs.shape)
         shape = rows, columns
         self.labels, self.target = (np.zeros(shape, np.int16) for _ in range(2))
         self.margins = np.zeros(shape, np.uint16)
@@ -88,7 +88,7 @@ class ScanlineStrips:
         self._pair, self._first_inside = (left, right), first_inside
         self._held, self._filled = None, None
 
-    def fill(self, crew, strip, model, surface, level):
+    def fill(self, pool, strip, model, surface, level):
         """
         Return the costs of a strip and the rows around it, uint16: see SupportPossibility.fill.
 
@@ -99,33 +99,33 @@ class ScanlineStrips:
             self._possibility.look(
                 *(tuple(part[strip.around] for part in image) for image in self._pair),
                 self._first_inside)
-            self._guess.look(self._pair[0][0][strip.around])
-            self.steps[:, strip.rows] = self._guess.steps[::2, strip.here][:2]
+            self._scanlines.look(self._pair[0][0][strip.around])
+            self.steps[:, strip.rows] = self._scanlines.steps[::2, strip.here][:2]
         if self._filled != (model, id(surface)):
             self._filled = model, id(surface)
-            self._possibility.fill(crew, model, surface[strip.around], level)
+            self._possibility.fill(pool, model, surface[strip.around], level)
         return self._possibility.costs
 
-    def search(self, crew, strip, leaning, smoothness, parent, steepest):
+    def search(self, pool, strip, prior, smoothness, parent, steepest):
         """
         Choose the labels of a strip by the costs that are filled.
 
-        leaning: surface, weights, float32 (R, C), dead zone and cut of SupportPossibility.lean_on;
-        smoothness, parent, steepest: see SurfaceGuess.search
+        prior: surface, weights, float32 (R, C), dead zone and cut of SupportPossibility.add_prior;
+        smoothness, parent, steepest: see SurfaceScanlines.search
         """
-        surface, weights, *zones = leaning
-        lean = crew, surface[strip.around], weights[strip.around], *zones
-        guess = self._guess
-        self._possibility.lean_on(*lean)
-        guess.search(crew, self._possibility.costs, self._disparities, smoothness,
-                     parent[strip.around], steepest, strip.here)
-        self._possibility.lean_on(*lean, undo=True)
-        for mine, of_strip in ((self.labels, guess.labels), (self.offsets, guess.offsets),
-                               (self.margins, guess.margins), (self.target, guess.target)):
+        surface, weights, *zones = prior
+        given = pool, surface[strip.around], weights[strip.around], *zones
+        scanlines = self._scanlines
+        self._possibility.add_prior(*given)
+        scanlines.search(pool, self._possibility.costs, self._disparities, smoothness,
+                         parent[strip.around], steepest, strip.here)
+        self._possibility.add_prior(*given, undo=True)
+        for mine, of_strip in ((self.labels, scanlines.labels), (self.offsets, scanlines.offsets),
+                               (self.margins, scanlines.margins), (self.target, scanlines.target)):
             mine[strip.rows] = of_strip[strip.here]
 
 
-def pixel_costs(crew, left, right, disparities, model, first_inside):
+def pixel_costs(pool, left, right, disparities, model, first_inside):
     """
     Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
 
@@ -139,8 +139,8 @@ def pixel_costs(crew, left, right, disparities, model, first_inside):
     for strip in strips:
         possibility.look(*(tuple(part[strip.around] for part in image) for image in (left, right)),
                          first_inside)
-        possibility.fill(crew, model)
-        keep_bytes(crew, possibility.costs[strip.here], volume[strip.rows])
+        possibility.fill(pool, model)
+        keep_bytes(pool, possibility.costs[strip.here], volume[strip.rows])
     return volume
 
 
@@ -149,9 +149,9 @@ def padded(disparities):
     return -(-disparities // LANES) * LANES
 
 
-def keep_bytes(crew, costs, volume):
+def keep_bytes(pool, costs, volume):
     """Write half of costs, uint16 (R, C, labels), at most 255, into a volume of uint8."""
     def keep(band):
         half = costs[band[1]:band[2], :, :volume.shape[2]] >> 1
         np.minimum(half, 255, out=volume[band[1]:band[2]], casting='unsafe')
-    crew.each(keep, cut_bands(len(volume)))
+    pool.each(keep, cut_bands(len(volume)))

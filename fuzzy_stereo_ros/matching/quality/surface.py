@@ -21,7 +21,7 @@ class DenseSurface:
     def __init__(self, rows, columns, disparities):
         """Allocate for images of a size and a number of disparities."""
         self._bands, self._disparities = cut_bands(rows), disparities
-        self.verdict = np.zeros((rows, columns), np.uint8)
+        self.validity = np.zeros((rows, columns), np.uint8)
         self.fitted, self._filled, self._median, self._smooth = (
             np.zeros((rows, columns), np.float32) for _ in range(4))
         self._histograms = [np.zeros(dense_map.BINS * disparities + 1, np.float32)
@@ -33,36 +33,36 @@ class DenseSurface:
         self._median_distance = np.exp(
             -distance**2 / (2 * MEDIAN_DISTANCE**2)).astype(np.float32)
 
-    def check(self, crew, labels, target, inside):
+    def check(self, pool, labels, target, inside):
         """
-        Give the verdict on labels: int16 (R, C), as the target's pixels chose.
+        Give the validity on labels: int16 (R, C), as the target's pixels chose.
 
         inside: the first and the last column of the (moved) target that exist
         """
-        crew.each(lambda band: consistency.check_consistency(
-            labels, target, self._disparities, inside, self.verdict, band[1], band[2]),
+        pool.each(lambda band: consistency.check_consistency(
+            labels, target, self._disparities, inside, self.validity, band[1], band[2]),
             self._bands)
 
-    def fill(self, crew, labels, offsets, colour, result):
+    def fill(self, pool, labels, offsets, colour, result):
         """
-        Write a dense map: refused pixels get the background's disparity, then a median.
+        Write a dense map: rejected pixels get the background's disparity, then a median.
 
         labels: int16, offsets: float32, colour: uint8 (R, C, 3); result: float32 (R, C), px
         """
         np.add(labels, offsets, out=self.fitted)
         np.clip(self.fitted, 0, self._disparities - 1, out=self.fitted)
-        refused = (self.verdict == consistency.REFUSED).astype(np.uint8)
-        crew.each(lambda band: filling.fill_rows(
-            self.fitted, self.verdict, self._filled, band[1], band[2]), self._bands)
-        crew.each(lambda band: dense_map.weighted_median(
-            self._filled, refused, colour, MEDIAN_RADIUS, self._median_colour,
+        rejected = (self.validity == consistency.INVALID).astype(np.uint8)
+        pool.each(lambda band: filling.fill_rows(
+            self.fitted, self.validity, self._filled, band[1], band[2]), self._bands)
+        pool.each(lambda band: dense_map.weighted_median(
+            self._filled, rejected, colour, MEDIAN_RADIUS, self._median_colour,
             self._median_distance, self._histograms[band[0]], self._median, band[1], band[2]),
             self._bands)
         cv2.medianBlur(self._median, 5, dst=result)
 
-    def smooth(self, crew, surface, colour, radius, limit):
+    def smooth(self, pool, surface, colour, radius, limit):
         """Return the map of local planes, float32 (R, C), memory that the next call reuses."""
-        crew.each(lambda band: dense_map.local_planes(
+        pool.each(lambda band: dense_map.local_planes(
             surface, colour, radius, self._plane_colour, np.float32(limit), np.float32(GROWTH),
             self._smooth, band[1], band[2]), self._bands)
         return np.clip(self._smooth, 0, self._disparities - 1, out=self._smooth)

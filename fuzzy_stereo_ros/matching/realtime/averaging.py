@@ -3,8 +3,8 @@
 """
 Both pictures averaged over the frames in which they show the same: the noise goes, tile by tile.
 
-Not in the paper. A guess from two frames is better than a guess from one and a memory of what was
-guessed: matching errs by far more than noise alone. A tile is averaged only where what changed is
+Not in the paper. A map from two pictures is better than a map from one and a memory of the map
+before: matching errs by far more than noise alone. A tile is averaged only where what changed is
 noise: no louder than noise is in this pair, not brighter or darker by blocks than white noise is,
 and no louder in any block than elsewhere. Where the picture moves otherwise than all of it does,
 nothing is averaged.
@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.temporal.averaging import blend
-from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_ages
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import (
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     choose_tiles, compare_tiles, roughness, Rules, TILE)
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_ages
 from fuzzy_stereo_ros.matching.realtime.motion import Motion
 import numpy as np
 
@@ -62,16 +62,16 @@ class Averaging:
         """A copy of the ages of both views' tiles: float32 (2, tile rows, tile columns)."""
         return np.stack([seen.ages for seen in self.seen])
 
-    def begin(self, crew, views):
+    def begin(self, pool, views):
         """Start anew: what is seen now is all there is."""
         self.noise, self.shift, self.share = 0.0, (0, 0), 0.0
         for seen in self.seen:
             seen.choices[:] = -1
             seen.ages[:] = 1
         pictures = np.empty((2, *self._size), np.uint16)
-        self._blend(crew, views, pictures, pictures)
+        self._blend(pool, views, pictures, pictures)
 
-    def average(self, crew, views, pictures, ages, search=True):
+    def average(self, pool, views, pictures, ages, search=True):
         """
         Average both views with the pictures before: where they stayed, or moved with the rest.
 
@@ -82,26 +82,26 @@ class Averaging:
         self.shift = 0, 0
         for seen, before in zip(self.seen, ages):
             seen.ages_then[:] = before
-        shares = self._choose(crew, views, pictures, 1)
+        shares = self._choose(pool, views, pictures, 1)
         if search and min(shares) < STILL:
             self.shift = self._motion.between(pictures[0], views[0].fine)
         if any(self.shift):
             for seen, before, (down, right) in zip(self.seen, ages, self._shifts()[:, 1]):
                 move_ages(before, down, right, seen.ages_then[1])
-            shares = self._choose(crew, views, pictures, 2)
+            shares = self._choose(pool, views, pictures, 2)
         self.share = min(shares)
         for seen, share in zip(self.seen, shares):
             if share < ANOTHER:
                 seen.choices[:] = -1
                 seen.ages[:] = 1
-        self._blend(crew, views, pictures, np.empty_like(pictures))
+        self._blend(pool, views, pictures, np.empty_like(pictures))
 
     def _shifts(self):
         """Return by view, and by whether a tile moved, how far: down and right, int64."""
         down, right = self.shift
         return np.array([[(0, 0), (down, right)], [(0, 0), (down, -right)]], np.int64)
 
-    def _choose(self, crew, views, pictures, number):
+    def _choose(self, pool, views, pictures, number):
         """Compare the tiles after the last of a number of shifts; return who are the same."""
         shifts = self._shifts()[:, number - 1]
 
@@ -111,7 +111,7 @@ class Averaging:
                               band[1], band[2])
                 if number == 1:
                     roughness(view.fine, view.columns, seen.rough, band[1], band[2])
-        crew.each(compare, self.bands)
+        pool.each(compare, self.bands)
         shares, self.noise = [], 0.0
         for seen in self.seen:
             noise = min(_quiet(seen.differences[:number, 0].min(axis=0)),
@@ -122,7 +122,7 @@ class Averaging:
             self.noise = max(self.noise, noise)
         return shares
 
-    def _blend(self, crew, views, before, after):
+    def _blend(self, pool, views, before, after):
         shifts = self._shifts()
         limits = [np.maximum(LIKE * seen.sizes, 1) for seen in self.seen]
 
@@ -130,7 +130,7 @@ class Averaging:
             for side, (seen, view) in enumerate(zip(self.seen, views)):
                 blend(view.fine, view.grey, before[side], shifts[side], seen.choices, seen.ages,
                       limits[side], after[side], band[1], band[2])
-        crew.each(blend_band, self.bands)
+        pool.each(blend_band, self.bands)
         self.pictures = after
 
 

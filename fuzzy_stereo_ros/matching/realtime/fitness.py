@@ -20,23 +20,23 @@ SAMPLE_STEP = 16     # every so many rows, and columns, are looked at where a sa
 
 
 class CensusFitness:
-    """Measures chromosomes of one image size and crosses them; a cell costs at most `dearest`."""
+    """Measures and crosses chromosomes of one image size; a cell costs at most `largest_cost`."""
 
-    def __init__(self, possibility, verdict, target):
-        """Bind to the possibility, and to the pixels' verdict and the target's labels."""
-        rows, columns = verdict.shape
+    def __init__(self, possibility, validity, target):
+        """Bind to the possibility, and to the pixels' validity and the target's labels."""
+        rows, columns = validity.shape
         self._bands = cut_bands(rows)
-        self.dearest = possibility.model.largest
+        self.largest_cost = possibility.model.largest
         penalties = possibility.penalties
         self._possibility = possibility     # whose features are addresses
-        self._scene = gene_cost.Scene(verdict, target, (0, columns - 1), HIDDEN, CONTRADICTED)
+        self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
         self.penalties = penalties._replace(
             small=penalties.small // SMOOTHNESS, across=np.zeros_like(penalties.across),
             down=np.zeros_like(penalties.down))
         self._costs = np.zeros((rows, columns), np.uint8)
         self._exchange = Exchange(rows, columns, neighbours=4)
 
-    def look(self, crew, inside):
+    def look(self, pool, inside):
         """Take in a new frame. inside: first and last column of the target that exist."""
         self._scene = self._scene._replace(inside=inside)
         scaled, full = self.penalties, self._possibility.penalties
@@ -45,9 +45,9 @@ class CensusFitness:
             rows = slice(band[1], band[2])
             np.floor_divide(full.across[rows], SMOOTHNESS, out=scaled.across[rows])
             np.floor_divide(full.down[rows], SMOOTHNESS, out=scaled.down[rows])
-        crew.each(scale, self._bands)
+        pool.each(scale, self._bands)
 
-    def measure(self, crew, chromosome, every=SAMPLE_STEP):
+    def measure(self, pool, chromosome, every=SAMPLE_STEP):
         """
         Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
@@ -61,11 +61,11 @@ class CensusFitness:
                 *self._seen(), chromosome, self._costs, every, band[1], band[2])
             totals[band[0]] = gene_cost.row_costs(
                 *self.penalties, chromosome, self._costs, every, band[1], band[2])
-        crew.each(measure_band, self._bands)
+        pool.each(measure_band, self._bands)
         total, number = totals.sum(axis=0)
-        return 1 - int(total) / (self.dearest * int(number))
+        return 1 - int(total) / (self.largest_cost * int(number))
 
-    def cross(self, crew, crossover, random, first, second):
+    def cross(self, pool, crossover, random, first, second):
         """
         Give the first parent the genes of the second one that a crossover chooses, if it gains.
 
@@ -80,24 +80,24 @@ class CensusFitness:
             gene_cost.exchange_changes(
                 *self._seen(), *self.penalties, first, second, exchange.cells[part],
                 exchange.alone[part], exchange.pairs[part])
-        crew.each(change, self._bands)
+        pool.each(change, self._bands)
         cost = crossover(exchange, random)
         if cost >= 0:
             exchange.taken[:] = False
         copy_taken(exchange.cells, exchange.taken, first, second)
-        largest = self.dearest * first.size
+        largest = self.largest_cost * first.size
         return -min(cost, 0) / largest, -exchange.total() / largest
 
-    def possibility_of(self, crew, chromosome):
+    def possibility_of(self, pool, chromosome):
         """
         Return how possible each gene is, hidden ones as the fitness counts them.
 
         chromosome: (R, C) labels; possibility: float32 (R, C), 0 to 1. Changes nothing here.
         """
         costs = np.empty_like(self._costs)
-        crew.each(lambda band: gene_cost.gene_costs(
+        pool.each(lambda band: gene_cost.gene_costs(
             *self._seen(), chromosome, costs, 1, band[1], band[2]), self._bands)
-        return 1 - costs / np.float32(self.dearest)
+        return 1 - costs / np.float32(self.largest_cost)
 
     def _seen(self):
         """Return what genes are measured against, as kernels take it."""

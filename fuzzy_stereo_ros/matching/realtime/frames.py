@@ -8,7 +8,7 @@ evolved comes over from the previous frame, moved with the picture, where it sho
 noise is averaged away; all else follows the map of this frame. A generation works on a share of
 the picture: on regions of like grey, grown by thresholds that are drawn anew, where doubt is
 greatest and least was tried. A region is proposed the plane on which the map of this frame agrees
-most; a minimum cut takes what is fitter. Or, as chance has it, partition crossover with that map,
+most; a minimum cut takes what is fitter. Or, at random, partition crossover with that map,
 the cold parent, takes back what is not fitter any more.
 """
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
-from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_bent, refuse_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.evidence import reject_bent, reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
 from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions
 import numpy as np
@@ -126,13 +126,13 @@ class FrameEvolution:
         return {'region planes': self._propose_regions,
                 'crossover with the map': self._cross_with_map}
 
-    def arrive(self, crew, previous, arrival):
+    def arrive(self, pool, previous, arrival):
         """
         Take what has evolved until the previous frame; return whether any tile shows the same.
 
         previous: its `Genes`, or None; arrival: the `Arrival` of the picture
         """
-        self._crew, self.fitness[:] = crew, 0
+        self._pool, self.fitness[:] = pool, 0
         down, right = (0, 0) if previous is None else map(int, previous.origin + arrival.shift)
         self._origin = down & 1, right & 1
         settled = arrival.ages >= min((arrival.noise / QUIET)**2, OLDEST)
@@ -144,23 +144,24 @@ class FrameEvolution:
             np.array(self._origin, np.uint8))
         if self.converged:
             return False
-        crew.each(lambda band: grid.move_genes(
+        pool.each(lambda band: grid.move_genes(
             *previous[:3], arrival.choices, self._settled, down >> 1, right >> 1,
             *self.carried[:3], band[1], band[2]), self._bands)
         return True
 
-    def look(self, chromosome, chosen, verdict, half_fine, inside):
+    def look(self, chromosome, chosen, validity, half_fine, inside):
         """
         Take the map of this frame.
 
-        chromosome: (R, C) labels; chosen, verdict: of Scanlines and Refinement; half_fine: uint16,
-        the left picture at half size; inside: first and last column of the target that exist
+        chromosome: (R, C) labels; chosen, validity: of Scanlines and Refinement; half_fine:
+        uint16, the left picture at half size; inside: first and last column of the target that
+        exist
         """
         genes, self._inside, self._half_fine = self.carried, inside, half_fine
 
         def sample(band):
             grid.sample_map(
-                chromosome, chosen.labels, chosen.offsets, verdict, chosen.margins, CLEAR,
+                chromosome, chosen.labels, chosen.offsets, validity, chosen.margins, CLEAR,
                 *self._origin, self._of_map, self._consistent, self._mutated, self._doubts,
                 band[1], band[2])
             grid.edge_weights(half_fine, self._roots, self._by_step, self._across, self._down,
@@ -173,20 +174,20 @@ class FrameEvolution:
                 genes.planes, self._consistent, self._origin[1], inside[0], self._highest,
                 costs.TRUSTED, UNTRUSTED, self._nearest[band[0]], self._current, self._trusted,
                 self._trust, band[1], band[2])
-        self._crew.each(sample, self._bands)
-        self._crew.each(complete, self._bands)
+        self._pool.each(sample, self._bands)
+        self._pool.each(complete, self._bands)
 
-    def express(self, chromosome, chosen, verdict, fine):
+    def write(self, chromosome, chosen, validity, fine):
         """
         Write what has evolved into the map of this frame.
 
-        chromosome: (R, C) labels; chosen, verdict: likewise, written; fine: uint16, the left
+        chromosome: (R, C) labels; chosen, validity: likewise, written; fine: uint16, the left
         picture
         """
         genes = self.carried
-        self._crew.each(lambda band: grid_labels.write_labels(
+        self._pool.each(lambda band: grid_labels.write_labels(
             genes.planes, genes.evolved, self._trusted, fine, *self._origin, np.float32(NEW),
-            self._highest, chromosome, chosen.labels, chosen.offsets, verdict,
+            self._highest, chromosome, chosen.labels, chosen.offsets, validity,
             self._lines[band[0]], self._doubted[band[0]], band[1], band[2]), self._bands)
 
     def _propose_regions(self, population, random):
@@ -205,12 +206,12 @@ class FrameEvolution:
                          self._labels, self._selected, self.carried.work)
         region_planes(self._of_map, self._trusted, starts, self._pixels, ROUNDS,
                       np.float32(AGREEMENT), random.key, self._points, planes, 0, number)
-        refuse_bent(planes, starts, self._pixels, self._of_map, self._trusted, np.float32(NEAR),
+        reject_bent(planes, starts, self._pixels, self._of_map, self._trusted, np.float32(NEAR),
                     FLAT, self._selected)
         grid.propose_planes(self.carried.planes, self._labels, planes, self._settled,
                             self._highest, self._selected, self._proposal, self._proposed)
         self._measure()
-        refuse_unfounded(self._labels, self._current, self._proposed, np.float32(FAR), self._old,
+        reject_unfounded(self._labels, self._current, self._proposed, np.float32(FAR), self._old,
                          self._new, self._trusted, 0, LEAST, self._region, self._parent,
                          self._dearer, self._size, self._selected)
         self._accept(self._cut, random, True)
@@ -229,7 +230,7 @@ class FrameEvolution:
         draws = random.uniform(2)
         step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
         apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
-        return self._grey_regions.grow(self._crew, self._half_fine, self._everywhere, step, apart,
+        return self._grey_regions.grow(self._pool, self._half_fine, self._everywhere, step, apart,
                                        OVERLAP, SMALLEST)
 
     def _measure(self):
@@ -240,7 +241,7 @@ class FrameEvolution:
             for planes, found in ((self.carried.planes, self._old), (self._proposal, self._new)):
                 grid.grid_costs(features, largest, costs.UNIT, self._inside, *self._origin, planes,
                                 self._selected, found, band[1], band[2])
-        self._crew.each(measure, self._bands)
+        self._pool.each(measure, self._bands)
 
     def _accept(self, crossover, random, evolved):
         """Take what a crossover chooses of the proposal; evolved: whether such genes have."""

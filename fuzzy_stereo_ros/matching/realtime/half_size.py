@@ -13,18 +13,18 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import by_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
-from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
+from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
 from fuzzy_stereo_ros.matching.speckles import Speckles
 import numpy as np
 
 TILE = 64               # half-size pixels that are searched at a time
-SPECKLE = 20            # half-size pixels; smaller components of the half map are refused
+SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
 DEAD_ZONE, CUT = 1, 2   # the prior is silent within 1 px and says no more beyond 3
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
-CLEAR = 4               # summed cost by which a label of the half map is the only one to lean on
-FLAT = 1                # largest range of labels in 3 x 3 pixels that a prior leans on
+CLEAR = 4               # summed cost by which a label of the half map is the only one to trust
+FLAT = 1                # largest range of labels in 3 x 3 pixels of which a prior is made
 GROW, MARGIN = 8, 4     # pixels around a tile, and labels around its own, that it searches too
 
 
@@ -32,12 +32,12 @@ class Half(NamedTuple):
     """
     The half-size chromosome.
 
-    labels: uint8 or uint16 (R / 2, C / 2), dense; verdict: uint8, which are consistent; chosen:
+    labels: uint8 or uint16 (R / 2, C / 2), dense; validity: uint8, which are consistent; chosen:
     the `Chosen` of the scanlines, before inconsistent labels were filled
     """
 
     labels: np.ndarray
-    verdict: np.ndarray
+    validity: np.ndarray
     chosen: Chosen
 
 
@@ -58,7 +58,7 @@ class HalfSize:
         self._scanlines = Scanlines(possibility, TILE)
         shape = possibility.rows, possibility.columns
         labels_type = self._scanlines.chosen.labels.dtype
-        self._verdict, self.weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
+        self._validity, self.weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
         self._labels, self._filled = (np.zeros(shape, labels_type) for _ in range(2))
         self._speckles = Speckles(shape[1], self._scanlines.bands)
         self._steps = np.zeros(shape, np.uint16)
@@ -66,7 +66,7 @@ class HalfSize:
                                np.zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT))
 
-    def search(self, crew, inside, grey):
+    def search(self, pool, inside, grey):
         """
         Return the `Half` of the pair that the possibility has read.
 
@@ -76,35 +76,35 @@ class HalfSize:
 
         def check(band):
             check_consistency(chosen.labels, chosen.target, self._half_disparities, half_inside,
-                              self._verdict, band[1], band[2])
-            self._speckles.find(chosen.labels, self._verdict, 1, band)
+                              self._validity, band[1], band[2])
+            self._speckles.find(chosen.labels, self._validity, 1, band)
 
         def fill(band):
-            self._speckles.refuse(self._verdict, SPECKLE, band)
-            filling.fill_rows(chosen.labels, self._verdict, self._filled, band[1], band[2])
-            narrowing.texture_steps(grey, self._steps, band[1], band[2])
-        self._scanlines.search(crew, then=check)
+            self._speckles.reject(self._validity, SPECKLE, band)
+            filling.fill_rows(chosen.labels, self._validity, self._filled, band[1], band[2])
+            disparity_ranges.texture_steps(grey, self._steps, band[1], band[2])
+        self._scanlines.search(pool, then=check)
         self._speckles.join(chosen.labels, 1)
-        crew.each(fill, self._scanlines.bands)
-        by_bands(crew, partial(cv2.medianBlur, ksize=5), 2, self._filled, self._labels)
-        return Half(self._labels, self._verdict, chosen)
+        pool.each(fill, self._scanlines.bands)
+        by_bands(pool, partial(cv2.medianBlur, ksize=5), 2, self._filled, self._labels)
+        return Half(self._labels, self._validity, chosen)
 
-    def prior(self, crew, half):
+    def prior(self, pool, half):
         """Return the prior of the full search where texture is weak."""
         chosen = half.chosen
 
-        def lean(band):
-            narrowing.weak_texture(self._steps, WEAK_TEXTURE, self.weak, band[1], band[2])
-            narrowing.flat(half.labels, FLAT, self._smooth, band[1], band[2])
-            narrowing.lean_on_half(
-                half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.verdict,
+        def write_prior(band):
+            disparity_ranges.weak_texture(self._steps, WEAK_TEXTURE, self.weak, band[1], band[2])
+            disparity_ranges.flat(half.labels, FLAT, self._smooth, band[1], band[2])
+            disparity_ranges.half_prior(
+                half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.validity,
                 self.weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights,
                 band[1], band[2])
-        crew.each(lean, self._scanlines.bands)
+        pool.each(write_prior, self._scanlines.bands)
         return self._prior
 
     def disparity_ranges(self, half, windows, tile):
         """Write which labels each tile of the full search looks at; return the `Windows`."""
-        narrowing.tile_windows(half.labels, self._disparities, tile, GROW, MARGIN,
-                               windows.low, windows.blocks)
+        disparity_ranges.tile_windows(half.labels, self._disparities, tile, GROW, MARGIN,
+                                      windows.low, windows.blocks)
         return windows

@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
@@ -32,7 +32,7 @@ from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 
 TILE = HALF_TILE    # pixels of a side of the tiles that search labels of their own
 EVOLUTION = (1,)    # of the frame's random numbers, those of what came over
-LAST, EXPRESS = 'what follows the generations', 'what goes with the evolution of planes'
+LAST, WRITING = 'what follows the generations', 'what goes with the evolution of planes'
 ADVANTAGE = 1       # cost a cell by which a region must be fitter to be taken over
 
 
@@ -69,7 +69,7 @@ class RealtimeMatcher:
         """Allocate all that pairs of one size need."""
         self._config, self._stages = config, stages or Stages()
         self._evolution_ms = config.evolution_ms
-        self.crew = Crew(config.threads)
+        self.pool = ThreadPool(config.threads)
         self._views = Views(config, rows, columns, TILE, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         self._scanlines = Scanlines(self._views.full, TILE)
@@ -78,7 +78,7 @@ class RealtimeMatcher:
         self._refinement = Refinement(
             columns, config.disparities, labels_type, self._scanlines.bands)
         self._fitness = CensusFitness(
-            self._views.full, self._refinement.verdict, self._scanlines.chosen.target)
+            self._views.full, self._refinement.validity, self._scanlines.chosen.target)
         self.population = Population(config.population, self._fitness, self._scanlines.bands)
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(self._views.full, rows, columns)
@@ -94,91 +94,91 @@ class RealtimeMatcher:
         FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
         that may have moved, or None
         """
-        config, crew, watch = self._config, self.crew, Stopwatch()
-        self._views.read(crew, left, right, partial(self._average, previous, camera),
+        config, pool, watch = self._config, self.pool, Stopwatch()
+        self._views.read(pool, left, right, partial(self._average, previous, camera),
                          self._stages.describe)
-        watch.took('possibility')
+        watch.lap('possibility')
         if self._warm_start.motion:
             watch.times['possibility'] -= self._warm_start.motion_ms
             watch.times['camera_motion'] = self._warm_start.motion_ms
-        half = self._half_size.search(crew, self._views.inside, self._views.full.left.grey)
-        texture_prior = self._half_size.prior(crew, half)
-        previous_prior = self._stages.previous_best(self._warm_start, crew, previous, half)
-        watch.took('coarse')
+        half = self._half_size.search(pool, self._views.inside, self._views.full.left.grey)
+        texture_prior = self._half_size.prior(pool, half)
+        previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
+        watch.lap('coarse')
         ranges = self._half_size.disparity_ranges(half, self._scanlines.windows, TILE)
         chosen = self._scanlines.search(
-            crew, ranges, texture_prior, previous_prior,
+            pool, ranges, texture_prior, previous_prior,
             partial(self._refinement.check, self._scanlines.chosen, self._views.inside, config))
-        watch.took('scanlines')
-        verdict = self._refinement.without_speckles(crew, chosen, config)
-        self._fitness.look(crew, self._views.inside)
-        self.population.initialise(crew, chosen.labels, verdict)
-        watch.took('seeds')
+        watch.lap('scanlines')
+        validity = self._refinement.without_speckles(pool, chosen, config)
+        self._fitness.look(pool, self._views.inside)
+        self.population.initialise(pool, chosen.labels, validity)
+        watch.lap('seeds')
         budget = budget.keeping(self._durations[LAST])
-        operators = {'crossover': partial(cross, crew, self._crossover)}
+        operators = {'crossover': partial(cross, pool, self._crossover)}
         if self._stages.mutation is not None:
             operators['planes'] = self._mutate
         history = evolve(self.population, operators, random, budget, observe, self._durations)
         best = self.population.genes[self.population.best]
-        watch.took('generations')
+        watch.lap('generations')
         came_over = False
         if config.warm_start:
             came_over = self.frames.arrive(
-                crew, previous and previous.genes, self._warm_start.arrival())
+                pool, previous and previous.genes, self._warm_start.arrival())
             history += [replace(row, number=row.number + len(history)) for row in
-                        self._evolve_further(best, chosen, verdict, random, budget)]
-            watch.took('evolution')
+                        self._evolve_further(best, chosen, validity, random, budget)]
+            watch.lap('evolution')
         before = sum(watch.times.values())
-        labels = self._refinement.smooth(crew, chosen.labels, best, self._views.full.left.grey)
-        disparity, confidence = self._refinement.express(
-            crew, labels, chosen, self._warm_start.leant, config)
-        watch.took('refinement')
+        labels = self._refinement.smooth(pool, chosen.labels, best, self._views.full.left.grey)
+        disparity, confidence = self._refinement.write(
+            pool, labels, chosen, self._warm_start.reliance, config)
+        watch.lap('refinement')
         state = None
         if config.warm_start:
             state = self._warm_start.hand_on(
                 labels, self._refinement.settled, self._refinement.fine, self.frames.carried,
                 config, previous)
-            watch.took('handing_on')
+            watch.lap('handing_on')
         self._durations.note(LAST, sum(watch.times.values()) - before)
         return Match(disparity, confidence, history, watch.times,
                      previous_prior is not None or came_over, self._warm_start.motion), state
 
     def possibility_of(self, chromosome):
         """Return how possible the matches of a chromosome are: float32 (R, C), 0 to 1."""
-        return self._fitness.possibility_of(self.crew, chromosome)
+        return self._fitness.possibility_of(self.pool, chromosome)
 
     def fitness_of(self, chromosome):
         """Return the fitness of a chromosome on the last pair, measured on every row."""
-        return self._fitness.measure(self.crew, chromosome, every=1)
+        return self._fitness.measure(self.pool, chromosome, every=1)
 
     def child_of(self, first, second):
         """Return the child of two chromosomes on the last pair."""
         child = first.copy()
-        self._fitness.cross(self.crew, self._crossover, Random((0,)), child, second)
+        self._fitness.cross(self.pool, self._crossover, Random((0,)), child, second)
         return child
 
     def _mutate(self, population, random):
         """Propose planes to the regions of weak texture; what is fitter is taken over."""
-        grown = self._regions.grow(self.crew, self._views.half.left.fine, self._half_size.weak)
+        grown = self._regions.grow(self.pool, self._views.half.left.fine, self._half_size.weak)
         mutant = self._regions.mutant(
-            grown, self._scanlines.chosen, self._refinement.verdict, self._config.disparities,
+            grown, self._scanlines.chosen, self._refinement.validity, self._config.disparities,
             self._views.inside, population.genes[population.best], Random((self._config.seed,)))
-        population.accept(self.crew, self._crossover, random, mutant)
+        population.accept(self.pool, self._crossover, random, mutant)
 
-    def _evolve_further(self, best, chosen, verdict, random, budget):
+    def _evolve_further(self, best, chosen, validity, random, budget):
         """Evolve what came over, and write it into the best chromosome; return the history."""
         frames, left = self.frames, self._views
-        if frames.converged or not budget.in_time(self._durations[EXPRESS]):
+        if frames.converged or not budget.in_time(self._durations[WRITING]):
             return []
         watch = Stopwatch()
-        frames.look(best, chosen, verdict, left.half.left.fine, left.inside)
-        watch.took('look')
+        frames.look(best, chosen, validity, left.half.left.fine, left.inside)
+        watch.lap('look')
         history = evolve(frames, frames.operators, random.child(*EVOLUTION), budget.keeping(
-            self._durations[EXPRESS]).part(self._evolution_ms), None, self._durations)
-        watch.took('generations')
-        frames.express(best, chosen, verdict, left.full.left.fine)
-        watch.took('express')
-        self._durations.note(EXPRESS, watch.times['look'] + watch.times['express'])
+            self._durations[WRITING]).part(self._evolution_ms), None, self._durations)
+        watch.lap('generations')
+        frames.write(best, chosen, validity, left.full.left.fine)
+        watch.lap('write')
+        self._durations.note(WRITING, watch.times['look'] + watch.times['write'])
         return history
 
     def _average(self, previous, camera, *views):
@@ -186,6 +186,6 @@ class RealtimeMatcher:
         if not self._config.warm_start:
             return 1.0
         half = self._views.half
-        self._warm_start.average(self.crew, previous, camera,
+        self._warm_start.average(self.pool, previous, camera,
                                  half.left.grey[:, :half.columns], self._views.noise, *views)
         return self._warm_start.noise_left

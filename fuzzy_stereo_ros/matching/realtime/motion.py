@@ -8,11 +8,11 @@ with the rest, stayed, or is another one now is judged tile by tile.
 """
 import cv2
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, glance
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, thumbnail
 import numpy as np
 
 GLANCE = 60          # rows of the small pictures that are correlated, about, and at the least
-SMALLEST = 16        # rows and columns of a glance that phase correlation can work with
+SMALLEST = 16        # rows and columns of a thumbnail that phase correlation can work with
 REACH = 2            # px by which the correlation may be wrong
 SAMPLED = 16         # one row in so many shows which shift is exact
 
@@ -21,7 +21,7 @@ class Motion:
     """Compares the pictures of two frames of one image size."""
 
     def __init__(self, rows, columns):
-        """Prepare for images of a size; those too small for a glance count as never moving."""
+        """Prepare for images of a size; those too small for a thumbnail count as never moving."""
         self._scale = max(min(rows, columns) // GLANCE, 1)
         size = [_even_size(pixels // self._scale) for pixels in (rows, columns)]
         self._usable = min(size) >= SMALLEST
@@ -36,8 +36,8 @@ class Motion:
         """
         if not self._usable:
             return 0, 0
-        glance(before, 0, self._scale, self._before)
-        glance(now, MARGIN, self._scale, self._now)
+        thumbnail(before, 0, self._scale, self._before)
+        thumbnail(now, MARGIN, self._scale, self._now)
         # the window is applied here: OpenCV would apply it to the arrays themselves
         (right, down), _ = cv2.phaseCorrelate(self._before * self._window,
                                               self._now * self._window)

@@ -5,17 +5,17 @@ The previous frame as the camera sees it from where it is now: its best chromoso
 
 Not in the paper. A label that came over is judged by the picture: a point of the scene that stands
 still looks as it did, where it was, so the census of both frames tells. Where the label says what
-the half map says, or is the likelier one, the search leans on it, the more the longer it has
-survived. What moves by itself disagrees, and is not leant on.
+the half map says, or is the likelier one, the search relies on it, the more the longer it has
+survived. What moves by itself disagrees, and is not reliance on.
 """
 from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.evolution import Stopwatch
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.camera_motion import between
 import numpy as np
 
@@ -67,20 +67,20 @@ class MovingCamera:
         self._shift, self._min_disparity = min(min_disparity, 0), min_disparity
         self.word, self.milliseconds, self._motion = '', 0.0, None
 
-    def follow(self, crew, previous, camera, half_grey):
+    def follow(self, pool, previous, camera, half_grey):
         """
         Move the map of a previous FrameState, None for none; return whether that could be done.
 
         camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size
         """
-        self._crew, self._camera, self._motion, self.word = crew, camera, None, ''
+        self._pool, self._camera, self._motion, self.word = pool, camera, None, ''
         self._packed, self.milliseconds = None, 0.0
         self._strengths[:] = 0
         if camera is None or previous is None or not previous.half_grey.size:
             return False
         watch = Stopwatch()
         self._lowest = self._min_disparity - camera.offset
-        consistent = previous.verdict[::2, ::2][:self._moved.shape[0], :self._moved.shape[1]] == 0
+        consistent = previous.validity[::2, ::2][:self._moved.shape[0], :self._moved.shape[1]] == 0
         self._motion, self.word = between(
             previous.half_grey, half_grey, np.where(consistent, previous.cells, np.nan),
             self._lowest, camera)
@@ -88,7 +88,7 @@ class MovingCamera:
             warp.move_labels(
                 previous.cells, self._lowest, _numbers(_between_cells(self._motion.forward)),
                 self._moved, self._source)
-        watch.took('motion')
+        watch.lap('motion')
         self.milliseconds = watch.times['motion']
         return self._motion is not None
 
@@ -100,7 +100,7 @@ class MovingCamera:
         pictures = np.empty_like(previous.pictures)
         ages = np.empty_like(previous.ages)
         for side, labels in enumerate((closed, self._right)):
-            self._crew.each(lambda band, labels=labels, side=side: warp.look_back(
+            self._pool.each(lambda band, labels=labels, side=side: warp.look_back(
                 labels, self._lowest, view, self._shift, bool(side), self._columns, self._rows,
                 band[1], band[2]), self._bands)
             across, down = (self._full_size(found) for found in (self._columns, self._rows))
@@ -112,9 +112,9 @@ class MovingCamera:
             ages[side] = _ages_at(previous.ages[side], across, down)
         return pictures, ages
 
-    def lean(self, previous, half, census, labels, weights, above):
+    def write_prior(self, previous, half, census, labels, weights, above):
         """
-        Have the search lean on the moved map where it leans on nothing yet; return the labels.
+        Have the search rely on the moved map where it relies on nothing yet; return the labels.
 
         previous, half: the FrameState and the `Half`; census: uint8 (R, 3, C or more), of the
         left image; labels, weights: (R, C), of the prior so far, weights written: above and a
@@ -124,21 +124,21 @@ class MovingCamera:
             return None
         view = _numbers(_to_pixels(self._motion.back))
         packed = self._packed_census(census)
-        self._crew.each(lambda band: warp.census_distances(
+        self._pool.each(lambda band: warp.census_distances(
             self._moved, half.labels, NEAR, self._lowest, view, packed, previous.census,
             *self._distances, band[1], band[2]), self._bands)
         summed = [cv2.boxFilter(found, cv2.CV_16U, (AROUND, AROUND), normalize=False)
                   for found in self._distances]
         highest = previous.disparities - 1
 
-        def lean(band):
+        def write_band(band):
             warp.trusted_moved(
-                self._moved, self._source, previous.verdict, summed[0], half.labels, summed[1],
+                self._moved, self._source, previous.validity, summed[0], half.labels, summed[1],
                 (UNLIKE, NEAR, LIKELIER, FLAT, LONGEST), self._strengths,
                 previous.survived, band[1], band[2])
             warp.lean_on_moved(self._moved, self._strengths, highest, above, labels, weights,
                                self._labels, band[1], band[2])
-        self._crew.each(lean, self._bands)
+        self._pool.each(write_band, self._bands)
         return self._labels
 
     def hand_on(self, previous, half_grey, census, fine):
@@ -151,7 +151,7 @@ class MovingCamera:
             return UNSEEN
         cells, survived = np.empty_like(self._moved), np.zeros(self._moved.shape, np.uint8)
         before = survived if self._motion is None else previous.survived
-        self._crew.each(lambda band: warp.note_survivors(
+        self._pool.each(lambda band: warp.note_survivors(
             fine, STEPS, self._moved, self._strengths, self._source, before, cells, survived,
             band[1], band[2]), self._bands)
         return Seen(half_grey.copy(), self._packed_census(census), cells, survived)
@@ -160,7 +160,7 @@ class MovingCamera:
         """Return the census of this frame as words, packed once."""
         if self._packed is None:
             packed = self._packed = np.empty(self._shape, np.uint32)
-            self._crew.each(lambda band: warp.pack_census(census, packed, band[1], band[2]),
+            self._pool.each(lambda band: warp.pack_census(census, packed, band[1], band[2]),
                             cut_bands(self._shape[0]))
         return self._packed
 

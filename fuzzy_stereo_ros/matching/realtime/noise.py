@@ -6,7 +6,7 @@ How much noise a picture has, from itself: what bends half as much in the half-s
 Not in the paper, whose memberships have a width of their own. White noise halves where 2 x 2
 pixels are averaged; texture does not, and bends more from pixel to pixel the coarser it is seen.
 """
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import roughness, TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import roughness, TILE
 import numpy as np
 
 QUIETEST = 0.1       # share of the tiles, those that bend least, in which noise is looked for

@@ -32,7 +32,7 @@ class GreyRegions:
         self._row_runs = np.zeros((rows, 2), np.int32)
         self._sums = np.zeros((len(self._bands), 2, columns + 1), np.int32)
 
-    def grow(self, crew, fine, weak, step, apart, overlap, least):
+    def grow(self, pool, fine, weak, step, apart, overlap, least):
         """
         Return the runs of rows with their regions, as kernels take them, and how many regions.
 
@@ -40,7 +40,7 @@ class GreyRegions:
         apart, overlap: see find_runs; least: pixels of a region
         """
         runs = self._begin, self._end, self._parent, self._row_runs
-        crew.each(lambda band: weak_regions.find_runs(
+        pool.each(lambda band: weak_regions.find_runs(
             fine, MARGIN, weak, step, apart, overlap, *runs, self._sums[band[0]], band[1],
             band[2]), self._bands)
         weak_regions.join_runs(fine, MARGIN, apart, overlap, *runs, self._sums[0], self._edges)
@@ -60,27 +60,27 @@ class WeakRegions:
         self._planes = np.zeros((most, 3), np.float32)
         self._mutant = np.zeros((rows, columns), labels_type)
 
-    def grow(self, crew, fine, weak):
+    def grow(self, pool, fine, weak):
         """
         Return the regions of a picture, as `GreyRegions.grow` does.
 
         fine: uint16, the half-size picture with a margin; weak: uint8 (r, c), where texture is
         weak
         """
-        return self._regions.grow(crew, fine, weak, STEP, APART, OVERLAP, LEAST)
+        return self._regions.grow(pool, fine, weak, STEP, APART, OVERLAP, LEAST)
 
-    def mutant(self, grown, chosen, verdict, disparities, inside, parent, random):
+    def mutant(self, grown, chosen, validity, disparities, inside, parent, random):
         """
         Return a chromosome whose regions lie in planes: (R, C) labels.
 
-        grown: the regions; chosen, verdict: the `Chosen` of the scanlines, and which of its labels
-        are consistent; inside: first and last column of the target that exist; parent: the other
-        genes
+        grown: the regions; chosen, validity: the `Chosen` of the scanlines, and which of its
+        labels are consistent; inside: first and last column of the target that exist; parent:
+        the other genes
         """
         regions, number = grown
         planes = self._planes[:number]
         weak_regions.gather_points(
-            *regions, POINTS, chosen.labels, chosen.offsets, verdict, self._tally[:, :number],
+            *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:, :number],
             self._starts, self._points)
         weak_regions.fit_planes(
             self._points, self._starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes)

@@ -26,40 +26,40 @@ class Population:
         self._size, self._measure, self._bands = min(size, 2), fitness, bands
         self.genes, self.fitness, self.converged = None, None, True
 
-    def initialise(self, crew, labels, verdict):
+    def initialise(self, pool, labels, validity):
         """
         Fill inconsistent cells with background genes: by rows, and by columns.
 
-        labels: (R, C); verdict: uint8 (R, C), which of them are consistent
+        labels: (R, C); validity: uint8 (R, C), which of them are consistent
         """
         if self.genes is None:
             self.genes = np.zeros((self._size, *labels.shape), labels.dtype)
             self._below = np.zeros(labels.shape[1], labels.dtype)
         by_rows = self.genes[0]
-        crew.each(lambda band: filling.fill_rows(
-            labels, verdict, by_rows, band[1], band[2]), self._bands)
+        pool.each(lambda band: filling.fill_rows(
+            labels, validity, by_rows, band[1], band[2]), self._bands)
         if self._size > 1:
-            crew.each(lambda band: filling.fill_columns(
-                labels, verdict, by_rows, self.genes[1], self._below, band[1], band[2]),
+            pool.each(lambda band: filling.fill_columns(
+                labels, validity, by_rows, self.genes[1], self._below, band[1], band[2]),
                 cut_bands(labels.shape[1]))
-        self.fitness = np.full(self._size, self._measure.measure(crew, by_rows))
+        self.fitness = np.full(self._size, self._measure.measure(pool, by_rows))
         self.converged = False
 
-    def cross(self, crew, crossover, random):
+    def cross(self, pool, crossover, random):
         """Cross the fittest with each of the others; a child that is less fit does not live."""
         for other in range(1, self._size):
             gained, ahead = self._measure.cross(
-                crew, crossover, random, self.genes[0], self.genes[other])
+                pool, crossover, random, self.genes[0], self.genes[other])
             self.fitness[other] = self.fitness[0] + ahead
             self.fitness[0] += gained
         self.converged = True
 
-    def accept(self, crew, crossover, random, mutant):
+    def accept(self, pool, crossover, random, mutant):
         """Give the fittest what a crossover chooses of a mutant, (R, C) labels."""
         self.fitness[0] += self._measure.cross(
-            crew, crossover, random, self.genes[0], mutant)[0]
+            pool, crossover, random, self.genes[0], mutant)[0]
 
 
-def cross(crew, crossover, population, random):
+def cross(pool, crossover, population, random):
     """Give the fittest chromosome the genes of the others that a crossover chooses."""
-    population.cross(crew, crossover, random)
+    population.cross(pool, crossover, random)

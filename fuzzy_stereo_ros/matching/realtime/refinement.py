@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-From the best chromosome to disparities: which pixels to refuse, medians, sub-pixel, confidence.
+From the best chromosome to disparities: which pixels to reject, medians, sub-pixel, confidence.
 
 Not in the paper, whose maps are whole-pixel and dense.
 """
@@ -11,7 +11,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import by_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import medians, output, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    check_consistency, refuse_changed)
+    check_consistency, reject_changed)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.speckles import Speckles
 import numpy as np
@@ -28,7 +28,7 @@ class Refinement:
     """
     Memory for one image size, and the steps in order.
 
-    verdict: uint8 (R, C), which labels of the scanlines are consistent; settled: the same of the
+    validity: uint8 (R, C), which labels of the scanlines are consistent; settled: the same of the
     genes that evolution has left
     """
 
@@ -37,7 +37,7 @@ class Refinement:
         rows = bands[-1][2]
         around = rows + 2 * medians.RADIUS, columns + 2 * medians.RADIUS + 2 * LANES
         self._bands, self._disparities = bands, disparities
-        self.verdict, self.settled = (np.zeros((rows, columns), np.uint8) for _ in range(2))
+        self.validity, self.settled = (np.zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(columns, bands)
         self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
         self._members = [np.zeros(medians.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
@@ -58,48 +58,48 @@ class Refinement:
         return self._fine[:, :self._labels.shape[1]]
 
     def check(self, chosen, inside, config, band):
-        """Write the verdict on the pixels of a band by left-right consistency."""
-        check_consistency(chosen.labels, chosen.target, self._disparities, inside, self.verdict,
+        """Write the validity on the pixels of a band by left-right consistency."""
+        check_consistency(chosen.labels, chosen.target, self._disparities, inside, self.validity,
                           band[1], band[2])
         if config.speckle_size > 1:
-            self._speckles.find(chosen.labels, self.verdict, config.speckle_range, band)
+            self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
 
-    def without_speckles(self, crew, chosen, config):
-        """Return the verdict on each pixel, uint8 (R, C), once all bands are checked."""
+    def without_speckles(self, pool, chosen, config):
+        """Return the validity on each pixel, uint8 (R, C), once all bands are checked."""
         if config.speckle_size > 1:
             self._speckles.join(chosen.labels, config.speckle_range)
-            crew.each(lambda band: self._speckles.refuse(
-                self.verdict, config.speckle_size, band), self._bands)
-        return self.verdict
+            pool.each(lambda band: self._speckles.reject(
+                self.validity, config.speckle_size, band), self._bands)
+        return self.validity
 
-    def smooth(self, crew, labels, chromosome, grey):
+    def smooth(self, pool, labels, chromosome, grey):
         """
         Return the membership median, then a 5 x 5 median, of a chromosome: (R, C) labels.
 
-        labels: (R, C), those that `verdict` judges. What evolution took from a plane was not
+        labels: (R, C), those that `validity` judges. What evolution took from a plane was not
         measured: like what is filled it has no confidence.
         """
         columns = chromosome.shape[1]
         bits = max(int(self._disparities - 1).bit_length(), 1)
 
         def settle(band):
-            refuse_changed(labels, chromosome, self.verdict, self.settled, band[1], band[2])
+            reject_changed(labels, chromosome, self.validity, self.settled, band[1], band[2])
             medians.pad_map(chromosome, columns, self._padded, band[1], band[2])
             medians.pad_map(grey, columns, self._padded_grey, band[1], band[2])
-        crew.each(settle, self._bands)
-        crew.each(lambda band: medians.membership_median(
+        pool.each(settle, self._bands)
+        pool.each(lambda band: medians.membership_median(
             self._padded, self._padded_grey, ALIKE, bits, columns, self._median,
             self._members[band[0]], band[1], band[2]), self._bands)
-        by_bands(crew, partial(cv2.medianBlur, ksize=5), 2, self._median[:, :columns],
+        by_bands(pool, partial(cv2.medianBlur, ksize=5), 2, self._median[:, :columns],
                  self._labels)
         return self._labels
 
-    def express(self, crew, labels, chosen, leant, config):
+    def write(self, pool, labels, chosen, reliance, config):
         """
         Return what the user gets.
 
-        labels: (R, C), smooth; chosen: the `Chosen` that has sub-pixel offsets and margins; leant:
-        see WarmStart.leant.
+        labels: (R, C), smooth; chosen: the `Chosen` that has sub-pixel offsets and margins;
+        reliance: see WarmStart.reliance.
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
@@ -107,7 +107,7 @@ class Refinement:
         def fit(band):
             subpixel.fit(chosen.labels, chosen.offsets, self.settled, self._fitted, band[1],
                          band[2])
-            output.certainty(chosen.sums, chosen.margins, *leant, self.settled, self._certain,
+            output.certainty(chosen.sums, chosen.margins, *reliance, self.settled, self._certain,
                              band[1], band[2])
 
         def write_out(band):
@@ -117,8 +117,8 @@ class Refinement:
                 self._fine, self.settled, self._blurred, np.float32(LEAST_SURE), self._lines,
                 config.min_disparity, config.disparities, config.fill,
                 np.float32(config.confidence_threshold), disparity, confidence, band[1], band[2])
-        crew.each(fit, self._bands)
-        by_bands(crew, partial(cv2.blur, ksize=(AROUND, AROUND)), AROUND // 2, self._certain,
+        pool.each(fit, self._bands)
+        by_bands(pool, partial(cv2.blur, ksize=(AROUND, AROUND)), AROUND // 2, self._certain,
                  self._blurred)
-        crew.each(write_out, self._bands)
+        pool.each(write_out, self._bands)
         return disparity, confidence

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The best guess that data alone gives: a chromosome of scanline optima over the possibility.
+The best that data alone gives: a chromosome of scanline optima over the possibility.
 
 Not in the paper: a random population never arrives at this chromosome length. Four scanline
 passes (Hirschmueller, 2008) are a memetic step done once for all rows and columns.
@@ -68,7 +68,7 @@ class Scanlines:
             np.zeros((rows, columns), self.chosen.labels.dtype),
             np.zeros((rows, columns), np.uint8), possibility.disparities)
 
-    def search(self, crew, windows=None, half_prior=None, previous_prior=None, then=None):
+    def search(self, pool, windows=None, half_prior=None, previous_prior=None, then=None):
         """
         Run the passes; return the `Chosen`, memory that the next search overwrites.
 
@@ -87,7 +87,7 @@ class Scanlines:
             self._search_band(*band)
             if then is not None:
                 then(band)
-        crew.each(work, self.bands)
+        pool.each(work, self.bands)
         return self.chosen
 
     def _pack(self):
@@ -126,11 +126,11 @@ class Scanlines:
             *map(address_of, (penalties.across, penalties.down)),
             seen.census, seen.slopes, seen.target_census, seen.target_slopes,
             seen.census_stride, seen.slope_stride, seen.target_stride,
-            chosen.target.shape[1], *_leaning(half_prior), *_leaning(previous_prior), self.tile,
-            windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
+            chosen.target.shape[1], *_addresses(half_prior), *_addresses(previous_prior),
+            self.tile, windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
 
 
-def _leaning(prior):
+def _addresses(prior):
     """Return what a Search holds of a prior."""
     return (*map(address_of, (prior.labels, prior.weights, prior.table)), prior.reach)
 
@@ -146,9 +146,9 @@ def _scratch(columns, target_columns, blocks, height, kept):
         'costs': kept * height * row, 'sums': kept * height * row, 'down': row, 'up': row,
         'carried': row, 'chains': ROWS_AT_ONCE * labels, 'labels': max(labels, 256) + 128,
         'outside': labels, 'ring': 3 * row, 'codes': 4 * 4 * ROWS_AT_ONCE * words,
-        'leanings': 4 * 2 * ROWS_AT_ONCE * words, 'across': 4 * ROWS_AT_ONCE * words,
+        'priors': 4 * 2 * ROWS_AT_ONCE * words, 'across': 4 * ROWS_AT_ONCE * words,
         'below': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns,
-        'least_below': columns, 'least_above': columns, 'rivals': 2 * target_columns}
+        'least_below': columns, 'least_above': columns, 'offers': 2 * target_columns}
     places, end = {}, 0
     for name, size in sizes.items():
         places[name] = end

@@ -37,7 +37,7 @@ class Views:
         self.noise = 0.0
         self._bands = cut_bands(rows, tile)
 
-    def read(self, crew, left, right, average, describe):
+    def read(self, pool, left, right, average, describe):
         """
         Read a pair.
 
@@ -69,14 +69,14 @@ class Views:
             full.describe(describe, first, last)
             half.calm(int(128 * tolerance), first // 2, last // 2)
 
-        crew.each(read, self._bands)
+        pool.each(read, self._bands)
         # of this pair alone: what averaging has left hides behind texture
         self.noise = self._estimate.level
         self.noise *= average(full.left, self._right)
         tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
         if shift < 0:
-            crew.each(lambda band: full.right.spread(
+            pool.each(lambda band: full.right.spread(
                 self._right, -shift, band[1], band[2]), self._bands)
-        crew.each(halve, self._bands)
-        crew.each(describe_full, self._bands)
-        crew.each(lambda band: half.describe(describe, band[1] // 2, band[2] // 2), self._bands)
+        pool.each(halve, self._bands)
+        pool.each(describe_full, self._bands)
+        pool.each(lambda band: half.describe(describe, band[1] // 2, band[2] // 2), self._bands)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
-from fuzzy_stereo_ros.matching.kernels.scanlines import narrowing
-from fuzzy_stereo_ros.matching.kernels.temporal import trust
-from fuzzy_stereo_ros.matching.kernels.temporal.motion import bring_forward
+from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
+from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
 from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging
 from fuzzy_stereo_ros.matching.realtime.frames import Arrival, Genes
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
@@ -37,7 +37,7 @@ class FrameState:
     """
     What a frame hands on to the next one; plain arrays, so that it can be saved.
 
-    labels: uint8 or uint16 (R, C), the best chromosome; verdict: uint8 (R, C), 0 = consistent;
+    labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
     pictures: uint16 (2, R, C), fine grey of both views, averaged, the right one mirrored; ages:
     float32 (2, tile rows, tile columns), of how many frames; planes: float32 (R / 2, C / 2, 3),
     evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the chromosome of planes, see
@@ -46,7 +46,7 @@ class FrameState:
     """
 
     labels: np.ndarray
-    verdict: np.ndarray
+    validity: np.ndarray
     pictures: np.ndarray
     ages: np.ndarray
     planes: np.ndarray
@@ -80,7 +80,7 @@ class FrameState:
 
 
 class WarmStart:
-    """What the previous frame gives to this one: averaged views, and a prior of the guess."""
+    """What the previous frame gives to this one: averaged views, and a prior of the search."""
 
     def __init__(self, rows, columns, disparities, min_disparity):
         """Allocate for images of a size and a range of disparities."""
@@ -98,7 +98,7 @@ class WarmStart:
             nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),
             *((MOVED_DEAD_ZONE, cut) for cut in MOVED_CUTS))
 
-    def average(self, crew, state, camera, half_grey, noise, *views):
+    def average(self, pool, state, camera, half_grey, noise, *views):
         """
         Average the left and the right view with those of a state; from None, start anew.
 
@@ -106,15 +106,15 @@ class WarmStart:
         noise: of this pair, grey levels
         """
         if state is None:
-            self._averaging.begin(crew, views)
+            self._averaging.begin(pool, views)
         else:
-            self._averaging.average(crew, views, state.pictures, state.ages)
+            self._averaging.average(pool, views, state.pictures, state.ages)
         left = self._averaging.seen[0]
-        trust.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
+        previous_best.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
         self._half_grey, self._left = half_grey, views[0]
-        followed = self._moving.follow(crew, state, camera, half_grey)
+        followed = self._moving.follow(pool, state, camera, half_grey)
         if followed and noise > NOISY and self._averaging.share < ANOTHER:
-            self._averaging.average(crew, views, *self._moving.pictures(state), search=False)
+            self._averaging.average(pool, views, *self._moving.pictures(state), search=False)
             self._strengths[:] = 0      # of the map, which is not in place
 
     @property
@@ -137,7 +137,7 @@ class WarmStart:
         """
         return float(np.mean(1 / self._averaging.seen[0].ages))**0.25
 
-    def prior_of_previous(self, crew, state, half):
+    def prior_of_previous(self, pool, state, half):
         """
         Return the prior from the previous best of a state, None where it is not asked.
 
@@ -146,39 +146,38 @@ class WarmStart:
         if state is None:
             self._weights[:] = 0
             return None
-        labels = self._labels_in_place(crew, state, half)
-        moved = self._moving.lean(state, half, self._left.census, self._prior.labels
-                                  if labels is None else labels, self._weights, len(CUTS))
+        labels = self._labels_in_place(pool, state, half)
+        moved = self._moving.write_prior(state, half, self._left.census, self._prior.labels
+                                         if labels is None else labels, self._weights, len(CUTS))
         labels = labels if moved is None else moved
         return None if labels is None else self._prior._replace(labels=labels)
 
-    def _labels_in_place(self, crew, state, half):
+    def _labels_in_place(self, pool, state, half):
         """Return the labels of a state where its picture is in place, and weigh them; or None."""
         left, bands = self._averaging.seen[0], self._averaging.bands
         if self._averaging.noise < QUIET or not self._strengths.any():
             self._weights[:] = 0
             return None
-        labels, verdict, shift = state.labels, state.verdict, self._averaging.shift
+        labels, validity, shift = state.labels, state.validity, self._averaging.shift
         if any(shift):
             def move(band):
-                for source, outside, moved in zip((labels, verdict), (0, OUTSIDE), self._moved):
-                    bring_forward(source, left.choices, *shift, outside, moved,
-                                  band[1], band[2])
-            crew.each(move, bands)
-            labels, verdict = self._moved
+                for source, outside, moved in zip((labels, validity), (0, OUTSIDE), self._moved):
+                    move_map(source, left.choices, *shift, outside, moved, band[1], band[2])
+            pool.each(move, bands)
+            labels, validity = self._moved
         half_bands = cut_bands(len(self._trusted))
-        crew.each(lambda band: trust.trusted_cells(
-            labels, verdict, half.labels, DISTANCE, self._half_labels, self._trusted, band[1],
+        pool.each(lambda band: previous_best.trusted_cells(
+            labels, validity, half.labels, DISTANCE, self._half_labels, self._trusted, band[1],
             band[2]), half_bands)
-        crew.each(lambda band: narrowing.flat(
+        pool.each(lambda band: disparity_ranges.flat(
             self._half_labels, FLAT, self._smooth, band[1], band[2]), half_bands)
-        crew.each(lambda band: trust.lean_on_previous(
+        pool.each(lambda band: previous_best.previous_prior(
             self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
         return labels
 
     @property
-    def leant(self):
-        """How much the search leant on the previous best, and what of a margin comes of it."""
+    def reliance(self):
+        """How much the search relied on the previous best, and what of a margin comes of it."""
         return self._weights, self._due
 
     def arrival(self):
@@ -187,7 +186,7 @@ class WarmStart:
         return Arrival(seen.choices, self._strengths, seen.ages, self._averaging.noise,
                        self._averaging.shift)
 
-    def hand_on(self, labels, verdict, fine, genes, config, before=None):
+    def hand_on(self, labels, validity, fine, genes, config, before=None):
         """
         Return the state of this frame for the next one, a copy.
 
@@ -196,6 +195,6 @@ class WarmStart:
         """
         seen = self._moving.hand_on(before, self._half_grey,
                                     self._left.census, fine)
-        return FrameState(labels.copy(), verdict.copy(), self._averaging.pictures,
+        return FrameState(labels.copy(), validity.copy(), self._averaging.pictures,
                           self._averaging.ages, *genes, *seen, None, 0, config.disparities,
                           config.min_disparity, config.reference)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Pictures averaged over frames: which tiles show the same, and what becomes of them."""
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.kernels.temporal.averaging import blend
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import (
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     choose_tiles, compare_tiles, roughness, TILE)
 from fuzzy_stereo_ros.matching.realtime.averaging import Averaging, RULES
 from fuzzy_stereo_ros.matching.realtime.possibility import View
@@ -113,16 +113,16 @@ def scene(seed=0, shape=SIZE):
 
 def follow(scenes, noise):
     """Average views of scenes, noise added to each; return Averaging once all are seen."""
-    chance, averaging, crew = np.random.default_rng(7), Averaging(*SIZE), Crew(1)
+    chance, averaging, pool = np.random.default_rng(7), Averaging(*SIZE), ThreadPool(1)
     for number, shown in enumerate(scenes):
         views = View(*SIZE, False, 0), View(*SIZE, True, 0)
         for view in views:
             image = np.clip(np.rint(shown + noise * chance.standard_normal(SIZE)), 0, 255)
             view.read(image.astype(np.uint8), 0, 8, 0, SIZE[0])
         if number == 0:
-            averaging.begin(crew, views)
+            averaging.begin(pool, views)
         else:
-            averaging.average(crew, views, averaging.pictures, averaging.ages)
+            averaging.average(pool, views, averaging.pictures, averaging.ages)
     return averaging
 
 

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Bands of rows, and the crew that works on them."""
+"""Bands of rows, and the pool that works on them."""
 import threading
 
-from fuzzy_stereo_ros.matching.bands import Crew, cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from hypothesis import given, strategies as st
 import pytest
 
@@ -24,13 +24,13 @@ def test_bands_are_of_like_size(rows, height):
 
 
 def test_a_crew_counts_the_time_that_its_calls_take():
-    crew = Crew(2)
-    assert crew.shared == 0
-    crew.each(lambda item: None, range(3))
-    first = crew.shared
-    crew.each(lambda item: threading.Event().wait(0.02), range(2))
-    assert crew.shared > first + 15 and first > 0
-    crew.close()
+    pool = ThreadPool(2)
+    assert pool.shared == 0
+    pool.each(lambda item: None, range(3))
+    first = pool.shared
+    pool.each(lambda item: threading.Event().wait(0.02), range(2))
+    assert pool.shared > first + 15 and first > 0
+    pool.close()
 
 
 @pytest.mark.parametrize('rows, count', [
@@ -41,38 +41,38 @@ def test_larger_images_are_cut_into_more_bands(rows, count):
 
 @pytest.mark.parametrize('threads', [1, 2, 3])
 def test_a_crew_does_all_the_work_before_it_returns(threads):
-    crew, done = Crew(threads), []
-    crew.each(done.append, range(20))
-    crew.close()
+    pool, done = ThreadPool(threads), []
+    pool.each(done.append, range(20))
+    pool.close()
     assert sorted(done) == list(range(20))
 
 
 def test_two_threads_work_at_the_same_time():
-    crew, both = Crew(2), threading.Barrier(2, timeout=20)
-    crew.each(lambda _: both.wait(), range(2))
-    crew.close()
+    pool, both = ThreadPool(2), threading.Barrier(2, timeout=20)
+    pool.each(lambda _: both.wait(), range(2))
+    pool.close()
 
 
 @pytest.mark.parametrize('threads', [1, 2])
 def test_an_error_of_the_work_is_raised(threads):
-    crew = Crew(threads)
+    pool = ThreadPool(threads)
     with pytest.raises(ZeroDivisionError):
-        crew.each(lambda item: 1 // item, [2, 1, 0])
-    crew.close()
+        pool.each(lambda item: 1 // item, [2, 1, 0])
+    pool.close()
 
 
 def test_no_number_of_threads_means_one_a_core():
-    crew = Crew(0)
-    assert crew.threads >= 1
-    crew.close()
+    pool = ThreadPool(0)
+    assert pool.threads >= 1
+    pool.close()
 
 
 def test_the_threads_of_a_crew_that_nobody_has_any_more_end():
     before = set(threading.enumerate())
-    crew = Crew(3)
+    pool = ThreadPool(3)
     helpers = set(threading.enumerate()) - before
     assert len(helpers) == 2
-    del crew
+    del pool
     for helper in helpers:
         helper.join(20)
         assert not helper.is_alive()

@@ -32,12 +32,12 @@ def costs_of_rows(possibility, priors, row, count, begin, end, low, blocks):
     width, pixel, slack = end - begin, LANES * blocks, 5
     search = Scanlines(possibility, 16).search_by(*priors)
     costs = np.full((count + 2, width * pixel + slack), 99, np.uint8)
-    codes, leanings = (np.full(planes * count * width + 3, 7, np.uint32) for planes in (4, 2))
+    codes, priors = (np.full(planes * count * width + 3, 7, np.uint32) for planes in (4, 2))
     cost_rows(search, row, count, begin, end, low, blocks, costs.ctypes.data, costs.shape[1],
-              costs.shape[1], codes.ctypes.data, leanings.ctypes.data)
+              costs.shape[1], codes.ctypes.data, priors.ctypes.data)
     assert np.all(costs[[0, -1]] == 99)
     assert np.all(costs[:, width * pixel:] == 99)
-    assert codes[-3:].tolist() == leanings[-3:].tolist() == [7, 7, 7]
+    assert codes[-3:].tolist() == priors[-3:].tolist() == [7, 7, 7]
     return costs[1:-1, :width * pixel].reshape(count, width, pixel)
 
 

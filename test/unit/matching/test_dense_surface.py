@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Maps in parts of a pixel: medians, local planes, fitness, crossover."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
@@ -77,14 +77,14 @@ def joined(shape, seed, father, apart):
     across, down = (random_map(shape, 9, seed + 1 + side, np.float32) / np.float32(8)
                     for side in range(2))
     costs = random_map((*shape, 32), FULL, seed, np.uint16)
-    refused = random_map(shape, 2, seed + 3) == 1
-    fitness.trust(refused)
+    rejected = random_map(shape, 2, seed + 3) == 1
+    fitness.trust(rejected)
     fitness.look(across, down)
 
     def genes(surface):
         found = np.array([twins.cost_at(costs[place] >> 1, surface[place], 9)
                           for place in np.ndindex(shape)]).reshape(shape)
-        return found * np.where(refused, 0.1, 1)
+        return found * np.where(rejected, 0.1, 1)
 
     def cost(surface):
         return twins.surface_cost(surface, genes(surface), across, down, 0.2 * FULL / 2, 0.25,
@@ -94,7 +94,7 @@ def joined(shape, seed, father, apart):
     maps, prices = (mother.copy(), father), [np.zeros(shape, np.float32) for _ in range(2)]
     half = shape[0] // 2
     for first, rows in ((0, costs[:half]), (half, costs[half:])):
-        fitness.price(Crew(1), rows, first, maps, prices)
+        fitness.price(ThreadPool(1), rows, first, maps, prices)
     for surface, price in zip(maps, prices):
         np.testing.assert_allclose(price, genes(surface), atol=1e-3)
     saved = fitness.join(maps[0], prices[0], father, prices[1], STEPS._replace(apart=apart))

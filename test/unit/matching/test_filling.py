@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Filling of refused pixels from the background, and the previous best's genes."""
+"""Filling of rejected pixels from the background, and the previous best's genes."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_columns, fill_rows
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -15,26 +15,26 @@ sizes = st.integers(1, 12)
 
 @st.composite
 def maps(draw):
-    """Return labels and a verdict, from nothing refused to everything."""
+    """Return labels and a validity, from nothing rejected to everything."""
     (dtype, limit), shape = draw(kinds), (draw(sizes), draw(sizes))
     seed, share = draw(st.integers(0, 10000)), draw(st.sampled_from([0, 0.1, 0.5, 0.9, 1]))
     labels = random_map(shape, limit, seed, dtype)
     chance = np.random.default_rng(seed)
-    verdict = random_map(shape, REFUSED, seed)
-    verdict[chance.random(shape) < share] = REFUSED
-    return labels, verdict
+    validity = random_map(shape, INVALID, seed)
+    validity[chance.random(shape) < share] = INVALID
+    return labels, validity
 
 
-def by_rows(labels, verdict):
+def by_rows(labels, validity):
     filled = np.full_like(labels, 77)
-    fill_rows(labels, verdict, filled, 0, len(labels))
+    fill_rows(labels, validity, filled, 0, len(labels))
     return filled
 
 
-def by_columns(labels, verdict, rows):
+def by_columns(labels, validity, rows):
     filled = np.full_like(labels, 77)
-    fill_columns(labels, verdict, rows, filled, np.zeros_like(labels[0]), 0, 1)
-    fill_columns(labels, verdict, rows, filled, np.zeros_like(labels[0]), 1, labels.shape[1])
+    fill_columns(labels, validity, rows, filled, np.zeros_like(labels[0]), 0, 1)
+    fill_columns(labels, validity, rows, filled, np.zeros_like(labels[0]), 1, labels.shape[1])
     return filled
 
 
@@ -55,10 +55,10 @@ def test_columns_are_filled_as_by_the_twin(given_maps):
 @settings(max_examples=50, deadline=None)
 @given(maps())
 def test_what_is_not_refused_keeps_its_label(given_maps):
-    labels, verdict = given_maps
-    rows = by_rows(labels, verdict)
-    for filled in (rows, by_columns(labels, verdict, rows)):
-        np.testing.assert_array_equal(filled[verdict != REFUSED], labels[verdict != REFUSED])
+    labels, validity = given_maps
+    rows = by_rows(labels, validity)
+    for filled in (rows, by_columns(labels, validity, rows)):
+        np.testing.assert_array_equal(filled[validity != INVALID], labels[validity != INVALID])
 
 
 @pytest.mark.parametrize('left, right, expected', [
@@ -67,26 +67,26 @@ def test_what_is_not_refused_keeps_its_label(given_maps):
 def test_a_strip_hidden_by_its_right_end_is_background_else_the_nearer_end_counts(
         left, right, expected):
     labels = np.array([[9, left, 9, 9, 9, 9, right, 9]], np.uint8)
-    verdict = np.where(labels == 9, REFUSED, 0).astype(np.uint8)
-    assert by_rows(labels, verdict).tolist() == [[left, left, *expected, right, right]]
+    validity = np.where(labels == 9, INVALID, 0).astype(np.uint8)
+    assert by_rows(labels, validity).tolist() == [[left, left, *expected, right, right]]
 
 
 def test_a_run_much_wider_than_the_jump_is_no_hidden_strip():
     labels = np.array([[20, *[9] * 6, 21]], np.uint8)
-    verdict = np.where(labels == 9, REFUSED, 0).astype(np.uint8)
-    assert by_rows(labels, verdict).tolist() == [[20, 20, 20, 20, 21, 21, 21, 21]]
+    validity = np.where(labels == 9, INVALID, 0).astype(np.uint8)
+    assert by_rows(labels, validity).tolist() == [[20, 20, 20, 20, 21, 21, 21, 21]]
 
 
 @pytest.mark.parametrize('first', [0, 2])
 def test_a_row_without_labels_takes_the_one_above_in_its_band(first):
     labels = np.arange(12, dtype=np.uint8).reshape(4, 3)
-    verdict = np.full((4, 3), REFUSED, np.uint8)
-    verdict[first] = 0
+    validity = np.full((4, 3), INVALID, np.uint8)
+    validity[first] = 0
     filled = np.full_like(labels, 77)
-    fill_rows(labels, verdict, filled, first, 4)
+    fill_rows(labels, validity, filled, first, 4)
     for row in range(first, 4):
         assert filled[row].tolist() == labels[first].tolist()
     assert np.all(filled[:first] == 77)
-    verdict[:] = REFUSED
-    fill_rows(labels, verdict, filled, first, 4)
+    validity[:] = INVALID
+    fill_rows(labels, validity, filled, first, 4)
     assert not filled[first:].any()

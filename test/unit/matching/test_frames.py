@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.planes import evidence, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
@@ -108,19 +108,19 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     trusted, fine = random_map(cells, 2, 4, bool), random_map(shape, 60000, 5, np.uint16)
     chromosome = random_map(shape, 10, 6)
     found, labels = chromosome.copy(), chromosome.copy()
-    offsets, verdict = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
+    offsets, validity = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
     memory = np.zeros((2, 4, cells[1] + 1), np.float32), np.zeros(cells[1], np.uint8)
     for first, last in ((0, 1), (1, cells[0])):
         grid_labels.write_labels(
             planes, evolved, trusted, np.pad(fine, MARGIN), *origin, np.float32(0.75),
-            np.float32(9), found, labels, offsets, verdict, *memory, first, last)
+            np.float32(9), found, labels, offsets, validity, *memory, first, last)
     twin = twins.written(planes, evolved, fine, origin, 0.75, 9, chromosome)
     np.testing.assert_array_equal(found, twin)
     np.testing.assert_array_equal(labels, twin)
-    changed = verdict != 9
+    changed = validity != 9
     assert (changed >= (twin != chromosome)).all()
     assert (abs(offsets[changed]) <= 8).all() and (offsets[~changed] == 99).all()
-    assert set(np.unique(verdict[changed])) <= {CONSISTENT, REFUSED}
+    assert set(np.unique(validity[changed])) <= {CONSISTENT, INVALID}
 
 
 def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_refused():
@@ -130,7 +130,7 @@ def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_refuse
     planes = np.array([(0.1, 0.2, 1), (0, 0, 2), (0.5, 0, 0)], np.float32)
     for share in (0.2, 0.5, 0.9):
         selected = np.ones(shape, bool)
-        evidence.refuse_bent(planes, starts, pixels, disparities, trusted, np.float32(1), share,
+        evidence.reject_bent(planes, starts, pixels, disparities, trusted, np.float32(1), share,
                              selected)
         for plane, first, last in zip(planes, starts, starts[1:]):
             row, column = np.divmod(pixels[first:last], shape[1])

@@ -73,7 +73,7 @@ def test_the_same_frames_give_the_same_bits_whatever_the_number_of_threads():
         for other in others:
             assert_same(first, other)
     for matcher in matchers[1:]:
-        for name in ('labels', 'verdict', 'pictures', 'ages'):
+        for name in ('labels', 'validity', 'pictures', 'ages'):
             np.testing.assert_array_equal(
                 getattr(matcher.state, name), getattr(matchers[0].state, name))
 
@@ -566,7 +566,7 @@ def test_a_state_is_not_changed_by_later_frames():
     matcher = StereoMatcher(CONFIG)
     matcher.match(frames[0].left, frames[0].right)
     state = matcher.state
-    arrays = ('labels', 'verdict', 'pictures', 'ages', 'planes', 'evolved', 'work', 'origin')
+    arrays = ('labels', 'validity', 'pictures', 'ages', 'planes', 'evolved', 'work', 'origin')
     copies = [getattr(state, name).copy() for name in arrays]
     for frame in frames[1:]:
         matcher.match(frame.left, frame.right)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The membership median and the median of 5 x 5 that follows it."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.bands import Crew, cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.refinement import medians
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.refinement import ALIKE, Refinement
@@ -79,5 +79,5 @@ def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities
     labels, grey = random_map(shape, disparities, 7, dtype), random_map(shape, 50, 8)
     refinement = Refinement(shape[1], disparities, dtype, cut_bands(shape[0]))
     np.testing.assert_array_equal(
-        refinement.smooth(Crew(1), labels, labels, grey),
+        refinement.smooth(ThreadPool(1), labels, labels, grey),
         twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))

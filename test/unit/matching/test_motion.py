@@ -4,9 +4,9 @@
 from census_scene import random_map
 import cv2
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
-    best_shift, bring_forward, glance, move_ages)
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+    best_shift, move_ages, move_map, thumbnail)
 from fuzzy_stereo_ros.matching.realtime.motion import Motion
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -67,7 +67,7 @@ def test_images_too_small_for_a_glance_never_move(rows, columns):
 def test_a_glance_is_the_mean_of_squares(size, margin):
     picture = fine(landscape(4))[margin > 0]
     small = np.zeros((30, 40), np.float32)
-    glance(picture, margin, size, small)
+    thumbnail(picture, margin, size, small)
     inside = picture[margin:margin + 30 * size, margin:margin + 40 * size]
     np.testing.assert_allclose(
         small, inside.reshape(30, size, 40, size).mean(axis=(1, 3)), rtol=1e-5)
@@ -107,6 +107,6 @@ def test_a_map_moves_but_for_the_tiles_that_stayed(rows, columns, down, right, s
     choices = random_map(tiles, 3, seed + 1).astype(np.int8) - np.int8(1)
     moved = np.full_like(source, 7)
     for first, last in ((0, 1), (1, tiles[0])):
-        bring_forward(source, choices, down, right, 255, moved, first, last)
+        move_map(source, choices, down, right, 255, moved, first, last)
     np.testing.assert_array_equal(
         moved, twins.brought_forward(source, choices, down, right, 255))

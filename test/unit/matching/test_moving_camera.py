@@ -92,14 +92,14 @@ def test_what_the_search_leans_on_is_as_the_twins_say(rows, columns, odd, seed):
     full = 2 * rows + odd, 2 * columns + odd
     moved = random.integers(-1, 6, shape).astype(np.float32)
     source = random.integers(-1, rows * columns, shape, np.int32)
-    verdict = random.integers(0, 2, full, np.uint8)
+    validity = random.integers(0, 2, full, np.uint8)
     sums = random.integers(60, 85, (2, *shape), np.uint16)
     half, survived = random.integers(0, 4, (2, *shape), np.uint8)
     strengths, rules = np.zeros(shape, np.uint8), (72, 3, 4, 3, 3)
-    warp.trusted_moved(moved, source, verdict, sums[0], half, sums[1], rules, strengths, survived,
+    warp.trusted_moved(moved, source, validity, sums[0], half, sums[1], rules, strengths, survived,
                        0, rows)
     assert np.array_equal(strengths, twins.trusted_moved(
-        moved, source, verdict, sums[0], half, sums[1], rules, survived))
+        moved, source, validity, sums[0], half, sums[1], rules, survived))
 
     weights, known = random.integers(0, 2, full, np.uint8), random.integers(0, 9, full, np.uint8)
     labels, written = np.zeros(full, np.uint8), weights.copy()

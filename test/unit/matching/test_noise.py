@@ -94,7 +94,7 @@ def test_a_pair_without_noise_is_matched_as_if_nobody_asked():
     left, right = scene.astype(np.uint8), np.roll(scene, -6, axis=1).astype(np.uint8)
 
     class Silent(NoiseEstimate):
-        def of(self, crew, full, half):
+        def of(self, pool, full, half):
             return 0.0
 
     maps = [StereoMatcher(MatcherConfig(disparities=16, threads=1), Stages(noise=noise)).match(

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Eq. 3 and Eq. 4."""
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import fill_row_fitness
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
@@ -31,7 +31,7 @@ def measure(left, right, disparities, min_disparity, neighbourhood):
         'paper', disparities=disparities, min_disparity=min_disparity,
         neighbourhood=neighbourhood, reading='literal')
     found = LiteralFitness(config, *left.shape[:2])
-    found.set_pair(Crew(1), left, right)
+    found.set_pair(ThreadPool(1), left, right)
     return found
 
 

@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.matcher import StereoMatcher
@@ -156,13 +156,13 @@ def test_the_retained_of_each_island_live_on_and_are_all_parents(reading):
     for number, stage in enumerate(LITERAL_STAGES if reading == 'literal' else Stages()):
         if stage is not None and stage is not operators.migrate:
             stage(tools, population, Random((3, number)))
-    kept = np.setdiff1d(np.arange(config.population), population.kinship.children)
+    kept = np.setdiff1d(np.arange(config.population), population.lineage.children)
     for island in population.islands:
         size = operators.elite_size(island.size, config.elite)
         fittest = island[operators.fittest_first(fitness[island])[:size]]
         assert set(fittest) == set(kept) & set(island)
-        mine = np.isin(population.kinship.children, island)
-        assert np.isin(population.kinship.parents[mine], fittest).all()
+        mine = np.isin(population.lineage.children, island)
+        assert np.isin(population.lineage.parents[mine], fittest).all()
     np.testing.assert_array_equal(population.genes[kept], former[kept])
     assert population.best in kept or population.fitness.max() >= fitness.max()
 
@@ -176,7 +176,7 @@ def test_line_crossover_takes_rows_above_a_line_from_one_parent_and_the_rest_fro
     former = population.genes.copy()
     operators.cross_at_lines(tools, population, Random((2,)))
     lines = []
-    for child, (first, second) in zip(*population.kinship):
+    for child, (first, second) in zip(*population.lineage):
         genes = population.genes[child]
         line = next((row for row in range(ROWS)
                      if not np.array_equal(genes[row], former[first][row])), ROWS)
@@ -206,7 +206,7 @@ def test_a_child_of_regions_is_at_least_as_fit_as_both_parents_who_are_alike():
     operators.select(tools, population, Random((1,)))
     former, fitness = population.genes.copy(), population.fitness.copy()
     operators.cross_regions(tools, population, Random((2,)))
-    children, parents = population.kinship
+    children, parents = population.lineage
     assert np.all(population.fitness[children] >= fitness[parents].max(axis=1))
     assert np.any(population.fitness[children] > fitness[parents].max(axis=1))
     for child, (first, second) in zip(children, parents):
@@ -220,7 +220,7 @@ def test_children_of_random_parents_are_copies_of_the_first():
     operators.select(tools, population, Random((1,)))
     former = population.genes.copy()
     operators.cross_regions(tools, population, Random((2,)))
-    children, parents = population.kinship
+    children, parents = population.lineage
     np.testing.assert_array_equal(population.genes[children], former[parents[:, 0]])
 
 
@@ -354,7 +354,8 @@ def test_the_pair_given_is_not_changed(reading):
 
 def test_tools_share_each_number_once_among_threads():
     matcher, _ = evolved(generations=0, threads=3)
-    tools = operators.Tools(matcher._config, Crew(3), matcher._fitness, (ROWS + 2, COLUMNS + 34))
+    tools = operators.Tools(matcher._config, ThreadPool(3), matcher._fitness,
+                            (ROWS + 2, COLUMNS + 34))
     seen = []
     tools.each(50, lambda number, thread: seen.append((number, thread)))
     assert sorted(number for number, _ in seen) == list(range(50))

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who lives, who mates, crossover and mutation; random chromosomes and their chance."""
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
-    least_possible_level, throw_patches)
+    least_possible_level, place_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
     below, fill_random_genes, fill_uniform, key_of, mixed, scatter_random_genes)
 from fuzzy_stereo_ros.matching.paper import operators
@@ -82,11 +82,11 @@ def test_random_genes_are_uniform():
 def test_of_the_genes_of_a_chromosome_the_given_share_is_drawn_anew():
     genes = np.full((100, 100), 999, np.uint16)
     scatter_random_genes(key_of(2), 10, 0.3, genes)
-    struck = genes[genes != 999]
-    assert abs(struck.size - 3000) < 5 * np.sqrt(2100)
-    counts = np.bincount(struck, minlength=10)
+    mutated = genes[genes != 999]
+    assert abs(mutated.size - 3000) < 5 * np.sqrt(2100)
+    counts = np.bincount(mutated, minlength=10)
     assert counts.size == 10
-    assert np.abs(counts - struck.size / 10).max() < 5 * np.sqrt(struck.size / 10)
+    assert np.abs(counts - mutated.size / 10).max() < 5 * np.sqrt(mutated.size / 10)
 
 
 # ---- selection ----
@@ -126,7 +126,7 @@ def test_who_survives_had_more_probability_than_its_random_number(number, data):
 @given(st.integers(2, 30), st.data())
 def test_parents_are_two_different_survivors(number, data):
     chosen = np.arange(100, 100 + number)
-    parents = operators.couples(chosen, draws_for(data, 12), draws_for(data, 12))
+    parents = operators.parent_pairs(chosen, draws_for(data, 12), draws_for(data, 12))
     assert parents.shape == (12, 2)
     assert np.isin(parents, chosen).all()
     assert np.all(parents[:, 0] != parents[:, 1])
@@ -135,7 +135,7 @@ def test_parents_are_two_different_survivors(number, data):
 def test_every_couple_is_equally_likely():
     draws = np.zeros((2, 12000))
     fill_uniform(key_of(3), draws.reshape(-1))
-    parents = operators.couples(np.arange(4), *draws)
+    parents = operators.parent_pairs(np.arange(4), *draws)
     counts = np.bincount(parents[:, 0] * 4 + parents[:, 1], minlength=16).reshape(4, 4)
     assert np.all(np.diag(counts) == 0)
     assert np.abs(counts[~np.eye(4, dtype=bool)] - 1000).max() < 5 * np.sqrt(1000)
@@ -156,7 +156,7 @@ def test_the_line_of_crossover_is_from_1_to_r(rows, data):
 
 def mutate(key, rate, patches, neighbourhood, disparities, chosen, chromosome):
     level, share_of_ties = least_possible_level(chosen, rate)
-    throw_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
+    place_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
                   chromosome)
 
 
@@ -193,7 +193,7 @@ def test_patches_fall_as_those_of_the_twin(chosen, key, patches, neighbourhood):
     expected = reference.thrown_patches(
         key, patches, neighbourhood, 60, chosen, level, ties, parent)
     mutant = parent.copy()
-    throw_patches(np.uint64(key), patches, neighbourhood, 60, chosen, level, ties, mutant)
+    place_patches(np.uint64(key), patches, neighbourhood, 60, chosen, level, ties, mutant)
     np.testing.assert_array_equal(mutant, expected)
 
 
@@ -208,13 +208,13 @@ def test_mutation_without_a_neighbourhood_strikes_the_least_possible_cells_only(
 
 def test_of_equally_possible_cells_mutation_strikes_the_given_share():
     chosen = np.full((100, 100), 50, np.uint8)
-    struck = 0
+    mutated = 0
     for key in range(20):
         chromosome = np.full((100, 100), 999, np.uint16)
         mutate(np.uint64(key), 0.4, 500, 1, 60, chosen, chromosome)
-        struck += np.sum(chromosome < 999)
+        mutated += np.sum(chromosome < 999)
     # 10000 throws, 4000 of them hits, of which about 1 in 40 twice at the same cell
-    assert 3700 < struck < 4100
+    assert 3700 < mutated < 4100
 
 
 def test_a_patch_is_uniform_and_has_the_size_of_n():

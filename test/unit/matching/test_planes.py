@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Genes that are planes: costs, exchange, fits, segments, evidence, against plain twins."""
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import costs, fits, segments
-from fuzzy_stereo_ros.matching.kernels.planes.evidence import refuse_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.evidence import reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    compare_views, CONSISTENT, OUTSIDE, REFUSED)
+    compare_views, CONSISTENT, INVALID, OUTSIDE)
 from fuzzy_stereo_ros.matching.quality import regions
 from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 ROWS, COLUMNS, LABELS = 14, 23, 9
-CREW = Crew(1)
+POOL = ThreadPool(1)
 
 
 def random_planes(draw, slope=0.2):
@@ -37,7 +37,7 @@ def looked(seed, origin=None, flat=False):
     volume = draw.integers(0, 256, (ROWS, COLUMNS, LABELS)).astype(np.uint8)
     colour = draw.integers(0, 60, (ROWS, COLUMNS, 3)).astype(np.uint8)
     fitness = PlaneFitness(ROWS, COLUMNS, LABELS, flat)
-    fitness.look(CREW, volume, origin, colour, colour.astype(np.float32) / 8,
+    fitness.look(POOL, volume, origin, colour, colour.astype(np.float32) / 8,
                  draw.uniform(0, 1, (ROWS, COLUMNS)).astype(np.float32))
     return fitness, volume, colour, draw
 
@@ -100,7 +100,7 @@ def test_a_plane_costs_what_the_pixels_of_its_support_say(origin):
     for seed in range(3):
         fitness, volume, colour, draw = looked(seed, origin)
         planes = random_planes(draw)
-        found = fitness.match_costs(CREW, planes)
+        found = fitness.match_costs(POOL, planes)
         expected = [[plane_cost(volume, colour, planes[row, column].astype(float), row, column,
                                 origin) for column in range(COLUMNS)] for row in range(ROWS)]
         np.testing.assert_allclose(found, expected, atol=1.5)
@@ -109,8 +109,8 @@ def test_a_plane_costs_what_the_pixels_of_its_support_say(origin):
 def test_only_selected_planes_are_measured():
     fitness, _, _, draw = looked(0)
     planes, selected = random_planes(draw), draw.random((ROWS, COLUMNS)) < 0.5
-    np.testing.assert_array_equal(fitness.match_costs(CREW, planes, selected),
-                                  np.where(selected, fitness.match_costs(CREW, planes), 0))
+    np.testing.assert_array_equal(fitness.match_costs(POOL, planes, selected),
+                                  np.where(selected, fitness.match_costs(POOL, planes), 0))
 
 
 def smoothness(fitness, planes):
@@ -137,8 +137,8 @@ def smoothness(fitness, planes):
 def test_a_map_costs_its_matches_and_the_differences_of_neighbours(flat):
     fitness, _, _, draw = looked(1, flat=flat)
     planes = random_planes(draw)
-    matches = fitness.match_costs(CREW, planes)
-    assert fitness.total(CREW, planes, matches) == pytest.approx(
+    matches = fitness.match_costs(POOL, planes)
+    assert fitness.total(POOL, planes, matches) == pytest.approx(
         matches.sum() + smoothness(fitness, planes), abs=2 * ROWS * COLUMNS)
 
 
@@ -149,7 +149,7 @@ def test_an_exchange_tells_exactly_what_any_choice_of_cells_changes(seed, flat):
     fitness.trust_consistent(draw.random((ROWS, COLUMNS)) < 0.7)
     first, second = random_planes(draw), random_planes(draw)
     selected = draw.random((ROWS, COLUMNS)) < 0.6
-    priced = [(planes, fitness.trusted_costs(CREW, fitness.match_costs(CREW, planes)))
+    priced = [(planes, fitness.trusted_costs(POOL, fitness.match_costs(POOL, planes)))
               for planes in (first, second)]
     exchange = Exchange(ROWS, COLUMNS, 4)
     fitness.fill(exchange, *priced, selected)
@@ -164,9 +164,9 @@ def test_an_exchange_tells_exactly_what_any_choice_of_cells_changes(seed, flat):
                 change += int(exchange.pairs[index, side])
             if neighbour not in place:
                 assert exchange.pairs[index, side] == 0
-    before = fitness.total(CREW, *priced[0])
+    before = fitness.total(POOL, *priced[0])
     costs.take_planes(*priced[0], *priced[1], exchange.cells, chosen)
-    assert fitness.total(CREW, *priced[0]) - before == change
+    assert fitness.total(POOL, *priced[0]) - before == change
 
 
 def test_planes_of_regions_are_found_among_outliers():
@@ -177,7 +177,7 @@ def test_planes_of_regions_are_found_among_outliers():
     disparity = (truth[labels, 0] * column + truth[labels, 1] * row
                  + truth[labels, 2]).astype(np.float32)
     disparity[draw.random(disparity.shape) < 0.3] = 60
-    found = region_planes(CREW, disparity, np.ones(disparity.shape, bool),
+    found = region_planes(POOL, disparity, np.ones(disparity.shape, bool),
                           regions.listed(labels, 2), Random((3,)))
     np.testing.assert_allclose(found, truth, atol=0.02)
 
@@ -187,7 +187,7 @@ def test_planes_are_fitted_to_trusted_pixels_and_flat_where_there_are_few():
     labels = np.zeros((20, 30), np.int32)
     labels[0, :3] = 1
     disparity = np.where(column < 20, 0.5 * column, 3).astype(np.float32)
-    found = region_planes(CREW, disparity, column < 12, regions.listed(labels, 2), Random((0,)))
+    found = region_planes(POOL, disparity, column < 12, regions.listed(labels, 2), Random((0,)))
     np.testing.assert_allclose(found[0], [0.5, 0, 0], atol=0.01)
     np.testing.assert_allclose(found[1], [0, 0, 0.5], atol=0.01)
 
@@ -266,7 +266,7 @@ def test_any_pixel_of_a_region_may_be_drawn():
     assert found == set(range(9))
 
 
-def refused(dearer, trusted, least=0, labels=None):
+def rejected(dearer, trusted, least=0, labels=None):
     """Return which cells of a row may move; dearer: their costs by more than before."""
     shape = 1, len(dearer)
     selected = np.ones(shape, bool)
@@ -274,7 +274,7 @@ def refused(dearer, trusted, least=0, labels=None):
     new = np.where(np.array(dearer) == 0, 0.1, 2).reshape(shape).astype(np.float32)
     memory = np.zeros(shape, np.int32), np.zeros(99, np.int32), np.zeros(99, np.int64), np.zeros(
         99, np.int32)
-    refuse_unfounded(np.zeros(shape, np.int32) if labels is None else np.array([labels], np.int32),
+    reject_unfounded(np.zeros(shape, np.int32) if labels is None else np.array([labels], np.int32),
                      old, new, np.float32(0.5), np.zeros(shape, np.int32),
                      np.array([dearer], np.int32), np.array([trusted], bool), 10, least, *memory,
                      selected)
@@ -283,31 +283,31 @@ def refused(dearer, trusted, least=0, labels=None):
 
 def test_a_region_moves_only_where_the_images_do_not_speak_against_it():
     sure = [True] * 5
-    assert refused([3, -5, 0, 4, 4], sure) == [False, False, False, True, True]
-    assert refused([3, -2, 0, 4, -4], sure) == [True, True, False, False, False]
+    assert rejected([3, -5, 0, 4, 4], sure) == [False, False, False, True, True]
+    assert rejected([3, -2, 0, 4, -4], sure) == [True, True, False, False, False]
 
 
 def test_where_the_views_disagree_a_region_may_lose_something():
-    assert refused([9, 99, 0, 11, 99], [True, False, True, True, False]) == [
+    assert rejected([9, 99, 0, 11, 99], [True, False, True, True, False]) == [
         False, False, False, True, True]
 
 
 def test_small_regions_and_those_of_other_labels_are_asked_by_themselves():
     sure = [True] * 5
-    assert refused([3, 3, 0, 4, 4], sure, least=3) == [False] * 5
-    assert refused([5, -9, 7, 7, 7], sure, labels=[0, 0, 1, 1, 1]) == [
+    assert rejected([3, 3, 0, 4, 4], sure, least=3) == [False] * 5
+    assert rejected([5, -9, 7, 7, 7], sure, labels=[0, 0, 1, 1, 1]) == [
         False, False, True, True, True]
 
 
 def test_views_are_compared_where_they_meet():
     own = np.array([[0, 1, 2, 2, 1, 5]], np.float32)
     other = np.array([[0, 1.5, 4, 2, 2.5, 0]], np.float32)[:, ::-1].copy()
-    verdict = np.zeros((1, 6), np.uint8)
-    compare_views(own, other, 0, np.float32(1), verdict, 0, 1)
-    assert verdict[0].tolist() == [CONSISTENT, CONSISTENT, REFUSED, CONSISTENT, CONSISTENT,
-                                   REFUSED]
-    compare_views(own, other, 1, np.float32(1), verdict, 0, 1)
-    assert verdict[0, 0] == OUTSIDE
+    validity = np.zeros((1, 6), np.uint8)
+    compare_views(own, other, 0, np.float32(1), validity, 0, 1)
+    assert validity[0].tolist() == [CONSISTENT, CONSISTENT, INVALID, CONSISTENT, CONSISTENT,
+                                    INVALID]
+    compare_views(own, other, 1, np.float32(1), validity, 0, 1)
+    assert validity[0, 0] == OUTSIDE
 
 
 @given(st.integers(1, 900), st.integers(1, 60), st.integers(1, 50000))
@@ -329,7 +329,7 @@ def test_a_segment_in_a_plane_is_averaged_with_it_and_a_curved_one_is_not():
     disparity = (truth + noise).astype(np.float32)
     disparity[3:6, 3:6] += 2
     fitness = PlaneFitness(40, 60, 16)
-    view = View(CREW, fitness, None, [None, (labels, 2)], (None, None, None))
+    view = View(POOL, fitness, None, [None, (labels, 2)], (None, None, None))
     found = flattened(view, disparity, disparity, Random((0,)))
     np.testing.assert_array_equal(found[labels == 1], disparity[labels == 1])
     np.testing.assert_array_equal(found[3:6, 3:6], disparity[3:6, 3:6])

@@ -168,10 +168,10 @@ def test_any_size_is_matched(shape, disparities):
 def test_what_is_refused_is_invalid_or_filled_without_confidence():
     pair = scene()
     dense, sparse = matched(pair), matched(pair, fill=False)
-    refused = np.isnan(sparse.disparity)
-    assert 0 < refused.mean() < 0.5
-    np.testing.assert_array_equal(dense.confidence[refused], 0)
-    np.testing.assert_array_equal(dense.disparity[~refused], sparse.disparity[~refused])
+    rejected = np.isnan(sparse.disparity)
+    assert 0 < rejected.mean() < 0.5
+    np.testing.assert_array_equal(dense.confidence[rejected], 0)
+    np.testing.assert_array_equal(dense.disparity[~rejected], sparse.disparity[~rejected])
     assert (dense.confidence >= 0).all() and (dense.confidence <= 1).all()
 
 

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fitness of the profile `realtime`, and what an exchange of genes changes of it."""
 from census_scene import random_map, seen, small_pair, twin_costs
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Line, Regions
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import exchange_changes, gene_costs, Scene
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.realtime.fitness import (
     CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
@@ -18,7 +18,7 @@ import pytest
 import reference_crossover
 import reference_search as twins
 
-CREW = Crew(1)
+POOL = ThreadPool(1)
 RANDOM = Random((7,))
 sizes = st.integers(1, 9)
 
@@ -27,17 +27,17 @@ sizes = st.integers(1, 9)
 
 
 def scene_of(shape, disparities, min_disparity, seed=0):
-    """Return a possibility and a Scene of random verdict, and the twin's cost of chromosomes."""
+    """Return a possibility and a Scene of random validity, and the twin's cost of chromosomes."""
     left, right = small_pair(*shape, seed=seed)
     dtype = gene_type(disparities)
     possibility = seen(left, right, disparities, min_disparity)
-    verdict, target = random_map(shape, 3, seed + 1), random_map(
+    validity, target = random_map(shape, 3, seed + 1), random_map(
         (shape[0], possibility.right.columns), 256, seed + 2)
     inside = min_disparity, min_disparity + shape[1] - 1
-    scene = Scene(verdict, target, inside, HIDDEN, CONTRADICTED)
+    scene = Scene(validity, target, inside, HIDDEN, CONTRADICTED)
     volume = twin_costs(left, right, disparities, min_disparity)
     return (possibility, scene), dtype, lambda chromosome: twins.gene_costs(
-        volume, chromosome, verdict, target, inside, HIDDEN, CONTRADICTED)
+        volume, chromosome, validity, target, inside, HIDDEN, CONTRADICTED)
 
 
 def fields(scene):
@@ -74,7 +74,7 @@ def test_a_refused_gene_is_hidden_behind_what_is_nearer_and_contradicts_what_is_
         disparities, nearer, cost):
     label = disparities - 10
     scene, dtype, _ = scene_of((1, 320), disparities, 0)
-    scene[1].verdict[:], scene[1].target[:] = REFUSED, (label + nearer) % 256
+    scene[1].validity[:], scene[1].target[:] = INVALID, (label + nearer) % 256
     costs = np.zeros((1, 320), np.uint8)
     gene_costs(*fields(scene), np.full((1, 320), label, dtype), costs, 1, 0, 1)
     assert np.all(costs[0, label:] == cost)
@@ -118,19 +118,19 @@ def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
 
 
 def fitness_of(shape, disparities, min_disparity=0, seed=0):
-    """Return a CensusFitness on a pair with a random verdict, and twins of genes and fitness."""
+    """Return a CensusFitness on a pair with a random validity, and twins of genes and fitness."""
     left, right = small_pair(*shape, seed=seed)
     possibility = seen(left, right, disparities, min_disparity)
-    verdict, target = random_map(shape, 3, seed + 1), random_map(
+    validity, target = random_map(shape, 3, seed + 1), random_map(
         (shape[0], possibility.right.columns), disparities, seed + 2)
-    measured = CensusFitness(possibility, verdict, target)
+    measured = CensusFitness(possibility, validity, target)
     inside = min_disparity, min_disparity + shape[1] - 1
-    measured.look(CREW, inside)
+    measured.look(POOL, inside)
     volume = twin_costs(left, right, disparities, min_disparity)
     penalties = possibility.penalties
 
     def gene_costs_of(chromosome):
-        return twins.gene_costs(volume, chromosome, verdict, target, inside, HIDDEN, CONTRADICTED)
+        return twins.gene_costs(volume, chromosome, validity, target, inside, HIDDEN, CONTRADICTED)
 
     def fitness(chromosome, every=1):
         costs = gene_costs_of(chromosome) + twins.jump_costs(
@@ -146,9 +146,9 @@ def test_fitness_is_1_less_what_a_sample_costs_and_gains_are_those_of_all_genes(
         shape, min_disparity):
     measured, twin, _ = fitness_of(shape, 17, min_disparity)
     first, second = (random_map(shape, 17, seed) for seed in (3, 4))
-    assert measured.measure(CREW, first) == pytest.approx(twin(first, SAMPLE_STEP), abs=1e-12)
+    assert measured.measure(POOL, first) == pytest.approx(twin(first, SAMPLE_STEP), abs=1e-12)
     before, other = twin(first), twin(second)
-    gained, ahead = measured.cross(CREW, Regions(*shape), RANDOM, first, second)
+    gained, ahead = measured.cross(POOL, Regions(*shape), RANDOM, first, second)
     assert before + gained == pytest.approx(twin(first), abs=1e-12)
     assert before + ahead == pytest.approx(other, abs=1e-12)
     assert twin(first) >= max(before, other) - 1e-12
@@ -165,7 +165,7 @@ def test_crossing_again_and_again_never_loses_fitness(
     fitness = twin(first)
     for number in range(3):
         second = random_map((rows, columns), disparities, seed + 10 + number)
-        gained, _ = measured.cross(CREW, choose, RANDOM.child(number), first, second)
+        gained, _ = measured.cross(POOL, choose, RANDOM.child(number), first, second)
         assert gained >= 0
         fitness += gained
         assert fitness == pytest.approx(twin(first), abs=1e-12)
@@ -175,14 +175,14 @@ def test_an_equal_pair_seen_as_it_is_has_fitness_1():
     left, _ = small_pair(12, 20)
     nothing = np.zeros((12, 20), np.uint8)
     measured = CensusFitness(seen(left, left, 8), nothing + CONSISTENT, nothing)
-    measured.look(CREW, (0, 19))
-    assert measured.measure(CREW, nothing.copy()) == 1
+    measured.look(POOL, (0, 19))
+    assert measured.measure(POOL, nothing.copy()) == 1
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (9, 21), (130, 5)])
 def test_possibility_is_1_less_the_share_of_the_largest_cost(shape):
     measured, _, gene_costs_of = fitness_of(shape, 17)
     asked = random_map(shape, 17, 5)
-    found = measured.possibility_of(CREW, asked)
+    found = measured.possibility_of(POOL, asked)
     assert found.dtype == np.float32
-    np.testing.assert_allclose(found, 1 - gene_costs_of(asked) / measured.dearest, atol=1e-6)
+    np.testing.assert_allclose(found, 1 - gene_costs_of(asked) / measured.largest_cost, atol=1e-6)

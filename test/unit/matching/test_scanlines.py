@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scanline passes: one step, the carrying between windows, and the sum of the four directions."""
 from census_scene import random_map, seen, small_pair, twin_costs
-from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
+from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
     advance, carry, clear, copy, step, widen)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
@@ -132,16 +132,16 @@ class Scanned:
         if windows_seed is not None:
             self._choose_windows(np.random.default_rng(windows_seed))
         self.priors = [self._prior(shape, seed) for seed in (1, 2)] if priors else []
-        self.crew = Crew(threads)
+        self.pool = ThreadPool(threads)
         self.search()
-        self.crew.close()
+        self.pool.close()
         self._pair = left, right, min_disparity, model
 
     def search(self):
         for memory in self.scanlines._memory:
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
-        chosen = self.scanlines.search(self.crew, self.windows, *self.priors)
+        chosen = self.scanlines.search(self.pool, self.windows, *self.priors)
         assert chosen is self.scanlines.chosen
         assert self._unused() == before
         for whole in self._guarded:
@@ -277,7 +277,7 @@ def test_an_array_that_is_not_contiguous_is_refused():
     scanned = Scanned((5, 8), 4)
     prior = scanned.scanlines.no_prior
     with pytest.raises(ValueError, match='not contiguous'):
-        scanned.scanlines.search(Crew(1), None, prior._replace(weights=prior.weights[::-1]))
+        scanned.scanlines.search(ThreadPool(1), None, prior._replace(weights=prior.weights[::-1]))
 
 
 def test_what_was_searched_before_leaves_no_trace():
@@ -296,6 +296,6 @@ def test_what_was_searched_before_leaves_no_trace():
 
 def test_a_shifted_scene_is_found():
     left, right = small_pair(40, 60, disparity=7)
-    chosen = Scanlines(seen(left, right, 32), 16).search(Crew(1))
+    chosen = Scanlines(seen(left, right, 32), 16).search(ThreadPool(1))
     inside = np.s_[4:-4, 12:-4]
     assert np.mean(chosen.labels[inside] == 7) > 0.95

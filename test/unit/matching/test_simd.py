@@ -133,28 +133,28 @@ def lowest_of_four(vectors, at, out, four, four_at):
 
 @njit
 def peeked(memory, at):
-    return addresses.peek(memory, at)
+    return addresses.load_byte(memory, at)
 
 
 @njit
 def poked(memory, at, number):
-    addresses.poke(memory, at, number)
+    addresses.store_byte(memory, at, number)
 
 
 @njit
 def peeked_at(address, at):
-    return (addresses.peek_short(address, at), addresses.peek_word(address, at),
-            addresses.peek_long(address, at))
+    return (addresses.load_short(address, at), addresses.load_word(address, at),
+            addresses.load_long(address, at))
 
 
 @njit
 def poked_short(address, at, number):
-    addresses.poke_short(address, at, number)
+    addresses.store_short(address, at, number)
 
 
 @njit
 def poked_word(address, at, number):
-    addresses.poke_word(address, at, number)
+    addresses.store_word(address, at, number)
 
 
 @njit
@@ -319,11 +319,11 @@ def test_single_numbers_are_read_and_written_at_addresses():
         assert peeked_at(address, at) == (
             numbers.view(np.uint16)[at], numbers.view(np.int32)[at], numbers[at])
     poked_to = ((poked, np.uint8), (poked_short, np.uint16), (poked_word, np.uint32))
-    for poke, kind in poked_to:
+    for store_byte, kind in poked_to:
         for value in (0, 77, 2**40 + 5, -3):
             expected = numbers.view(kind).copy()
             expected[6] = value % (np.iinfo(kind).max + 1)
-            poke(address, 6, value)
+            store_byte(address, 6, value)
             np.testing.assert_array_equal(numbers.view(kind), expected)
     assert peeked(address + 3, -2) == numbers.view(np.uint8)[1]
 

@@ -4,9 +4,9 @@
 from types import SimpleNamespace
 
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.bands import Crew, cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.kernels.refinement.output import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, LEAST_SURE, Refinement, RIGHT
 from hypothesis import given, settings, strategies as st
@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 import reference_refinement as twins
 
-CREW = Crew(1)
+POOL = ThreadPool(1)
 DUE = np.array([0, 6, 24], np.uint8)
 
 
-def leant_nowhere(shape):
+def no_reliance(shape):
     return np.zeros(shape, np.uint8), DUE
 
 
 def chosen_at_random(shape, disparities, seed):
-    """Return what the scanline guess chooses, a verdict and final labels near the chosen."""
+    """Return what the scanline guess chooses, a validity and final labels near the chosen."""
     dtype = np.uint8 if disparities <= 256 else np.uint16
     labels = random_map(shape, disparities, seed, dtype)
     near = labels.astype(np.int64) + random_map(shape, 4, seed + 1) - 1
@@ -35,29 +35,30 @@ def chosen_at_random(shape, disparities, seed):
     ), random_map(shape, 3, seed + 5), final
 
 
-def expressed(shape, disparities, seed=0, verdict=None, **changes):
+def written(shape, disparities, seed=0, validity=None, **changes):
     """Return what the user gets, and what the twin makes of the same."""
-    chosen, random_verdict, final = chosen_at_random(shape, disparities, seed)
-    verdict = random_verdict if verdict is None else np.full(shape, verdict, np.uint8)
+    chosen, random_validity, final = chosen_at_random(shape, disparities, seed)
+    validity = random_validity if validity is None else np.full(shape, validity, np.uint8)
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = Refinement(shape[1], disparities, final.dtype, cut_bands(shape[0]))
-    refinement.settled[:] = verdict
-    leant = random_map(shape, 3, seed + 6)
-    disparity, confidence = refinement.express(CREW, final, chosen, (leant, DUE), config)
-    fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, verdict)
+    refinement.settled[:] = validity
+    reliance = random_map(shape, 3, seed + 6)
+    disparity, confidence = refinement.write(POOL, final, chosen, (reliance, DUE), config)
+    fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
     sure = twins.confidence(twins.certainty(
-        chosen.sums, np.maximum(chosen.margins.astype(int) - DUE[leant], 0), verdict), verdict)
-    return disparity, confidence, fine, sure, verdict
+        chosen.sums, np.maximum(chosen.margins.astype(int) - DUE[reliance], 0), validity),
+        validity)
+    return disparity, confidence, fine, sure, validity
 
 
 def check(shape, disparities, seed=0, **changes):
-    disparity, confidence, fine, sure, verdict = expressed(shape, disparities, seed, **changes)
+    disparity, confidence, fine, sure, validity = written(shape, disparities, seed, **changes)
     right = np.where(sure >= LEAST_SURE, np.interp(10 * sure, range(11), RIGHT), 0)
     np.testing.assert_allclose(confidence, right, atol=1e-4)
     # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
     config = MatcherConfig(disparities=disparities, **changes)
     np.testing.assert_array_equal(disparity, twins.disparities_of(
-        fine, verdict, confidence, config.min_disparity, disparities, config.fill,
+        fine, validity, confidence, config.min_disparity, disparities, config.fill,
         np.float32(max(config.confidence_threshold, LEAST_SURE))))
 
 
@@ -81,8 +82,8 @@ def test_labels_in_the_middle_of_their_like_move_by_the_mean_of_their_offsets():
     offsets[1, 1], offsets[4, 4] = 8, 5
     chosen = SimpleNamespace(labels=final, offsets=offsets, sums=final, margins=final)
     refinement = Refinement(5, 64, np.uint8, cut_bands(5))
-    disparity, _ = refinement.express(
-        CREW, final, chosen, leant_nowhere(final.shape), MatcherConfig())
+    disparity, _ = refinement.write(
+        POOL, final, chosen, no_reliance(final.shape), MatcherConfig())
     assert disparity[2, 2] == 20 + 1 / 16       # 13 / 25 of a sixteenth, rounded
     assert disparity[0, 0] == 20 + 1 / 16       # 8 / 9
     assert disparity[0, 4] == 20
@@ -90,9 +91,9 @@ def test_labels_in_the_middle_of_their_like_move_by_the_mean_of_their_offsets():
 
 def test_confidence_is_0_where_not_consistent_and_never_below_or_above_1():
     for seed in range(5):
-        for verdict in (None, CONSISTENT):
-            _, confidence, _, _, verdict = expressed((30, 40), 64, seed, verdict=verdict)
-            assert not confidence[verdict != CONSISTENT].any()
+        for validity in (None, CONSISTENT):
+            _, confidence, _, _, validity = written((30, 40), 64, seed, validity=validity)
+            assert not confidence[validity != CONSISTENT].any()
             assert confidence.min() >= 0
             assert confidence.max() <= 1
 
@@ -105,8 +106,8 @@ def test_only_where_nothing_is_known_a_pixel_is_refused_without_a_threshold(marg
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros((19, 19), np.int8),
                              sums=np.full((19, 19), 255, np.uint8), margins=margins)
     refinement = Refinement(19, 64, np.uint8, cut_bands(19))
-    disparity, _ = refinement.express(
-        CREW, labels, chosen, leant_nowhere(labels.shape), MatcherConfig())
+    disparity, _ = refinement.write(
+        POOL, labels, chosen, no_reliance(labels.shape), MatcherConfig())
     assert np.count_nonzero(disparity == 7) == valid * AROUND**2
     assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
 
@@ -117,19 +118,19 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
                              sums=np.zeros((4, 5), np.uint8),
                              margins=np.full((4, 5), CLEAR_MARGIN, np.uint8))
     refinement = Refinement(5, 64, np.uint8, cut_bands(4))
-    leant = leant_nowhere(labels.shape)
-    confidence = float(refinement.express(
-        CREW, labels, chosen, leant, MatcherConfig())[1][0, 0])
+    reliance = no_reliance(labels.shape)
+    confidence = float(refinement.write(
+        POOL, labels, chosen, reliance, MatcherConfig())[1][0, 0])
     assert confidence == pytest.approx(RIGHT[5], abs=1e-6)
     for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
-        disparity, _ = refinement.express(
-            CREW, labels, chosen, leant, MatcherConfig(confidence_threshold=threshold))
+        disparity, _ = refinement.write(
+            POOL, labels, chosen, reliance, MatcherConfig(confidence_threshold=threshold))
         assert (np.isfinite(disparity) == known).all()
 
 
 def test_a_fill_leaves_nothing_invalid():
-    disparity, confidence, *_ = expressed((8, 9), 64, fill=True, verdict=REFUSED,
-                                          confidence_threshold=1.0)
+    disparity, confidence, *_ = written((8, 9), 64, fill=True, validity=INVALID,
+                                        confidence_threshold=1.0)
     assert np.all(np.isfinite(disparity))
     assert not confidence.any()
 

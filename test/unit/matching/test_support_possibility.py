@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Costs of the profile quality: memberships, supports, and what leans on a parent."""
 from census_scene import random_map, small_pair
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
 from fuzzy_stereo_ros.matching.quality import strips
 from fuzzy_stereo_ros.matching.quality.possibility import (
@@ -21,7 +21,7 @@ def looked(left, right, disparities, model, min_disparity=0, threads=1):
     possibility = SupportPossibility(*left.shape[:2], disparities, model)
     possibility.look(colour_and_fine_grey(left, scale, 0),
                      colour_and_fine_grey(right, scale, min_disparity), max(min_disparity, 0))
-    possibility.fill(Crew(threads), model, np.zeros(left.shape[:2], np.float32), 1.0)
+    possibility.fill(ThreadPool(threads), model, np.zeros(left.shape[:2], np.float32), 1.0)
     return possibility
 
 
@@ -29,10 +29,10 @@ def test_costs_of_pixels_in_strips_are_those_of_the_whole_image_halved(monkeypat
     left, right = small_pair(61, 40)[:2]
     pair = [colour_and_fine_grey(image, 1.0, 0) for image in (left, right)]
     monkeypatch.setattr(strips, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
-    volume = strips.pixel_costs(Crew(1), *pair, 20, MODEL._replace(rounds=2), 3)
+    volume = strips.pixel_costs(ThreadPool(1), *pair, 20, MODEL._replace(rounds=2), 3)
     whole = SupportPossibility(61, 40, 20, MODEL)
     whole.look(*pair, 3)
-    whole.fill(Crew(1), MODEL)
+    whole.fill(ThreadPool(1), MODEL)
     np.testing.assert_array_equal(volume, np.minimum(whole.costs >> 1, 255))
 
 
@@ -115,11 +115,11 @@ def test_leaning_makes_labels_far_from_the_surface_dearer_and_can_be_undone(labe
     costs = random_map((4, 5, labels), fuzzy_costs.FULL + 1, dtype=np.uint16)
     surface = random_map((4, 5), 10 * labels, 1, np.float32) / np.float32(10)
     weights = random_map((4, 5), 60, 2, np.float32)
-    leant, numbers = costs.copy(), (np.float32(1), np.float32(4))
-    fuzzy_costs.lean_on(leant, surface, weights, *numbers, False, 0, 4)
-    assert (abs(leant - twins.leant_costs(costs, surface, weights, 1.0, 4.0)) <= 1).all()
-    fuzzy_costs.lean_on(leant, surface, weights, *numbers, True, 0, 4)
-    np.testing.assert_array_equal(leant, costs)
+    reliance, numbers = costs.copy(), (np.float32(1), np.float32(4))
+    fuzzy_costs.add_prior(reliance, surface, weights, *numbers, False, 0, 4)
+    assert (abs(reliance - twins.leant_costs(costs, surface, weights, 1.0, 4.0)) <= 1).all()
+    fuzzy_costs.add_prior(reliance, surface, weights, *numbers, True, 0, 4)
+    np.testing.assert_array_equal(reliance, costs)
 
 
 def test_the_true_shift_costs_least_on_a_textured_pair():

@@ -185,12 +185,12 @@ def test_a_patch_holds_the_cells_that_are_uniform_with_its_middle(apart, togethe
     inside(scene.colours)[1, 0, 1] += apart
     inside(scene.planes)[:] = 10
     inside(scene.planes)[4] = 255
-    struck = set()
+    mutated = set()
     for key in range(300):
         chromosome = scene.chromosome(np.zeros((1, 2)))
         mutate(scene, chromosome, 1, half=2, key=key)
-        struck.add(tuple(inside(chromosome[0])[0].tolist()))
-    assert ((4, 4) in struck) == together
+        mutated.add(tuple(inside(chromosome[0])[0].tolist()))
+    assert ((4, 4) in mutated) == together
 
 
 def test_mutation_of_equal_keys_is_equal_and_of_others_is_not():

@@ -4,12 +4,12 @@
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.bands import Crew
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import weak_regions
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.realtime import planes
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions, WeakRegions
@@ -36,7 +36,8 @@ def patches(seed, rows, columns):
 
 def grown(grey, weak, least=6, overlap=3):
     """Return the regions of a picture, as kernels write them, and how many there are."""
-    return GreyRegions(*grey.shape).grow(Crew(1), padded(grey), weak, 400, 250, overlap, least)
+    return GreyRegions(*grey.shape).grow(
+        ThreadPool(1), padded(grey), weak, 400, 250, overlap, least)
 
 
 def as_map(regions, shape):
@@ -69,15 +70,15 @@ def test_points_are_consistent_matches_evenly_spread(seed, most):
     full = 2 * shape[0] + 1, 2 * shape[1] + 1
     labels = draw.integers(0, DISPARITIES, full).astype(np.uint8)
     offsets = draw.integers(-STEPS // 2, STEPS // 2 + 1, full).astype(np.int8)
-    verdict = draw.integers(0, 3, full).astype(np.uint8)
+    validity = draw.integers(0, 3, full).astype(np.uint8)
     tally, starts = np.zeros((3, number), np.int32), np.zeros(number + 1, np.int32)
     found = np.zeros((3, grey.size), np.float32)
-    weak_regions.gather_points(*regions, most, labels, offsets, verdict, tally, starts, found)
+    weak_regions.gather_points(*regions, most, labels, offsets, validity, tally, starts, found)
     numbers = as_map(regions, shape)
     for region in range(number):
         mine = found[:, starts[region]:starts[region + 1]]
         expected = twins.points(numbers, region, most, labels + offsets / STEPS,
-                                verdict == CONSISTENT)
+                                validity == CONSISTENT)
         np.testing.assert_allclose(mine, expected, rtol=0, atol=1e-6)
         assert mine.shape[1] <= most
 
@@ -140,14 +141,14 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
 def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     rows, columns = 60, 80
     regions = WeakRegions(rows, columns, np.uint8)
-    flat_regions = regions.grow(Crew(1), padded(np.full((30, 40), 9000, np.uint16)),
+    flat_regions = regions.grow(ThreadPool(1), padded(np.full((30, 40), 9000, np.uint16)),
                                 np.ones((30, 40), np.uint8))
     labels = np.full((rows, columns), 8, np.uint8)
     labels[:, :30] = 14
-    verdict = np.zeros((rows, columns), np.uint8)
-    verdict[::3] = REFUSED
+    validity = np.zeros((rows, columns), np.uint8)
+    validity[::3] = INVALID
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
-    mutant = regions.mutant(flat_regions, chosen, verdict, DISPARITIES, (-DISPARITIES, columns),
+    mutant = regions.mutant(flat_regions, chosen, validity, DISPARITIES, (-DISPARITIES, columns),
                             labels, Random((0,)))
     assert flat_regions[1] == 1
     assert (mutant == 8).all()

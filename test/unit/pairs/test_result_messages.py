@@ -4,7 +4,7 @@
 from array import array
 
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.metres import depth_of

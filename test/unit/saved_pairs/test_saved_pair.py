@@ -373,7 +373,7 @@ DAMAGES = {
         'the previous frame took part in the match, but the state is missing'),
     'a state of another size': (
         lambda folder: restored(
-            folder, labels=maps(60, 90, np.uint8), verdict=maps(60, 90, np.uint8),
+            folder, labels=maps(60, 90, np.uint8), validity=maps(60, 90, np.uint8),
             pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32),
             planes=np.zeros((30, 45, 3), np.float32), evolved=maps(30, 45, np.uint8),
             work=maps(30, 45, np.uint8), half_grey=maps(30, 45, np.uint8),

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.paper.population import Kinship
+from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from fuzzy_stereo_ros.views.evolution_record import (
     ALIKE, Convergence, FIRST, MUTATED, mutates, observed_match, origin_of_fittest_child,
@@ -127,10 +127,10 @@ def test_the_fittest_child_is_told_apart_by_its_parents_and_by_what_mutation_cha
     population[2] = np.concatenate([former[3][:5], former[1][5:]])
     population[3] = np.concatenate([former[0][:2], former[2][2:]])
     population[2, 4:6, 3] = population[3, 4, 3] = 1001
-    kinship = Kinship(np.array([2, 3]), np.array([[3, 1], [0, 2]]))
+    lineage = Lineage(np.array([2, 3]), np.array([[3, 1], [0, 2]]))
     for fitness, slot, line in (((9, 8, 7, 6), 2, 5), ((1, 1, 2, 3), 3, 2)):
         origin, child, mutated = origin_of_fittest_child(
-            former, population, np.array(fitness), kinship)
+            former, population, np.array(fitness), lineage)
         expected = np.full((7, 9), FIRST)
         expected[line:] = SECOND
         expected[population[slot] == 1001] = MUTATED
@@ -143,8 +143,8 @@ def test_the_fittest_child_is_told_apart_by_its_parents_and_by_what_mutation_cha
 
 def test_without_children_the_fittest_has_its_own_genes():
     former = random_genes(2)
-    kinship = Kinship(np.zeros(0, int), np.zeros((0, 2), int))
-    origin, child, mutated = origin_of_fittest_child(former, former, np.array([1.0, 2.0]), kinship)
+    lineage = Lineage(np.zeros(0, int), np.zeros((0, 2), int))
+    origin, child, mutated = origin_of_fittest_child(former, former, np.array([1.0, 2.0]), lineage)
     assert child == 1 and (origin == FIRST).all() and not mutated.any()
 
 

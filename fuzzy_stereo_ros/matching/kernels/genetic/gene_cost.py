@@ -3,7 +3,7 @@
 """
 What a gene costs: its match where it can be seen, a constant where it is hidden, and its jumps.
 
-A refused pixel has no match to judge by. Its label is judged by the target pixel it points at:
+A rejected pixel has no match to judge by. Its label is judged by the target pixel it points at:
 if that pixel shows something nearer, the label is hidden, as it should be; if it shows something
 farther, the label would stand in front of it, which is a contradiction.
 """
@@ -12,14 +12,14 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 import numpy as np
 
 
 class Scene(NamedTuple):
     """What the fitness of a chromosome is measured against."""
 
-    verdict: np.ndarray       # uint8 (R, C), which pixels are refused
+    validity: np.ndarray       # uint8 (R, C), which pixels are rejected
     target: np.ndarray        # uint8 (R, extra + C), the target's labels modulo 256
     inside: tuple             # first and last column of the target that exist, from -extra on
     hidden: int               # cost of a gene that something nearer hides, or that points outside
@@ -41,8 +41,8 @@ def _gene_cost(features, scene, label, row, column):
     pointed = column - label
     if pointed < scene.inside[0] or pointed > scene.inside[1]:
         return scene.hidden
-    if scene.verdict[row, column] == REFUSED:
-        extra = scene.target.shape[1] - scene.verdict.shape[1]
+    if scene.validity[row, column] == INVALID:
+        extra = scene.target.shape[1] - scene.validity.shape[1]
         nearer = np.int64(scene.target[row, pointed + extra]) - label
         if features.disparities > 256:
             nearer = ((nearer + 128) & 255) - 128

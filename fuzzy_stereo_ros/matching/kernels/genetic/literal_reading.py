@@ -124,10 +124,10 @@ def least_possible_level(chosen, share):
 
 
 @kernel
-def throw_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
+def place_patches(key, patches, neighbourhood, disparities, chosen, level, share_of_ties,
                   chromosome):
     """
-    Throw uniform patches at a chromosome; those whose middle is a least possible cell stay.
+    Place uniform patches on a chromosome; those whose middle is a least possible cell stay.
 
     A patch is a square of the size of N, cut at the image's border, with one random disparity.
     `level` and `share_of_ties` come from `least_possible_level`.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Chance as a function of a counter: equal words give equal numbers, whatever the threads do."""
+"""Random numbers as a function of a counter: the same with any threads."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 

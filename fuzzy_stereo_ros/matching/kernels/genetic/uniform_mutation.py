@@ -44,7 +44,7 @@ def _half_of_patch(bits, larger):
 
 @inlined
 def _gene_of_patch(bits, any_gene, row, column, reach, genes, rows, columns, disparities):
-    """Return any gene, or that of a cell near the middle, by chance one more or less."""
+    """Return any gene, or that of a cell near the middle, at random one more or less."""
     if any_gene:
         return np.int64(below(bits, np.uint64(disparities)))
     side = np.uint64(2 * reach + 1)

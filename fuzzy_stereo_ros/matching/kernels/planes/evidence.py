@@ -7,13 +7,13 @@ import numpy as np
 
 
 @kernel
-def refuse_bent(planes, starts, pixels, disparities, trusted, near, share, selected):
+def reject_bent(planes, starts, pixels, disparities, trusted, near, share, selected):
     """
     Refuse regions of which too few trusted pixels lie near their planes.
 
     planes: float32 (n, 3); starts, pixels: of region i, pixels[starts[i]:starts[i + 1]]; near: px;
     share: of the trusted pixels; disparities: float32 (R, C), px; trusted: bool (R, C); selected:
-    bool (R, C), set to false in regions that are refused
+    bool (R, C), set to false in regions that are rejected
     """
     columns = selected.shape[1]
     for region in range(planes.shape[0]):
@@ -32,8 +32,8 @@ def refuse_bent(planes, starts, pixels, disparities, trusted, near, share, selec
 
 
 @kernel
-def refuse_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price, least, region,
-                     parent, dearer, size, selected):
+def reject_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price, least, region,
+                     parent, excess, size, selected):
     """
     Refuse regions that a proposal moves although the images speak against it.
 
@@ -42,8 +42,8 @@ def refuse_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price
     or if it is smaller than `least` px.
 
     labels: int32 (R, C); old, new: float32 (R, C), px; old_costs, new_costs: int (R, C), without
-    smoothness; trusted: bool (R, C); region: int32 (R, C), parent, size: int32, dearer: int64
-    (R * C + 1,), memory; selected: bool (R, C), set to false in regions that are refused
+    smoothness; trusted: bool (R, C); region: int32 (R, C), parent, size: int32, excess: int64
+    (R * C + 1,), memory; selected: bool (R, C), set to false in regions that are rejected
     """
     rows, columns = selected.shape
     known = 1
@@ -61,20 +61,20 @@ def refuse_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price
             mine = min(left, above) if left and above else max(left, above)
             if mine == 0:
                 mine = known
-                parent[mine], dearer[mine], size[mine] = mine, 0, 0
+                parent[mine], excess[mine], size[mine] = mine, 0, 0
                 known += 1
             other = max(left, above)
             if other != mine:
                 parent[other] = mine
-                dearer[mine] += dearer[other]
+                excess[mine] += excess[other]
                 size[mine] += size[other]
             region[row, column] = mine
             size[mine] += 1
-            dearer[mine] += (np.int64(new_costs[row, column]) - old_costs[row, column]
+            excess[mine] += (np.int64(new_costs[row, column]) - old_costs[row, column]
                              if trusted[row, column] else -np.int64(price))
     for row in range(rows):
         for column in range(columns):
             if region[row, column] > 0:
                 mine = root(parent, region[row, column])
-                if dearer[mine] > 0 and size[mine] >= least:
+                if excess[mine] > 0 and size[mine] >= least:
                     selected[row, column] = False

@@ -10,9 +10,9 @@ coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c.
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
 
@@ -51,15 +51,15 @@ def move_genes(planes, evolved, work, choices, settled, down, right, moved_plane
 
 
 @kernel
-def sample_map(chromosome, labels, offsets, verdict, margins, clear, down, right, disparities,
+def sample_map(chromosome, labels, offsets, validity, margins, clear, down, right, disparities,
                consistent, mutated, doubts, first, last):
     """
     Write what a chromosome and the scanlines say of the cells of some rows.
 
-    chromosome: (R, C) labels; labels, offsets, margins: of the scanlines' `Chosen`; verdict: uint8
-    (R, C); clear: margin that leaves no doubt; disparities: float32 (r, c), px; consistent: bool
-    (r, c); mutated: bool (r, c), consistent matches that the chromosome has otherwise; doubts:
-    uint8 (r, c), 0 to clear
+    chromosome: (R, C) labels; labels, offsets, margins: of the scanlines' `Chosen`; validity:
+    uint8 (R, C); clear: margin that leaves no doubt; disparities: float32 (r, c), px; consistent:
+    bool (r, c); mutated: bool (r, c), consistent matches that the chromosome has otherwise;
+    doubts: uint8 (r, c), 0 to clear
     """
     for row in range(first, last):
         y = 2 * row + down
@@ -70,11 +70,11 @@ def sample_map(chromosome, labels, offsets, verdict, margins, clear, down, right
             if label == np.int32(labels[y, x]):
                 disparity += np.float32(offsets[y, x]) / np.float32(STEPS)
             disparities[row, column] = disparity
-            consistent[row, column] = verdict[y, x] != REFUSED
-            mutated[row, column] = verdict[y, x] != REFUSED and abs(
+            consistent[row, column] = validity[y, x] != INVALID
+            mutated[row, column] = validity[y, x] != INVALID and abs(
                 label - np.int32(labels[y, x])) > 1
             doubts[row, column] = clear - (
-                min(np.int64(margins[y, x]), clear) if verdict[y, x] == CONSISTENT else 0)
+                min(np.int64(margins[y, x]), clear) if validity[y, x] == CONSISTENT else 0)
 
 
 @kernel

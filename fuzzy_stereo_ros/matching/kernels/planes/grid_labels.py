@@ -7,8 +7,8 @@ Few pixels change in a frame: vectors look for those, and each is then looked at
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, REFUSED
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 import numpy as np
 
 _ROUNDING = np.float32(0.01)     # px, more than sums of a plane are rounded by
@@ -76,7 +76,7 @@ def _doubted(upper, lower, down, side, labels, begin, doubted):
 
 @kernel
 def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, chromosome, labels,
-                 offsets, verdict, lines, doubted, first, last):
+                 offsets, validity, lines, doubted, first, last):
     """
     Give pixels around evolved cells the labels of their planes.
 
@@ -84,8 +84,8 @@ def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, ch
     the chromosome's by less than `apart` px stay.
 
     evolved: uint8, trusted: bool (r, c); fine: uint16, grey of the full image with a margin;
-    chromosome, labels: (R, C) labels, offsets: int8 (R, C), verdict: uint8 (R, C), written; lines:
-    float32 (2, 4, c + 1), doubted: uint8 (c,), memory; first, last: rows of cells
+    chromosome, labels: (R, C) labels, offsets: int8 (R, C), validity: uint8 (R, C), written;
+    lines: float32 (2, 4, c + 1), doubted: uint8 (c,), memory; first, last: rows of cells
     """
     (rows, columns), half = evolved.shape, np.float32(0.5)
     _spread(planes, evolved, first, apart, lines[first & 1])
@@ -116,4 +116,4 @@ def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, ch
                     chromosome[y, x] = labels[y, x] = label
                     offsets[y, x] = np.int64(np.rint((disparity - np.float32(label))
                                                      * np.float32(STEPS)))
-                    verdict[y, x] = CONSISTENT if trusted[r, c] else REFUSED
+                    validity[y, x] = CONSISTENT if trusted[r, c] else INVALID

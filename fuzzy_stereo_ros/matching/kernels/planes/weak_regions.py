@@ -10,7 +10,7 @@ image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x +
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, random_plane, solve
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, root
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 import numpy as np
 
 _FOLLOWS = 2         # a run's grey follows its pixels by a quarter of their difference
@@ -119,14 +119,14 @@ def number_regions(begin, end, parent, row_runs, least, size, region):
 
 
 @kernel
-def gather_points(begin, end, row_runs, region, most, labels, offsets, verdict, tally, starts,
+def gather_points(begin, end, row_runs, region, most, labels, offsets, validity, tally, starts,
                   points):
     """
     Write consistent matches of each region, at most `most` of them, evenly spread.
 
-    labels, offsets, verdict: (R, C), of the full image; tally: int32 (3, regions), memory; starts:
-    int32 (regions + 1,); points: float32 (3, r * c), x, y and disparity in full px: those of
-    region i are points[:, starts[i]:starts[i + 1]]
+    labels, offsets, validity: (R, C), of the full image; tally: int32 (3, regions), memory;
+    starts: int32 (regions + 1,); points: float32 (3, r * c), x, y and disparity in full px: those
+    of region i are points[:, starts[i]:starts[i + 1]]
     """
     every, due, place = tally
     every[:] = 0
@@ -134,7 +134,7 @@ def gather_points(begin, end, row_runs, region, most, labels, offsets, verdict, 
         for run in range(row_runs[row, 0], row_runs[row, 1]):
             if region[run] >= 0:
                 for column in range(begin[run], end[run]):
-                    every[region[run]] += verdict[2 * row + 1, 2 * column + 1] == CONSISTENT
+                    every[region[run]] += validity[2 * row + 1, 2 * column + 1] == CONSISTENT
     starts[0] = 0
     for mine in range(every.size):
         count = every[mine]
@@ -147,7 +147,7 @@ def gather_points(begin, end, row_runs, region, most, labels, offsets, verdict, 
             if mine < 0:
                 continue
             for column in range(begin[run], end[run]):
-                if verdict[2 * row + 1, 2 * column + 1] == CONSISTENT:
+                if validity[2 * row + 1, 2 * column + 1] == CONSISTENT:
                     if due[mine] == every[mine]:
                         points[0, place[mine]], points[1, place[mine]] = column, row
                         points[2, place[mine]] = (

@@ -10,13 +10,12 @@ The Hamming distance may count the nearest eight neighbours twice: they blur edg
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import (
-    peek, peek_short, peek_word, poke_word, splat_word)
+    load_byte, load_short, load_word, splat_word, store_word)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import widen
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, lanes_of,
-    load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store,
-    subtract)
+    load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store, subtract)
 import numpy as np
 
 
@@ -39,7 +38,7 @@ class Features(NamedTuple):
 
 class Prior(NamedTuple):
     """
-    A map that costs may lean on: weight 0 at a pixel means that it does not.
+    A map that labels are drawn to: weight 0 at a pixel means that it does not.
 
     The table has a row a weight: what is added by label - prior's label, 0 at index `reach`.
     """
@@ -102,38 +101,38 @@ def _codes_of(kind, codes, at, width):
 
 
 @inlined
-def _lean(labels, label_bytes, weights, reach, first, width, low, leanings, at):
+def _prior_rows(labels, label_bytes, weights, reach, first, width, low, priors, at):
     """Write, as words, where in the table of a prior what it adds to a row's pixels begins."""
     base = reach + low
     if label_bytes == 1:
         for index in range(width):
-            poke_word(leanings, at + index, 2 * reach * peek(weights, first + index) + base
-                      - peek(labels, first + index))
+            store_word(priors, at + index, 2 * reach * load_byte(weights, first + index) + base
+                       - load_byte(labels, first + index))
     else:
         for index in range(width):
-            poke_word(leanings, at + index, 2 * reach * peek(weights, first + index) + base
-                      - peek_short(labels, first + index))
+            store_word(priors, at + index, 2 * reach * load_byte(weights, first + index) + base
+                       - load_short(labels, first + index))
 
 
 @kernel
-def prepare_costs(search, row, count, begin, end, low, codes, leanings):
+def prepare_costs(search, row, count, begin, end, low, codes, priors):
     """
     Gather what the costs of some rows of a tile are computed from.
 
-    codes: words, four planes of end - begin a row; leanings: words, two times as many a row.
+    codes: words, four planes of end - begin a row; priors: words, two times as many a row.
     """
     width = end - begin
     for near in range(count):
         _widen_codes(search, row + near, begin, end, codes, 4 * near * width)
         first = (row + near) * search.columns + begin
-        _lean(search.half_labels, search.label_bytes, search.half_weights, search.half_reach,
-              first, width, low, leanings, 2 * near * width)
-        _lean(search.previous_labels, search.label_bytes, search.previous_weights,
-              search.previous_reach, first, width, low, leanings, (2 * near + 1) * width)
+        _prior_rows(search.half_labels, search.label_bytes, search.half_weights, search.half_reach,
+                    first, width, low, priors, 2 * near * width)
+        _prior_rows(search.previous_labels, search.label_bytes, search.previous_weights,
+                    search.previous_reach, first, width, low, priors, (2 * near + 1) * width)
 
 
 @inlined
-def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, leanings, lean_at,
+def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, priors, prior_at,
                   offset):
     """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
     kind = cuts[0]
@@ -141,20 +140,20 @@ def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, lean
     cost = _raw(search.target_census, candidate, search.target_stride, search.target_slopes,
                 slope_at, code, slope, cuts)
     return add(cost, add(
-        load_like(kind, search.half_table, peek_word(leanings, lean_at) + offset),
-        load_like(kind, search.previous_table, peek_word(leanings, lean_at + width) + offset)))
+        load_like(kind, search.half_table, load_word(priors, prior_at) + offset),
+        load_like(kind, search.previous_table, load_word(priors, prior_at + width) + offset)))
 
 
 @kernel
-def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, codes, leanings):
+def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, codes, priors):
     """
     Write the costs of some rows of a tile, columns begin .. end: labels low .. low + 32 * blocks.
 
     costs: bytes, written from index `at`, rows `size` apart, 32 * blocks a pixel; 255 where a
-    label does not exist. codes, leanings: working memory, see prepare_costs.
+    label does not exist. codes, priors: working memory, see prepare_costs.
     """
     width, stride = end - begin, search.target_stride
-    prepare_costs(search, row, count, begin, end, low, codes, leanings)
+    prepare_costs(search, row, count, begin, end, low, codes, priors)
     cuts = cuts_of(search, splat(np.uint8(0)))
     pointed = search.columns - 1 - begin + low
     exist = low + LANES * blocks <= search.disparities
@@ -165,7 +164,7 @@ def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, code
             for block in range(blocks):
                 offset = LANES * block
                 cost = cost_of_block(search, candidate - index + offset, slope_at - index + offset,
-                                     cuts, codes, 4 * near * width + index, width, leanings,
+                                     cuts, codes, 4 * near * width + index, width, priors,
                                      2 * near * width + index, offset)
                 if not exist:
                     cost = bit_or(cost, beyond(cost, low + offset, search.disparities))
@@ -220,12 +219,12 @@ def match_cost(features, row, column, label):
     base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored
     word = np.uint32(0)
     for plane in range(3):
-        code = (peek(features.census, base + plane * stride)
-                ^ peek(features.target_census, candidate + plane * target_stride))
+        code = (load_byte(features.census, base + plane * stride)
+                ^ load_byte(features.target_census, candidate + plane * target_stride))
         word |= np.uint32(code) << np.uint32(8 * plane)
     difference = abs(
-        np.int64(peek(features.slopes, row * features.slope_stride + column))
-        - np.int64(peek(features.target_slopes, row * target_stride + mirrored)))
+        np.int64(load_byte(features.slopes, row * features.slope_stride + column))
+        - np.int64(load_byte(features.target_slopes, row * target_stride + mirrored)))
     distance = count_bits_of_word(word)
     if features.near_weight > 1:
         distance += count_bits_of_word(word & np.uint32(255))

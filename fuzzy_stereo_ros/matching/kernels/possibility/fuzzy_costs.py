@@ -122,9 +122,9 @@ def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disp
 
 
 @kernel
-def lean_on(costs, surface, weights, dead_zone, cut, undo, first, last):
+def add_prior(costs, surface, weights, dead_zone, cut, undo, first, last):
     """
-    Make labels far from a parent's surface dearer, up to `cut` px beyond the dead zone.
+    Make labels far from a parent's surface cost more, up to `cut` px beyond the dead zone.
 
     costs: uint16 (R, C, labels); surface: float32 (R, C), px; weights: float32 (R, C), what a px
     costs; undo: take back, to the last bit, what the same call without it did

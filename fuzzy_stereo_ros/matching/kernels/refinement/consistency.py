@@ -1,23 +1,23 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which pixels to refuse: left-right consistency and small components (speckles)."""
+"""Which pixels to reject: left-right consistency and small components (speckles)."""
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, load, saturating_subtract, splat, splat_like)
 import numpy as np
 
-CONSISTENT, OUTSIDE, REFUSED = 0, 1, 2
+CONSISTENT, OUTSIDE, INVALID = 0, 1, 2
 
 
 @kernel
-def check_consistency(labels, target, disparities, inside, verdict, first, last):
+def check_consistency(labels, target, disparities, inside, validity, first, last):
     """
     Compare each pixel with what the target pixel that it points at chose.
 
     labels: uint8 or uint16 (R, C); target: uint8 (R, extra + C), labels modulo 256, from column
-    -extra on; inside: the first and the last column of the (moved) target that exist; verdict:
+    -extra on; inside: the first and the last column of the (moved) target that exist; validity:
     uint8 (R, C), CONSISTENT, OUTSIDE (points beyond the target image, cannot be checked) or
-    REFUSED.
+    INVALID.
     """
     columns = labels.shape[1]
     extra = target.shape[1] - columns
@@ -29,19 +29,19 @@ def check_consistency(labels, target, disparities, inside, verdict, first, last)
             label = np.int64(labels[row, column])
             pointed = column + extra - label
             if np.uint64(pointed - begin) >= width:
-                verdict[row, column] = OUTSIDE
+                validity[row, column] = OUTSIDE
                 continue
             difference = (label - np.int64(target[row, np.uint64(pointed)]) + 1) & 255
-            verdict[row, column] = CONSISTENT if difference <= 2 else REFUSED
+            validity[row, column] = CONSISTENT if difference <= 2 else INVALID
 
 
 @kernel
-def compare_views(disparities, others, lowest, most, verdict, first, last):
+def compare_views(disparities, others, lowest, most, validity, first, last):
     """
     Compare each pixel with the pixel of the other view that it points at.
 
     disparities: float32 (R, C), px from `lowest`; others: likewise, of the mirrored other view;
-    most: px by which they may differ; verdict: uint8 (R, C), see refinement/consistency.py
+    most: px by which they may differ; validity: uint8 (R, C), see refinement/consistency.py
     """
     columns = disparities.shape[1]
     for row in range(first, last):
@@ -49,24 +49,24 @@ def compare_views(disparities, others, lowest, most, verdict, first, last):
             mine = disparities[row, column]
             pointed = column - lowest - np.int64(np.rint(mine))
             if pointed < 0 or pointed >= columns:
-                verdict[row, column] = OUTSIDE
+                validity[row, column] = OUTSIDE
             elif abs(others[row, columns - 1 - pointed] - mine) <= most:
-                verdict[row, column] = CONSISTENT
+                validity[row, column] = CONSISTENT
             else:
-                verdict[row, column] = REFUSED
+                validity[row, column] = INVALID
 
 
 @kernel
-def refuse_changed(labels, genes, verdict, settled, first, last):
+def reject_changed(labels, genes, validity, settled, first, last):
     """
-    Copy the verdict, but refuse the cells whose genes are no longer the labels that it judged.
+    Copy the validity, but reject the cells whose genes are no longer the labels that it judged.
 
-    labels, genes: (R, C); verdict, settled: uint8 (R, C). A step of one is no change.
+    labels, genes: (R, C); validity, settled: uint8 (R, C). A step of one is no change.
     """
     for row in range(first, last):
         for column in range(labels.shape[1]):
             away = abs(np.int32(labels[row, column]) - np.int32(genes[row, column]))
-            settled[row, column] = np.uint8(REFUSED) if away > 1 else verdict[row, column]
+            settled[row, column] = np.uint8(INVALID) if away > 1 else validity[row, column]
 
 
 @kernel
@@ -84,40 +84,40 @@ def _near(labels, one, two, step):
 
 
 @inlined
-def _end_run(verdict, place, open_at, begin, end, known):
-    """End the run that is open before a place, if any, and open one there unless refused."""
+def _end_run(validity, place, open_at, begin, end, known):
+    """End the run that is open before a place, if any, and open one there unless rejected."""
     if open_at >= 0:
         begin[known] = open_at
         end[known] = place
         known += 1
-    return known, place if verdict[place] != REFUSED else np.int64(-1)
+    return known, place if validity[place] != INVALID else np.int64(-1)
 
 
 @kernel
-def _runs_of_row(labels, verdict, begin, end, first, stop, step, known):
+def _runs_of_row(labels, validity, begin, end, first, stop, step, known):
     """
-    Append the runs of a row: neighbours not refused whose steps are at most `step`.
+    Append the runs of a row: neighbours not rejected whose steps are at most `step`.
 
     Only where a run ends or begins is looked at one by one.
     """
-    open_at = np.int64(first) if verdict[first] != REFUSED else np.int64(-1)
-    refused, place = splat(np.uint8(REFUSED)), first + 1
+    open_at = np.int64(first) if validity[first] != INVALID else np.int64(-1)
+    rejected, place = splat(np.uint8(INVALID)), first + 1
     while place + LANES <= stop:
         here, before = load(labels, place), load(labels, place - 1)
         away = bit_or(saturating_subtract(here, before), saturating_subtract(before, here))
         joined = equal_bits(saturating_subtract(away, splat_like(here, step)),
                             splat_like(here, 0))
-        changes = (equal_bits(load(verdict, place), refused)
-                   ^ equal_bits(load(verdict, place - 1), refused)) | ~joined
+        changes = (equal_bits(load(validity, place), rejected)
+                   ^ equal_bits(load(validity, place - 1), rejected)) | ~joined
         while changes != 0:
-            known, open_at = _end_run(verdict, place + first_set(changes), open_at, begin, end,
+            known, open_at = _end_run(validity, place + first_set(changes), open_at, begin, end,
                                       known)
             changes &= changes - np.uint32(1)
         place += LANES
     while place < stop:
-        if ((verdict[place] == REFUSED) != (verdict[place - 1] == REFUSED)
+        if ((validity[place] == INVALID) != (validity[place - 1] == INVALID)
                 or not _near(labels, place, place - 1, step)):
-            known, open_at = _end_run(verdict, place, open_at, begin, end, known)
+            known, open_at = _end_run(validity, place, open_at, begin, end, known)
         place += 1
     if open_at >= 0:
         begin[known] = open_at
@@ -160,18 +160,18 @@ def _join_rows(labels, columns, step, begin, end, parent, size, above, stop, fir
 
 
 @kernel
-def find_components(labels, verdict, columns, step, begin, end, parent, size, marks, first, last):
+def find_components(labels, validity, columns, step, begin, end, parent, size, marks, first, last):
     """
-    Find the components of some rows: 4-connected by steps of at most `step`, without refused ones.
+    Find the components of some rows: 4-connected by steps of at most `step`, of valid pixels.
 
-    labels, verdict: flat, of R * columns pixels; begin, end, parent, size: int32, as long, an
+    labels, validity: flat, of R * columns pixels; begin, end, parent, size: int32, as long, an
     element a run, of which those of these rows begin at first * columns; marks: int64 (3,), where
     the runs of the first row end, where those of the last row begin, and end
     """
     known = above = first * columns
     for row in range(first, last):
         begun = known
-        known = _runs_of_row(labels, verdict, begin, end, row * columns, (row + 1) * columns,
+        known = _runs_of_row(labels, validity, begin, end, row * columns, (row + 1) * columns,
                              step, known)
         for run in range(begun, known):
             parent[run], size[run] = run, end[run] - begin[run]
@@ -193,11 +193,11 @@ def join_components(labels, columns, step, begin, end, parent, size, marks, edge
 
 
 @kernel
-def refuse_small(verdict, smallest, begin, end, parent, size, first, last):
+def reject_small(validity, smallest, begin, end, parent, size, first, last):
     """Refuse the runs first .. last that belong to components of fewer than `smallest` pixels."""
     for run in range(first, last):
         top = run
         while parent[top] != top:       # other threads read the same: nothing is shortened
             top = parent[top]
         if size[top] < smallest:
-            verdict[begin[run]:end[run]] = REFUSED
+            validity[begin[run]:end[run]] = INVALID

@@ -3,21 +3,21 @@
 """Disparity and confidence as the user gets them."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 import numpy as np
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 
 
 @kernel
-def certainty(sums, margins, leant, due, verdict, certain, first, last):
+def certainty(sums, margins, reliance, due, validity, certain, first, last):
     """
     Say how sure each label is by itself: how possible, and by how much the only one.
 
     sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
-    elsewhere is; leant: uint8 (R, C), how much the search leant on the previous best, and due:
-    uint8, by that, how much of a margin comes of it; certain: float32 (R, C), 0 to 1, 0 where not
-    consistent.
+    elsewhere is; reliance: uint8 (R, C), how much the search relied on the previous best, and
+    due: uint8, by that, how much of a margin comes of it; certain: float32 (R, C), 0 to 1, 0 where
+    not consistent.
     """
     alone = np.empty(256, np.float32)
     for margin in range(256):
@@ -25,13 +25,13 @@ def certainty(sums, margins, leant, due, verdict, certain, first, last):
     for row in range(first, last):
         for column in range(sums.shape[1]):
             possible = np.float32(256) - np.float32(sums[row, column])
-            consistent = np.float32(verdict[row, column] == CONSISTENT)
-            margin = max(np.int32(margins[row, column]) - np.int32(due[leant[row, column]]), 0)
+            consistent = np.float32(validity[row, column] == CONSISTENT)
+            margin = max(np.int32(margins[row, column]) - np.int32(due[reliance[row, column]]), 0)
             certain[row, column] = possible * alone[margin] * consistent
 
 
 @kernel
-def write_out(fine, verdict, certain, least, lines, min_disparity, disparities, fill, threshold,
+def write_out(fine, validity, certain, least, lines, min_disparity, disparities, fill, threshold,
               disparity, confidence, first, last):
     """
     Write disparities in pixels and how sure each is.
@@ -52,7 +52,7 @@ def write_out(fine, verdict, certain, least, lines, min_disparity, disparities, 
             for column in range(share.size):
                 share[column] = min(share[column], start + slope * of_area[column])
         for column in range(share.size):
-            enough = (verdict[row, column] == CONSISTENT) & (of_area[column] >= least)
+            enough = (validity[row, column] == CONSISTENT) & (of_area[column] >= least)
             sure = share[column] if enough else np.float32(0)
             share[column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest

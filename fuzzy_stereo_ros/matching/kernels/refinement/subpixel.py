@@ -2,32 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sub-pixel disparities: the mean offset of the like neighbours of a pixel."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_and, LANES, load, splat_like, store, subtract)
 import numpy as np
 
 RADIUS = 2
-REFUSED_FIT = -(2**14)     # farther than STEPS from any disparity
+INVALID_FIT = -(2**14)     # farther than STEPS from any disparity
 
 
 @kernel
-def fit(labels, offsets, verdict, fitted, first, last):
+def fit(labels, offsets, validity, fitted, first, last):
     """
-    Write the fitted disparities of the pixels not refused, far out of reach for the others.
+    Write the fitted disparities of the pixels not rejected, far out of reach for the others.
 
     labels: uint8 or uint16 (R, C); offsets: int8 (R, C); fitted: int16 or int32
     (R, C + 4 + 32), 1 / STEPS px, with a margin of RADIUS columns and slack behind.
     """
     rows, columns = labels.shape
     for row in range(first, last):
-        fitted[row, :RADIUS] = REFUSED_FIT
-        fitted[row, columns + RADIUS:] = REFUSED_FIT
+        fitted[row, :RADIUS] = INVALID_FIT
+        fitted[row, columns + RADIUS:] = INVALID_FIT
         inside = fitted[row, RADIUS:RADIUS + columns]
         for column in range(columns):
             value = STEPS * np.int32(labels[row, column]) + np.int32(offsets[row, column])
-            inside[column] = value if verdict[row, column] != REFUSED else REFUSED_FIT
+            inside[column] = value if validity[row, column] != INVALID else INVALID_FIT
 
 
 @kernel

@@ -5,7 +5,7 @@ The sweep downwards: costs of some rows, then the paths that come from left, rig
 
 Up to four rows at once: the downward paths go through all of them while their costs are near.
 """
-from fuzzy_stereo_ros.matching.kernels.addresses import peek_long, splat_word
+from fuzzy_stereo_ros.matching.kernels.addresses import load_long, splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, cost_rows, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, carry, clear, step, widen
@@ -29,7 +29,7 @@ def fill_costs(search, scratch, row, is_start):
         begin, end = columns_of(search, tile)
         low, blocks, offset = window_of(search, row // search.tile, tile)
         cost_rows(search, row, 1, begin, end, low, blocks, scratch.costs, at + offset, 0,
-                  scratch.codes, scratch.leanings)
+                  scratch.codes, scratch.priors)
 
 
 @kernel
@@ -65,7 +65,7 @@ def sweep_rows(search, scratch, row, count):
         first = (row + near) * columns
         widen(search.across, first, first + columns, across, near * stride)
         widen(search.down, first, first + columns, down, near * stride)
-    start, size = row_start(search, scratch, row), peek_long(search.row_size, tile_row)
+    start, size = row_start(search, scratch, row), load_long(search.row_size, tile_row)
     previous = window_of(search, tile_row, 0)
     clear(chains, 0, 4 * path // LANES)
     for tile in range(search.tile_columns):
@@ -84,15 +84,15 @@ def sweep_rows(search, scratch, row, count):
         elif fast and blocks == 1:
             costs_and_rightwards_single(
                 search, row, begin, end, low, at, size, across, stride, penalty, costs, sums,
-                chains, path, scratch.codes, scratch.leanings)
+                chains, path, scratch.codes, scratch.priors)
         elif fast and blocks == 2:
             costs_and_rightwards_single(
                 search, row, begin, end, low, at, size, across, stride, wide_penalty, costs, sums,
-                chains, path, scratch.codes, scratch.leanings)
+                chains, path, scratch.codes, scratch.priors)
         else:
             if search.box == 0:
                 cost_rows(search, row, count, begin, end, low, blocks, costs, at, size,
-                          scratch.codes, scratch.leanings)
+                          scratch.codes, scratch.priors)
             rightwards(blocks, begin, end, at, size, across, stride, count, search.small, costs,
                        sums, chains, path)
     clear(chains, 0, 4 * path // LANES)

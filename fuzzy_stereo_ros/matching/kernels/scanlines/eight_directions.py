@@ -3,7 +3,7 @@
 """
 Scanline optima from eight directions, along the surface of a parent (Hirschmueller, 2008).
 
-Not in the paper: the best guess that data alone gives. With a parent, what counts as smooth is
+Not in the paper: the best that data alone gives. With a parent, what counts as smooth is
 not an equal label but an equal distance to the parent's surface (Scharstein, Taniai and Sinha,
 Semi-global stereo matching with surface orientation priors, 2017): slanted surfaces cost nothing.
 Four directions are summed on the way down the rows, the others on the way up, where the labels
@@ -175,11 +175,11 @@ def choose_labels(sums, disparities, offered, numbers, labels, offsets, margins,
             best = _first_equal(flat, place, padded, least)
             begin = columns - 1 - column
             for block in range(0, padded, LANES):
-                total, rival = load(flat, place + block), load(best_sums, begin + block)
+                total, known = load(flat, place + block), load(best_sums, begin + block)
                 store(best_labels, begin + block, choose(
-                    at_most(total, rival), load(numbers, block),
+                    at_most(total, known), load(numbers, block),
                     load(best_labels, begin + block)))
-                store(best_sums, begin + block, minimum(total, rival))
+                store(best_sums, begin + block, minimum(total, known))
             low, high = max(best - 1, 0), min(best + 1, disparities - 1)
             before, after = cell[low], cell[high]
             cell[low], cell[best], cell[high] = 65535, 65535, 65535

@@ -6,9 +6,8 @@ A scanline chromosome of a band of rows, one row of tiles after the other: down,
 The upward paths of a row of tiles start some rows below it, the downward paths of a band so many
 rows above: bands are cut by the image's size, so that threads never change a result.
 """
-from fuzzy_stereo_ros.matching.kernels.addresses import peek_long
+from fuzzy_stereo_ros.matching.kernels.addresses import load_long
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.scanlines.downward_sweep import (
     fill_box_costs, fill_costs, step_tile, sweep_rows)
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import carry, clear, copy
@@ -16,6 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.upward_sweep import choose_tile
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     columns_of, Scratch, Search, window_of)
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 
 
@@ -43,7 +43,7 @@ def _carry_down(search, scratch, tile_row):
         _carry_tile(search, tile, tile_row - 1, scratch.down,
                     window_of(search, tile_row - 1, tile)[2], tile_row, scratch.carried,
                     window_of(search, tile_row, tile)[2], scratch.labels)
-    copy(scratch.carried, scratch.down, peek_long(search.row_size, tile_row))
+    copy(scratch.carried, scratch.down, load_long(search.row_size, tile_row))
 
 
 @kernel
@@ -56,7 +56,7 @@ def outside(search, scratch, first, last, is_above):
     """
     search, scratch = Search(*search), Scratch(*scratch)
     if is_above:
-        clear(scratch.down, 0, peek_long(search.row_size, first // search.tile) // LANES)
+        clear(scratch.down, 0, load_long(search.row_size, first // search.tile) // LANES)
     for row in range(first, last):
         tile_row = row // search.tile
         fill_costs(search, scratch, row, is_above and row == first)
@@ -106,5 +106,5 @@ def upwards(search, scratch, first, last, start):
     for row in range(first, last):
         at = row * search.columns
         choose_of_target(search.labels + at * search.label_bytes, search.label_bytes,
-                         search.sums + at, search.columns, scratch.rivals,
+                         search.sums + at, search.columns, scratch.offers,
                          search.target + row * search.target_columns, search.target_columns)

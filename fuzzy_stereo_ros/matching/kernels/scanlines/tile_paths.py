@@ -50,10 +50,10 @@ def _store_rows(memory, at, size, one, two, three, four):
 
 @inlined
 def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, stride, penalty,
-                                costs, sums, paths, path, codes, leanings):
+                                costs, sums, paths, path, codes, priors):
     """Fill the costs of four rows of a tile of one or two blocks and run from the left."""
     width, far = end - begin, search.target_stride
-    prepare_costs(search, row, ROWS_AT_ONCE, begin, end, low, codes, leanings)
+    prepare_costs(search, row, ROWS_AT_ONCE, begin, end, low, codes, priors)
     cuts, lanes = cuts_of(search, penalty), lanes_of(penalty)
     mask = beyond(penalty, low, search.disparities)
     pointed = search.columns - 1 - begin + low
@@ -63,25 +63,25 @@ def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, s
     for index in range(width):
         column, at_target, at_slope = begin + index, candidate - index, slope - index
         cost = bit_or(mask, cost_of_block(search, at_target, at_slope, cuts, codes, index, width,
-                                          leanings, index, 0))
+                                          priors, index, 0))
         store(costs, at, cost)
         path_0 = advance(path_0, splat_word(penalty, jumps, column), penalty, cost)
         store(sums, at, path_0)
         cost = bit_or(mask, cost_of_block(
             search, at_target + 3 * far, at_slope + far, cuts, codes, index + 4 * width, width,
-            leanings, index + 2 * width, 0))
+            priors, index + 2 * width, 0))
         store(costs, at + one, cost)
         path_1 = advance(path_1, splat_word(penalty, jumps, column + stride), penalty, cost)
         store(sums, at + one, path_1)
         cost = bit_or(mask, cost_of_block(
             search, at_target + 6 * far, at_slope + 2 * far, cuts, codes, index + 8 * width,
-            width, leanings, index + 4 * width, 0))
+            width, priors, index + 4 * width, 0))
         store(costs, at + two, cost)
         path_2 = advance(path_2, splat_word(penalty, jumps, column + 2 * stride), penalty, cost)
         store(sums, at + two, path_2)
         cost = bit_or(mask, cost_of_block(
             search, at_target + 9 * far, at_slope + 3 * far, cuts, codes, index + 12 * width,
-            width, leanings, index + 6 * width, 0))
+            width, priors, index + 6 * width, 0))
         store(costs, at + three, cost)
         path_3 = advance(path_3, splat_word(penalty, jumps, column + 3 * stride), penalty, cost)
         store(sums, at + three, path_3)

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sweep upwards: the paths from below complete the sums, of which labels are chosen."""
 from fuzzy_stereo_ros.matching.kernels.addresses import (
-    peek, peek_long, peek_short, poke, poke_short, splat_word)
+    load_byte, load_long, load_short, splat_word, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import (
-    best_label, fit_offsets, least_elsewhere, MIDDLE, NEAR)
 from fuzzy_stereo_ros.matching.kernels.scanlines.four_lowest import (
     lowest_of_four, store_four, unpacked, without_least)
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, step, widen
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
+    best_label, fit_offsets, least_elsewhere, MIDDLE, NEAR)
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, lanes_of, load_like, saturating_add, splat, splat_wide,
     store, subtract)
@@ -19,9 +19,9 @@ import numpy as np
 @inlined
 def _note(column, best, low, at, totals, labels, below, above):
     """Write the label of a pixel and the sums beside it; its sums are at totals + at."""
-    poke_short(labels, column, low + best)
-    poke(below, column, peek(totals, at + best - 1))
-    poke(above, column, peek(totals, at + best + 1))
+    store_short(labels, column, low + best)
+    store_byte(below, column, load_byte(totals, at + best - 1))
+    store_byte(above, column, load_byte(totals, at + best + 1))
 
 
 @inlined
@@ -89,8 +89,8 @@ def _choose_tile(blocks, low, begin, end, at, costs, sums, jumps, small, paths, 
         step(paths, place, blocks, splat_word(penalty, jumps, column), penalty, costs, at, sums,
              at, False)
         best, cheapest = best_label(sums, at, blocks)
-        poke(least_sums, column, cheapest)
-        poke(margins, column, least_elsewhere(sums, at, blocks, best) - cheapest)
+        store_byte(least_sums, column, cheapest)
+        store_byte(margins, column, least_elsewhere(sums, at, blocks, best) - cheapest)
         _note(column, best, low, at, sums, labels, below, above)
         place += LANES * blocks
         at += LANES * blocks
@@ -102,17 +102,17 @@ def _hand_over(search, at, width, low, high, scratch):
     chosen, below, above = scratch.chosen, scratch.least_below, scratch.least_above
     sums, first, last = search.sums + at, np.uint16(low), np.uint16(high)
     for column in range(width):
-        label, least = peek_short(chosen, column), peek(sums, column)
+        label, least = load_short(chosen, column), load_byte(sums, column)
         at_end = (label == first) | (label == last)
-        poke(below, column, least if at_end else peek(below, column))
-        poke(above, column, least if at_end else peek(above, column))
+        store_byte(below, column, least if at_end else load_byte(below, column))
+        store_byte(above, column, least if at_end else load_byte(above, column))
     fit_offsets(below, sums, above, width, search.offsets + at)
     if search.label_bytes == 1:
         for column in range(width):
-            poke(search.labels + at, column, np.uint8(peek_short(chosen, column)))
+            store_byte(search.labels + at, column, np.uint8(load_short(chosen, column)))
     else:
         for column in range(width):
-            poke_short(search.labels + 2 * at, column, peek_short(chosen, column))
+            store_short(search.labels + 2 * at, column, load_short(chosen, column))
 
 
 @inlined
@@ -125,7 +125,7 @@ def choose_tile(search, scratch, tile, first, last):
     penalty, wide_penalty = splat(small), splat_wide(small)
     low, blocks, offset = window_of(search, tile_row, tile)
     begin, end = columns_of(search, tile)
-    size, start = peek_long(search.row_size, tile_row), row_start(search, scratch, first) + offset
+    size, start = load_long(search.row_size, tile_row), row_start(search, scratch, first) + offset
     width, high = end - begin, min(low + LANES * blocks, search.disparities) - 1
     for row in range(last - 1, first - 1, -1):
         jumps = min(row + 1, search.rows - 1) * search.columns

@@ -10,7 +10,7 @@ them keeps the arrays alive.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.addresses import peek_long
+from fuzzy_stereo_ros.matching.kernels.addresses import load_long
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 import numpy as np
 
@@ -102,21 +102,21 @@ class Scratch(NamedTuple):
     outside: int             # sums that nobody reads
     ring: int                # raw costs of the three rows of a box sum
     codes: int               # words: census codes and gradients of the rows at once
-    leanings: int            # words: where the priors' tables begin
+    priors: int              # words: where the priors' tables begin
     across: int              # words: P2 of the rows at once to the left
     below: int               # words: and to the row above
     chosen: int              # uint16: the labels chosen for a row of a tile
     least_below: int         # sums of the labels below the best ones
     least_above: int         # and above them
-    rivals: int              # uint16: what the target's pixels are offered
+    offers: int              # uint16: what the target's pixels are offered
 
 
 @inlined
 def window_of(search, tile_row, tile):
     """Return the first label of a tile, its blocks, and where its costs lie in a row."""
     index = tile_row * search.tile_columns + tile
-    return (peek_long(search.low, index), peek_long(search.blocks, index),
-            peek_long(search.offset, index))
+    return (load_long(search.low, index), load_long(search.blocks, index),
+            load_long(search.offset, index))
 
 
 @inlined
@@ -131,4 +131,4 @@ def row_start(search, scratch, row):
     """Return where the costs of a row begin, in bytes from those of the scratch."""
     tile_row = row // search.tile
     return (tile_row % scratch.kept * scratch.strip
-            + (row - tile_row * search.tile) * peek_long(search.row_size, tile_row))
+            + (row - tile_row * search.tile) * load_long(search.row_size, tile_row))

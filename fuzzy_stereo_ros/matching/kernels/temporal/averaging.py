@@ -3,7 +3,7 @@
 """Pictures moved towards the pictures before, tile by tile."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
 

@@ -3,12 +3,12 @@
 """How the picture moved as a whole, and moving what is known of it."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
 
 @kernel
-def glance(fine, margin, size, small):
+def thumbnail(fine, margin, size, small):
     """Take the means of squares of size x size pixels of fine grey inside a margin."""
     columns = small.shape[1] * size
     sums = np.zeros(columns, np.uint32)
@@ -83,7 +83,7 @@ def move_ages(ages, down, right, moved):
 
 
 @kernel
-def bring_forward(source, choices, down, right, outside, result, first, last):
+def move_map(source, choices, down, right, outside, result, first, last):
     """
     Move a map (R, C) down and right, but for the tiles that stayed where they were.
 

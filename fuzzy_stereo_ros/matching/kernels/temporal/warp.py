@@ -111,12 +111,12 @@ def census_distances(moved, half, near, lowest, view, now, before, distances, ha
 
 
 @kernel
-def trusted_moved(moved, source, verdict, distances, half, half_distances, rules, strengths,
+def trusted_moved(moved, source, validity, distances, half, half_distances, rules, strengths,
                   survived, first, last):
     """
-    Say by cell how much the search may lean on the moved map: 0, or a strength.
+    Say by cell how much the search may rely on the moved map: 0, or a strength.
 
-    moved, source: of move_labels; verdict: (R, C), of the previous best; distances,
+    moved, source: of move_labels; validity: (R, C), of the previous best; distances,
     half_distances: uint16 (r, c), summed, of the moved and of the half map, half: (r, c) labels of
     this; rules: int64 (most, near, likelier, flat, longest): the largest distance; labels by which
     it may differ from the half map; by how much its distance must be the smaller where it differs
@@ -132,7 +132,7 @@ def trusted_moved(moved, source, verdict, distances, half, half_distances, rules
             if cell < 0 or distances[row, column] > most:
                 continue
             then = np.int64(cell) // columns
-            if verdict[2 * then, 2 * (np.int64(cell) - then * columns)] != CONSISTENT:
+            if validity[2 * then, 2 * (np.int64(cell) - then * columns)] != CONSISTENT:
                 continue
             if (abs(np.float32(2 * np.int32(half[row, column])) + np.float32(0.5) - label) > near
                     and distances[row, column] + likelier > half_distances[row, column]):
@@ -151,7 +151,7 @@ def trusted_moved(moved, source, verdict, distances, half, half_distances, rules
 @kernel
 def lean_on_moved(moved, strengths, highest, above, known, weights, labels, first, last):
     """
-    Spread the moved map to full size, where the search leans on nothing yet.
+    Spread the moved map to full size, where the search relies on nothing yet.
 
     moved, strengths: (r, c); highest: the last label; above: strengths are added to it; known:
     (R, C), labels that the weights belong to; weights: uint8 (R, C), 0 where there is none,
@@ -182,7 +182,7 @@ def note_survivors(fine, steps, moved, strengths, source, survived, labels, surv
 
     fine: (R, C), 1 / steps of a label; moved, strengths, source: of this frame, survived: uint8
     (r, c), of the one before; labels: float32 (r, c), survived_now: uint8 (r, c), written: 0 where
-    the search did not lean on the moved label, or chose another.
+    the search did not rely on the moved label, or chose another.
     """
     columns = labels.shape[1]
     for row in range(first, last):

@@ -3,7 +3,7 @@
 """Where the previous frame's best chromosome can still be trusted, judged on this frame."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
 
@@ -27,16 +27,16 @@ def tile_strengths(choices, ages, most, strengths):
 
 
 @kernel
-def trusted_cells(labels, verdict, half, distance, half_labels, trusted, first, last):
+def trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last):
     """
-    Mark the half pixels where the previous best may be leant on, in the half rows first .. last.
+    Mark the half pixels where the previous best may be relied on, in the half rows first .. last.
 
-    labels, verdict: (R, C), the previous best and whether it was consistent then; half: (r, c),
+    labels, validity: (R, C), the previous best and whether it was consistent then; half: (r, c),
     this frame's half map; half_labels: (r, c), the previous best on the half grid; trusted: uint8
     (r, c). Trusted is what was consistent and is within `distance` of what the half map says.
     """
     for row in range(first, last):
-        line, was, seen = labels[2 * row], verdict[2 * row], half[row]
+        line, was, seen = labels[2 * row], validity[2 * row], half[row]
         found, marks = half_labels[row], trusted[row]
         for column in range(half.shape[1]):
             label = line[2 * column]
@@ -46,7 +46,7 @@ def trusted_cells(labels, verdict, half, distance, half_labels, trusted, first, 
 
 
 @kernel
-def lean_on_previous(trusted, smooth, strengths, weights, first, last):
+def previous_prior(trusted, smooth, strengths, weights, first, last):
     """
     Spread the trust to full size.
 

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the half-size chromosome tells the full one: where to search, where to lean on it."""
+"""What the half-size chromosome tells the full one: where to search, where to rely on it."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import STEPS
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -94,14 +94,14 @@ def flat(labels, most, smooth, first, last):
 
 
 @kernel
-def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights, first, last):
+def half_prior(half, found, validity, weak, smooth, clear, labels, weights, first, last):
     """
-    Spread the half map, doubled, as a prior: weight 1 where it can be leant on, else 0.
+    Spread the half map, doubled, as a prior: weight 1 where it can be relied on, else 0.
 
     A label that is still the one found first is doubled with its sub-pixel offset. What was found
     with a margin below `clear` says nothing: a prior from nothing would make nothing look sure.
 
-    half, verdict, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
+    half, validity, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
     labels, weights: (R, C), R in (2 r, 2 r + 1); first, last: rows of the half map.
     """
     rows, columns = half.shape
@@ -113,7 +113,7 @@ def lean_on_half(half, found, verdict, weak, smooth, clear, labels, weights, fir
             further = np.int32(offset > STEPS // 4) - np.int32(offset < -STEPS // 4)
             doubled[column] = 2 * np.int32(label) + further * (label == first_labels[row, column])
             weight[column] = (weak[row, column] & smooth[row, column]
-                              & (verdict[row, column] != REFUSED)
+                              & (validity[row, column] != INVALID)
                               & (margins[row, column] >= clear))
         line, weight_line = labels[2 * row], weights[2 * row]
         for column in range(columns):

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
 from census_scene import random_map, read_moved, small_pair
-from fuzzy_stereo_ros.matching.bands import Crew, OVERLAP
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import REFUSED
-from fuzzy_stereo_ros.matching.kernels.scanlines.narrowing import (
-    flat, lean_on_half, texture_steps, tile_windows, weak_texture)
+from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
+    flat, half_prior, texture_steps, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
@@ -90,25 +90,25 @@ def test_the_half_map_is_leant_on_where_texture_is_weak_and_it_is_flat_and_not_r
         shape, dtype):
     size = shape[0] // 2, shape[1] // 2
     half = 1 + random_map(size, 120, 1, np.uint8)
-    verdict, weak, smooth = (random_map(size, limit, limit) for limit in (3, 2, 2))
+    validity, weak, smooth = (random_map(size, limit, limit) for limit in (3, 2, 2))
     chosen = np.where(random_map(size, 2, 4) == 1, half, 100)
     offsets = random_map(size, 16, 5, np.int8) - np.int8(8)
     labels, weights = np.full(shape, 9, dtype), np.full(shape, 9, np.uint8)
     margins = random_map(size, 9, 6)
     for first, last in ((0, 1), (1, size[0])):
-        lean_on_half(half, (chosen, offsets, margins), verdict, weak, smooth, 4, labels, weights,
-                     first, last)
+        half_prior(half, (chosen, offsets, margins), validity, weak, smooth, 4, labels, weights,
+                   first, last)
     fine = 2 * half + np.where(chosen == half, np.rint(offsets / 8), 0)
     np.testing.assert_array_equal(labels, twins.doubled(fine, shape))
-    leant = (weak == 1) & (smooth == 1) & (verdict != REFUSED) & (margins >= 4)
-    np.testing.assert_array_equal(weights, twins.doubled(leant, shape))
+    reliance = (weak == 1) & (smooth == 1) & (validity != INVALID) & (margins >= 4)
+    np.testing.assert_array_equal(weights, twins.doubled(reliance, shape))
 
 
 # ---- the half-size chromosome as a whole ----
 
 
 def half_map_of_twins(left, right, disparities, places, min_disparity):
-    """Return labels, verdict and chosen labels of the half-size search, put together of twins."""
+    """Return labels, validity and chosen labels of the half-size search, put together of twins."""
     halves, extra = [], extra_columns(min_disparity, disparities)
     for image, moved in ((left, (0, places)), (right, (min_disparity, places, extra))):
         fine = reference_census.fine_grey(image, *moved)
@@ -129,10 +129,10 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
     labels = chosen[0].astype(np.uint8)
     target = reference_census.chosen_by_target(labels, chosen[2], extra // 2)
     inside = min_disparity // 2, (min_disparity + left.shape[1] - 1) // 2
-    verdict = reference_refinement.verdicts(labels, target, inside)
-    verdict = reference_refinement.without_speckles(labels, verdict, 1, SPECKLE)
-    filled = reference_refinement.filled_by_rows(labels, verdict)
-    return reference_refinement.median_of_25(filled), verdict
+    validity = reference_refinement.validities(labels, target, inside)
+    validity = reference_refinement.without_speckles(labels, validity, 1, SPECKLE)
+    filled = reference_refinement.filled_by_rows(labels, validity)
+    return reference_refinement.median_of_25(filled), validity
 
 
 @pytest.mark.parametrize('shape', [(2, 2), (3, 9), (41, 61), (50, 40), (220, 12)])
@@ -153,7 +153,7 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         view.halve(half, 0, half_rows)
     possibility.describe(View.describe, 0, half_rows)
     half = HalfSize(possibility, *shape, disparities).search(
-        Crew(1), (min_disparity, min_disparity + shape[1] - 1), full[0].grey)
-    labels, verdict = half_map_of_twins(left, right, disparities, places, min_disparity)
-    np.testing.assert_array_equal(half.verdict, verdict)
+        ThreadPool(1), (min_disparity, min_disparity + shape[1] - 1), full[0].grey)
+    labels, validity = half_map_of_twins(left, right, disparities, places, min_disparity)
+    np.testing.assert_array_equal(half.validity, validity)
     np.testing.assert_array_equal(half.labels, labels)

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the previous frame's best chromosome is trusted."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, OUTSIDE, REFUSED
-from fuzzy_stereo_ros.matching.kernels.temporal.sameness import TILE
-from fuzzy_stereo_ros.matching.kernels.temporal.trust import (
-    lean_on_previous, tile_strengths, trusted_cells)
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID, OUTSIDE
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
+    previous_prior, tile_strengths, trusted_cells)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -15,10 +15,10 @@ from reference_search import doubled
 SHAPES = [(2, 2), (3, 3), (17, 33), (33, 50), (64, 48)]
 
 
-def trusted_of(labels, verdict, half, distance=2):
+def trusted_of(labels, validity, half, distance=2):
     half_labels, trusted = np.full(half.shape, 99, labels.dtype), np.full(half.shape, 9, np.uint8)
     for first, last in ((0, 1), (1, half.shape[0])):
-        trusted_cells(labels, verdict, half, distance, half_labels, trusted, first, last)
+        trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last)
     np.testing.assert_array_equal(
         half_labels, labels[:2 * half.shape[0]:2, :2 * half.shape[1]:2])
     return trusted
@@ -32,21 +32,21 @@ def test_trusted_is_what_was_consistent_and_agrees_with_the_half_map(
     offset, dtype = (300, np.uint16) if wide else (0, np.uint8)
     half_shape = rows // 2, columns // 2
     labels = random_map((rows, columns), spread, seed, dtype) + dtype(offset)
-    verdict = random_map((rows, columns), 3, seed + 4)
+    validity = random_map((rows, columns), 3, seed + 4)
     half = random_map(half_shape, -(-spread // 2), seed + 1, dtype) + dtype(offset // 2)
     expected = np.zeros(half_shape)
     for at in np.ndindex(half_shape):
         there = 2 * at[0], 2 * at[1]
-        expected[at] = (verdict[there] == CONSISTENT
+        expected[at] = (validity[there] == CONSISTENT
                         and abs(int(labels[there]) - 2 * int(half[at])) <= distance)
-    np.testing.assert_array_equal(trusted_of(labels, verdict, half, distance), expected)
+    np.testing.assert_array_equal(trusted_of(labels, validity, half, distance), expected)
 
 
-@pytest.mark.parametrize('label, verdict, trusted', [
+@pytest.mark.parametrize('label, validity, trusted', [
     (20, CONSISTENT, 1), (22, CONSISTENT, 1), (18, CONSISTENT, 1), (23, CONSISTENT, 0),
-    (17, CONSISTENT, 0), (20, REFUSED, 0), (20, OUTSIDE, 0)])
-def test_what_was_refused_or_is_denied_is_not_trusted(label, verdict, trusted):
-    assert trusted_of(np.full((2, 2), label, np.uint8), np.full((2, 2), verdict, np.uint8),
+    (17, CONSISTENT, 0), (20, INVALID, 0), (20, OUTSIDE, 0)])
+def test_what_was_refused_or_is_denied_is_not_trusted(label, validity, trusted):
+    assert trusted_of(np.full((2, 2), label, np.uint8), np.full((2, 2), validity, np.uint8),
                       np.full((1, 1), 10, np.uint8)) == trusted
 
 
@@ -57,7 +57,7 @@ def test_leant_on_is_what_is_trusted_and_flat_as_strongly_as_its_tile_says(shape
     strengths = random_map(tiles, 4, 3)
     weights = np.full(shape, 9, np.uint8)
     for first, last in ((0, 1), (1, tiles[0])):
-        lean_on_previous(trusted, smooth, strengths, weights, first, last)
+        previous_prior(trusted, smooth, strengths, weights, first, last)
     width = 2 * half[1]
     strength = strengths.repeat(TILE, 0).repeat(TILE, 1)[:shape[0], :width]
     expected = doubled(trusted & smooth, shape)[:, :width] * strength

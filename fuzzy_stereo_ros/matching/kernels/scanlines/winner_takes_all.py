@@ -6,7 +6,8 @@ Winner takes all: the label of least summed cost, seen from the reference and fr
 With it come the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001) and how much worse
 the best label elsewhere would be.
 """
-from fuzzy_stereo_ros.matching.kernels.addresses import peek, peek_short, poke, poke_short
+from fuzzy_stereo_ros.matching.kernels.addresses import (
+    load_byte, load_short, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     at_most, bit_or, equal_bits, first_set, lane_numbers, LANES, load, lowest, minimum, splat,
@@ -29,11 +30,11 @@ def fit_offsets(below, least, above, width, offsets):
     offsets: the address of int8 (width,).
     """
     for column in range(width):
-        low, high = np.int32(peek(below, column)), np.int32(peek(above, column))
-        step, rise = low - high, max(low, high) - np.int32(peek(least, column))
+        low, high = np.int32(load_byte(below, column)), np.int32(load_byte(above, column))
+        step, rise = low - high, max(low, high) - np.int32(load_byte(least, column))
         # rounded half away from zero
         half = rise >> 1 if step > 0 else -(rise >> 1)
-        poke(offsets, column, np.int32(
+        store_byte(offsets, column, np.int32(
             np.float32(STEPS // 2 * step + half) / np.float32(max(rise, 1))))
 
 
@@ -67,25 +68,25 @@ def least_elsewhere(sums, at, blocks, best):
 
 
 @inlined
-def choose_of_target(labels, label_bytes, sums, columns, rivals, target, target_columns):
+def choose_of_target(labels, label_bytes, sums, columns, offers, target, target_columns):
     """
     Give each target pixel the label of the cheapest pixel that points at it.
 
-    All but the sizes are addresses of a row. labels: of 1 or 2 bytes; sums: uint8; rivals:
+    All but the sizes are addresses of a row. labels: of 1 or 2 bytes; sums: uint8; offers:
     uint16, working memory; target: uint8, labels modulo 256, 0 where no pixel points; its last
     columns are those of the pixels, any more come before them. Which of equals is the nearest is
     told by labels modulo 256, too.
     """
     extra = target_columns - columns
     for column in range(target_columns):
-        poke_short(rivals, column, np.uint16(2**16 - 1))
+        store_short(offers, column, np.uint16(2**16 - 1))
     for column in range(columns):
-        label = np.int64(peek(labels, column)) if label_bytes == 1 else np.int64(
-            peek_short(labels, column))
+        label = np.int64(load_byte(labels, column)) if label_bytes == 1 else np.int64(
+            load_short(labels, column))
         pointed = column - label + extra
         if pointed >= 0:
-            offer = 256 * np.int64(peek(sums, column)) + 255 - (label & 255)
-            rival = np.int64(peek_short(rivals, pointed))
-            poke_short(rivals, pointed, min(offer, rival))
+            offer = 256 * np.int64(load_byte(sums, column)) + 255 - (label & 255)
+            known = np.int64(load_short(offers, pointed))
+            store_short(offers, pointed, min(offer, known))
     for column in range(target_columns):
-        poke(target, column, 255 - np.int64(peek_short(rivals, column) & 255))
+        store_byte(target, column, 255 - np.int64(load_short(offers, column) & 255))

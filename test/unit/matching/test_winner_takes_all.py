@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The label of least summed cost, its sub-pixel offset and margin, and the target's choice."""
-from fuzzy_stereo_ros.matching.kernels.scanlines.choice import (
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, choose_of_target, fit_offsets, least_elsewhere, MIDDLE, NEAR, STEPS)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from hypothesis import given, settings, strategies as st

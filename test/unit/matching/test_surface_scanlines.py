@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scanline optima from eight directions, along a parent's surface."""
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.bands import Crew, cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
-from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, Smoothness, SurfaceGuess
+from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, Smoothness, SurfaceScanlines
 import numpy as np
 import pytest
 import reference_quality as twins
@@ -58,9 +58,9 @@ def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
 
 
 def guessed(costs, parent, threads=1, here=slice(None)):
-    guess = SurfaceGuess(costs.shape)
+    guess = SurfaceScanlines(costs.shape)
     guess.look(random_map((*costs.shape[:2], 3), 30, 7))
-    guess.search(Crew(threads), costs, 24, SMOOTHNESS, parent, 2, here)
+    guess.search(ThreadPool(threads), costs, 24, SMOOTHNESS, parent, 2, here)
     return guess
 
 
