@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from node_process import ROOT, shifted_pair, START
 from numba._dispatcher import compute_fingerprint
@@ -130,7 +131,8 @@ def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(mo
 
     def match(rows):
         left, right = shifted_pair(3, rows)
-        made.match(StereoPair(left, right, calibration=None, stamp=None, frame_id=''))
+        made.match(StereoPair(
+            left, right, centred_calibration(100.0, 0.1, 0.0, *left.shape), stamp=None))
         return len(called)
 
     assert [match(rows) for rows in (40, 40, 60, 60)] == [1, 1, 2, 2]

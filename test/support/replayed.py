@@ -52,10 +52,10 @@ def run(code, number, *arguments):
         env={**os.environ, 'PYTHONPATH': str(ROOT)})
 
 
-def matches(pairs, stamps, disparities=DISPARITIES, **changes):
+def matches(pairs, stamps, disparities=DISPARITIES, camera=None, **changes):
     """Return the Match of each pair: matched one after the other, without replay."""
     matcher = StereoMatcher(MatcherConfig(disparities=disparities, **changes))
-    return [matcher.match(pair.left, pair.right, stamp=stamp)
+    return [matcher.match(pair.left, pair.right, stamp=stamp, camera=camera)
             for pair, stamp in zip(pairs, stamps)]
 
 

@@ -92,6 +92,7 @@ def test_what_the_search_leans_on_is_as_the_twins_say(rows, columns, odd, seed):
     full = 2 * rows + odd, 2 * columns + odd
     moved = random.integers(-1, 6, shape).astype(np.float32)
     source = random.integers(-1, rows * columns, shape, np.int32)
+    source[moved < 0] = -1      # a cell to which nothing moved
     validity = random.integers(0, 2, full, np.uint8)
     sums = random.integers(60, 85, (2, *shape), np.uint16)
     half, survived = random.integers(0, 4, (2, *shape), np.uint8)

@@ -6,6 +6,7 @@ import shutil
 from typing import NamedTuple
 
 import cv2
+from fuzzy_stereo_ros.benchmarks.datasets import CALIBRATION, KITTI_DRIVE, read_camera
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
@@ -415,7 +416,8 @@ def test_real_bags_give_what_their_images_give(folder, capsys, name):
     assert found['pairs']['matched'] == 5
     pairs, _ = kitti_frames('000027', range(7, 12))
     values = disparities(folder / 'out')
-    expected = matches([_Pair(*pair) for pair in pairs], list(values), disparities=96)
+    expected = matches([_Pair(*pair) for pair in pairs], list(values), disparities=96,
+                       camera=read_camera(DATA / KITTI_DRIVE / CALIBRATION))
     for found, match in zip(values.values(), expected, strict=True):
         valid = np.isfinite(match.disparity)
         np.testing.assert_array_equal(found[valid], np.maximum(match.disparity[valid], 0))

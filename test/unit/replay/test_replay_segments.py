@@ -6,6 +6,8 @@ import weakref
 from fuzzy_stereo_ros.bags.reading import DamagedBag
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.pair_matcher import camera_of
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.replay.loop import Stats
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
@@ -13,12 +15,13 @@ from fuzzy_stereo_ros.replay.segments import (
     AHEAD, cut, match_in_segments, match_segment, SegmentAnswer)
 from fuzzy_stereo_ros.replay.source import Refusal, Step
 from hypothesis import given, strategies
-from made_bags import DISPARITIES, scene, stamps
+from made_bags import BASELINE, COLUMNS, DISPARITIES, FOCAL, ROWS, scene, stamps
 import numpy as np
 import pytest
 from replayed import matches
 
 BLANK = np.zeros((2, 2), np.uint8)
+CALIBRATION = centred_calibration(FOCAL, BASELINE, 0.0, ROWS, COLUMNS)
 
 
 def step(number, **changes):
@@ -165,7 +168,7 @@ def test_a_damage_comes_after_the_pairs_before_it_and_a_refusal_in_its_place():
 
 def in_a_row(frames, anew=()):
     """Return [(StereoPair, whether it starts anew)] of made pairs; anew: numbers of those."""
-    return [(StereoPair(pair.left, pair.right, None, stamp), number in anew)
+    return [(StereoPair(pair.left, pair.right, CALIBRATION, stamp), number in anew)
             for number, (pair, stamp) in enumerate(zip(scene(frames), stamps(frames)))]
 
 
@@ -177,7 +180,9 @@ def test_a_segment_is_matched_as_if_nothing_had_been_before(threads):
     config, pairs = MatcherConfig(disparities=DISPARITIES, threads=threads), in_a_row(8, anew={5})
     match_segment(config, pairs[:2], 0)
     found = match_segment(config, pairs[2:], 2)
-    expected = [*matches(scene(8)[2:5], stamps(8)[2:5]), *matches(scene(8)[5:], stamps(8)[5:])]
+    camera = camera_of(pairs[0][0])
+    expected = [one for part in (slice(2, 5), slice(5, None))
+                for one in matches(scene(8)[part], stamps(8)[part], camera=camera)]
     assert found.warming[:2] == (2, 1)
     assert found.warming[2] > 0
     for one, other in zip(found.outcomes, expected[2:], strict=True):
@@ -186,7 +191,7 @@ def test_a_segment_is_matched_as_if_nothing_had_been_before(threads):
 
 
 def test_a_pair_that_cannot_be_matched_is_answered_with_why():
-    small, pairs = StereoPair(BLANK, BLANK, None, stamps(9)[8]), in_a_row(4)
+    small, pairs = StereoPair(BLANK, BLANK, CALIBRATION, stamps(9)[8]), in_a_row(4)
     found = match_segment(CONFIG, [*pairs[:2], (small, False), *pairs[2:]], 1)
     assert [type(one) for one in found.outcomes] == [Match, Refusal, Match, Match]
     assert 'disparities' in found.outcomes[1].sentence
