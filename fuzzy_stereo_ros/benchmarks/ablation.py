@@ -95,7 +95,8 @@ def on_sequence(sequence, request):
     matches, fitness = ({name: [] for name in matchers} for _ in range(2))
     for pair in frames:
         for name, matcher in matchers.items():
-            matches[name].append(matcher.match(pair.left, pair.right))
+            matches[name].append(matcher.match(pair.left, pair.right,
+                                               camera=sequence.camera))
             fitness[name].append(matchers[DEFAULT.name].algorithm.fitness_of(
                 matcher.algorithm.population.genes[0]))
     scored = [number for number in sequence.scored if frames[number].truth is not None]

@@ -19,6 +19,7 @@ from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
+from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 import numpy as np
 
@@ -92,6 +93,14 @@ class NothingComesOver(FrameEvolution):
         return super().arrive(pool, None, arrival)
 
 
+class CameraNotFollowed(MovingCamera):
+    """The warm start as without a calibration."""
+
+    def follow(self, pool, previous, camera, half_grey):
+        """Follow no camera."""
+        return super().follow(pool, previous, None, half_grey)
+
+
 def describe_by_grey_classes(view, first, last):
     """
     Write the paper's three grey classes in the place of census and gradient.
@@ -110,6 +119,7 @@ def describe_by_grey_classes(view, first, last):
 
 
 DEFAULT = Variant('as it is')
+NOT_FOLLOWED = 'previous frames, the camera is not followed'
 REALTIME = (
     DEFAULT,
     Variant('population of 2, filled in two ways', {'population': 2}),
@@ -129,6 +139,7 @@ REALTIME = (
             part='previous best'),
     Variant('previous frames averaged, no evolution from frame to frame',
             stages=RealtimeStages(frames=NothingComesOver), still=False, part='previous best'),
+    Variant(NOT_FOLLOWED, stages=RealtimeStages(camera=CameraNotFollowed), still=False),
     Variant("the paper's possibility, three grey classes",
             stages=RealtimeStages(describe=describe_by_grey_classes), timed=False),
 )

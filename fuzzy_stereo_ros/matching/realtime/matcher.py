@@ -21,6 +21,7 @@ from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE as HALF_TILE
+from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.planes import WeakRegions
 from fuzzy_stereo_ros.matching.realtime.population import cross, Population
@@ -48,6 +49,8 @@ class Stages(NamedTuple):
     for none
     frames: called with a `CensusPossibility`, rows and columns, returns what evolves from frame to
     frame
+    camera: called with rows, columns, a dtype of labels and the smallest disparity, returns what
+    follows the camera
     """
 
     noise: Callable = NoiseEstimate
@@ -56,6 +59,7 @@ class Stages(NamedTuple):
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
     mutation: Callable | None = WeakRegions
     frames: Callable = FrameEvolution
+    camera: Callable = MovingCamera
 
 
 class RealtimeMatcher:
@@ -73,7 +77,8 @@ class RealtimeMatcher:
         self._views = Views(config, rows, columns, TILE, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         self._scanlines = Scanlines(self._views.full, TILE)
-        self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
+        self._warm_start = WarmStart(
+            rows, columns, config.disparities, config.min_disparity, self._stages.camera)
         labels_type = self._scanlines.chosen.labels.dtype
         self._refinement = Refinement(
             columns, config.disparities, labels_type, self._scanlines.bands)

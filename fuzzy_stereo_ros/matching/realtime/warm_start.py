@@ -82,11 +82,11 @@ class FrameState:
 class WarmStart:
     """What the previous frame gives to this one: averaged views, and a prior of the search."""
 
-    def __init__(self, rows, columns, disparities, min_disparity):
-        """Allocate for images of a size and a range of disparities."""
+    def __init__(self, rows, columns, disparities, min_disparity, camera=MovingCamera):
+        """Allocate for images of a size and a range of disparities; camera: see Stages."""
         half = rows // 2, columns // 2
         self._averaging = Averaging(rows, columns)
-        self._moving = MovingCamera(rows, columns, gene_type(disparities), min_disparity)
+        self._moving = camera(rows, columns, gene_type(disparities), min_disparity)
         self._half_labels = np.zeros(half, gene_type(disparities))
         self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
         nothing = np.zeros((rows, columns), self._half_labels.dtype)

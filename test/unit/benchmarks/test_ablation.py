@@ -6,7 +6,7 @@ from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import ablation, variants
 from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, REALTIME
-from fuzzy_stereo_ros.benchmarks.datasets import window
+from fuzzy_stereo_ros.benchmarks.datasets import available_sequences, window
 from fuzzy_stereo_ros.benchmarks.truth import (
     correlation_table, fittest, genes_of, spearman, truth_beside_result)
 from fuzzy_stereo_ros.evaluation.datasets import Sequence
@@ -110,7 +110,8 @@ def test_codes_of_grey_classes_differ_by_how_little_possible_a_match_is():
 
 # Planes need plain regions, which this scene has not: other tests hold what is without them.
 WITHOUT_PLANES = [one for one in REALTIME[1:] if one.part != 'mutation'
-                  and not one.name.endswith('no evolution from frame to frame')]
+                  and not one.name.endswith(('no evolution from frame to frame',
+                                             variants.NOT_FOLLOWED))]
 
 
 @pytest.mark.parametrize('variant', WITHOUT_PLANES,
@@ -192,6 +193,13 @@ def test_the_trial_of_the_default_is_what_the_matcher_finds(few):
     assert trial.milliseconds > 0
     assert len(set(points)) > 0.9 * len(points)     # few are alike by chance
     assert any(fitness == trial.fitness for fitness, _ in points)
+
+
+def test_on_a_drive_the_matcher_that_follows_no_camera_errs_more():
+    sequence, = (one for one in available_sequences(None, [noisy_scene()])[0]
+                 if (one.kind, one.name) == ('made, drive, noise 6', 'seed 1'))
+    found = on_sequence(sequence, SmallRequest())
+    assert found[DEFAULT.name][0].error < 0.9 * found[variants.NOT_FOLLOWED][0].error
 
 
 def test_a_sequence_is_scored_with_and_without_the_previous_best():
