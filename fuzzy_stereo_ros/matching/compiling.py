@@ -29,7 +29,8 @@ from numba.core.dispatcher import Dispatcher
 import numpy as np
 
 PACKAGE = __name__.rpartition('.')[0]
-ROUNDS = False, True, True      # of a dry run: whether recorders write random numbers
+# of a dry run: the seed of what recorders write, None for nothing; whether a camera is followed
+ROUNDS = (None, True), *((seed, follows) for seed in range(4) for follows in (True, False))
 START = 'import sys; sys.path[:] = {!r}; from {} import serve; serve()'
 
 
@@ -77,12 +78,12 @@ def compile_kernels(config, report=None):
 def record_calls(config):
     """Return the calls of a warm-up: {(module, name, types of arguments in words): the types}."""
     noted, config = {}, replace(config, threads=1)
-    for random in ROUNDS:
-        with _recording(noted, random), warnings.catch_warnings(), np.errstate(all='ignore'):
+    for seed, follows in ROUNDS:
+        with _recording(noted, seed), warnings.catch_warnings(), np.errstate(all='ignore'):
             warnings.simplefilter('ignore')
             for matcher, left, right in warm_up_pairs(config):
                 with suppress(Exception):       # random numbers may break what follows
-                    matcher.match(left, right, camera=warm_up_camera(left))
+                    matcher.match(left, right, camera=warm_up_camera(left) if follows else None)
     return noted
 
 
@@ -175,9 +176,9 @@ def _end(process):
 
 
 @contextmanager
-def _recording(noted, random):
+def _recording(noted, seed):
     """Replace each kernel that a module of the matcher imports by a recorder."""
-    numbers = np.random.default_rng(0) if random else None
+    numbers = None if seed is None else np.random.default_rng(seed)
     replaced = [(module, name, value) for module in list(sys.modules.values())
                 if module.__name__.startswith(PACKAGE)
                 for name, value in vars(module).items() if isinstance(value, Dispatcher)]

@@ -7,13 +7,11 @@ import traceback
 
 from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.node.disparity_node import DisparityNode
-from fuzzy_stereo_ros.node.run_node import NOT_ALLOWED, run_node
-from rclpy.clock import Clock, ClockType
+from fuzzy_stereo_ros.node.run_node import LOOK_SECONDS, NOT_ALLOWED, run_node
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 SUCCESS, FAILURE, ERROR = (getattr(TransitionCallbackReturn, name)
                            for name in ('SUCCESS', 'FAILURE', 'ERROR'))
-LOOK_SECONDS = 0.5      # between two looks whether ROS shuts down
 
 
 class ManagedDisparityNode(DisparityNode, LifecycleNode):
@@ -26,9 +24,6 @@ class ManagedDisparityNode(DisparityNode, LifecycleNode):
 
     def begin(self):
         """Wait for the transitions."""
-        # An executor that nothing else wakes may miss that a signal shut ROS down.
-        self.create_timer(LOOK_SECONDS, lambda: None,
-                          clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def on_configure(self, state):
         """Advertise and warm up; FAILURE where that is not possible or ROS shuts down."""

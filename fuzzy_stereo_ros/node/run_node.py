@@ -12,6 +12,7 @@ import sys
 import tempfile
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logging_directory
@@ -20,6 +21,7 @@ from rclpy.utilities import remove_ros_args
 BROKEN, INVALID = 1, 2
 NOT_ALLOWED = ValueError, RuntimeError, ParameterException     # by us, by ROS
 SHUTDOWN_TIMEOUT = 4.0      # s to wait for a match or a compilation that still runs
+LOOK_SECONDS = 0.5          # between two looks whether ROS shuts down
 LEAST_ROOM = 2**16          # bytes for log files
 NO_LOG_FILES = '--disable-external-lib-logs'
 
@@ -75,6 +77,8 @@ def _spin(node):
     Not by rclpy's EventsExecutor, which takes a millisecond less for a pair: with rclpy 7.1 one
     process in a hundred that was interrupted as it started was aborted when that was destroyed.
     """
+    # An executor that nothing else wakes may miss that a signal shut ROS down.
+    node.create_timer(LOOK_SECONDS, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     executor.spin()

@@ -69,7 +69,7 @@ def test_it_matches_while_it_is_active_and_only_then(start):
     assert (advertised(bench), subscribed(bench)) == (0, 0)
     assert 'loading the kernels' not in bench.node.log()
     assert manager.change('configure') == 'inactive'
-    assert 'ready: the kernels are warm' in bench.node.log()
+    bench.node.logged('ready: the kernels are warm')
     bench.until(lambda: advertised(bench) == 1, 'the output is advertised')
     bench.counts_now()
     assert bench.status.message == 'idle: not activated'
