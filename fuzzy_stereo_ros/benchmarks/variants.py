@@ -96,9 +96,9 @@ class NothingComesOver(FrameEvolution):
 class CameraNotFollowed(MovingCamera):
     """The warm start as without a calibration."""
 
-    def follow(self, pool, previous, camera, half_grey):
+    def follow(self, pool, previous, camera, half_grey, in_place):
         """Follow no camera."""
-        return super().follow(pool, previous, None, half_grey)
+        return super().follow(pool, previous, None, half_grey, in_place)
 
 
 def describe_by_grey_classes(view, first, last):

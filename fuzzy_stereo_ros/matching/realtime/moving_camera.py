@@ -25,6 +25,7 @@ LIKELIER = 4         # by which the sum of the half map's labels is larger where
 NEAR, FLAT = 3, 3    # labels from the half map, and the range in 3 x 3 cells, that are no doubt
 LONGEST = 3          # strengths, by frames that a label survived
 HOLE = 5             # side of the median that closes holes between cells that moved
+IN_PLACE = 'in place'
 FARTHER = -10.0      # px outside of the image
 
 
@@ -67,16 +68,21 @@ class MovingCamera:
         self._shift, self._min_disparity = min(min_disparity, 0), min_disparity
         self.word, self.milliseconds, self._motion = '', 0.0, None
 
-    def follow(self, pool, previous, camera, half_grey):
+    def follow(self, pool, previous, camera, half_grey, in_place):
         """
-        Move the map of a previous FrameState, None for none; return whether that could be done.
+        Move the map of a previous FrameState, None for none; return whether that was done.
 
-        camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size
+        camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size;
+        in_place: whether the picture stays, or moves as a whole: then the previous best is in
+        place without
         """
         self._pool, self._camera, self._motion, self.word = pool, camera, None, ''
         self._packed, self.milliseconds = None, 0.0
         self._strengths[:] = 0
         if camera is None or previous is None or not previous.half_grey.size:
+            return False
+        if in_place:
+            self.word = IN_PLACE
             return False
         watch = Stopwatch()
         self._lowest = self._min_disparity - camera.offset

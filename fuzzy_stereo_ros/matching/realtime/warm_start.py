@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
-from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging
+from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging, STILL
 from fuzzy_stereo_ros.matching.realtime.frames import Arrival, Genes
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
@@ -112,7 +112,8 @@ class WarmStart:
         left = self._averaging.seen[0]
         previous_best.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
         self._half_grey, self._left = half_grey, views[0]
-        followed = self._moving.follow(pool, state, camera, half_grey)
+        followed = self._moving.follow(pool, state, camera, half_grey,
+                                       self._averaging.share >= STILL)
         if followed and noise > NOISY and self._averaging.share < ANOTHER:
             self._averaging.average(pool, views, *self._moving.pictures(state), search=False)
             self._strengths[:] = 0      # of the map, which is not in place

@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.camera import Camera
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
-from fuzzy_stereo_ros.matching.realtime import camera_motion
+from fuzzy_stereo_ros.matching.realtime import camera_motion, moving_camera
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, made_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
@@ -163,16 +163,36 @@ def test_objects_that_move_by_themselves_cost_nothing():
     assert errors(frames, CAMERA) <= errors(frames, None, cold=True) + 0.1
 
 
-def test_a_camera_that_stands_is_told_so():
-    pair, made = drive(1)[0], matcher()
-    words = [made.match(pair.left, pair.right, camera=CAMERA).motion for _ in range(3)]
+def pictures(seed=1):
+    """Return the left and the right picture of a street."""
+    pair, = drive(1, seed)
+    return pair.left, pair.right
+
+
+def words_of(left, right, brighter):
+    """Return what is said of the motion in frames of one scene that gets brighter."""
+    made = matcher()
+    return [made.match(*(np.clip(image.astype(int) + brighter * number, 0, 255).astype(np.uint8)
+                         for image in (left, right)), camera=CAMERA).motion
+            for number in range(3)]
+
+
+def test_a_picture_that_stays_is_in_place_and_nobody_looks_for_a_motion():
+    assert words_of(*pictures(), 0) == ['', moving_camera.IN_PLACE, moving_camera.IN_PLACE]
+
+
+def test_a_camera_that_stands_before_a_scene_of_which_a_part_changes_is_told_so():
+    made, (first, other), words = matcher(), (pictures(), pictures(5)), []
+    for number in range(3):
+        halves = [np.hstack([image[:, :140], changed[:, 140:]]) for image, changed in zip(
+            first, (first, other, first)[number])]
+        words.append(made.match(*halves, camera=CAMERA).motion)
     assert words == ['', camera_motion.STOOD, camera_motion.STOOD]
 
 
 def test_without_texture_the_motion_is_left_out_and_said_so():
-    made, blank = matcher(), np.full((ROWS, COLUMNS), 90, np.uint8)
-    match = [made.match(blank, blank, camera=CAMERA) for _ in range(2)][1]
-    assert match.motion == camera_motion.FEW_CORNERS
+    blank = np.full((ROWS, COLUMNS), 90, np.uint8)
+    assert words_of(blank, blank, 12) == ['', *2 * [camera_motion.FEW_CORNERS]]
 
 
 def test_a_cut_to_another_scene_is_matched_as_if_cold():
