@@ -39,14 +39,14 @@ class Speckles:
                         self._edges)
 
     def reject(self, validity, smallest, band):
-        """Refuse the pixels of a band that belong to small components."""
+        """Reject the pixels of a band that belong to small components."""
         index, first, _ = band
         reject_small(validity.reshape(-1), smallest, *self._runs, first * self._columns,
                      self._marks[index, 2])
 
 
-def refuse_speckles(pool, labels, validity, step, smallest):
-    """Refuse the small components of a map; the arguments are those of Speckles."""
+def reject_speckles(pool, labels, validity, step, smallest):
+    """Reject the small components of a map; the arguments are those of Speckles."""
     bands = cut_bands(len(labels))
     speckles = Speckles(labels.shape[1], bands)
     pool.each(lambda band: speckles.find(labels, validity, step, band), bands)

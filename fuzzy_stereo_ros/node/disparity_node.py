@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.node.diagnostics import (
     change_of, change_values, compiling_sentence, counts_of, Diagnostics, LOADING, LossReports)
 from fuzzy_stereo_ros.node.parameters import NodeParameters
 from fuzzy_stereo_ros.node.publications import Publications
-from fuzzy_stereo_ros.node.run_node import BROKEN, INVALID, NOT_ALLOWED, run_node, SHUTDOWN_TIMEOUT
+from fuzzy_stereo_ros.node.run_node import BROKEN, NOT_ALLOWED, REFUSED, run_node, SHUTDOWN_TIMEOUT
 from fuzzy_stereo_ros.node.services import Services
 from fuzzy_stereo_ros.node.subscriptions import Subscriptions, TOPICS
 from fuzzy_stereo_ros.node.worker import Worker
@@ -201,7 +201,7 @@ class DisparityNode(Node):
                 self._active and self._ready.is_set() and self._outputs.wanted())
         except NOT_ALLOWED as error:
             if self.context.ok():
-                self._give_up(INVALID, f'cannot subscribe: {error}')
+                self._give_up(REFUSED, f'cannot subscribe: {error}')
             return
         if self._inputs and not self._overrides_checked:
             self._overrides_checked = True      # those of the inputs are declared by now

@@ -18,7 +18,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logging_directory
 from rclpy.utilities import remove_ros_args
 
-BROKEN, INVALID = 1, 2
+BROKEN, REFUSED = 1, 2
 NOT_ALLOWED = ValueError, RuntimeError, ParameterException     # by us, by ROS
 SHUTDOWN_TIMEOUT = 4.0      # s to wait for a match or a compilation that still runs
 LOOK_SECONDS = 0.5          # between two looks whether ROS shuts down
@@ -107,4 +107,4 @@ def log_arguments(arguments):
 
 def _refuse(error):
     sys.stderr.write(f'disparity_node cannot start: {error}\n')
-    return INVALID
+    return REFUSED

@@ -68,7 +68,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
     return found
 
 
-def lean_on_moved(moved, strengths, highest, above, known, weights):
+def moved_prior(moved, strengths, highest, above, known, weights):
     """Return labels and weights at full size."""
     def spread(cells):
         full = np.repeat(np.repeat(cells, 2, axis=0), 2, axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 PAIRS = 'pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused', 'pairs waiting'
 PLACE = re.compile(r'-\d+_\d+$')     # in the name of a thread of a pool: which pool and thread
 LOST = re.compile(r'(pairs dropped|pairs refused|unmatched \S+|lost \S+) (\d+)')
-INVALID = ']: pair refused: '
+REFUSED = ']: pair refused: '
 
 
 class Sample(NamedTuple):
@@ -154,7 +154,7 @@ def faults_of(log):
     """Return the lines of a log that tell of a fault, not of what was refused."""
     return [line for line in log.splitlines() if 'Traceback' in line or '[FATAL]' in line
             or 'internal error' in line
-            or ('[ERROR]' in line and INVALID not in line)]
+            or ('[ERROR]' in line and REFUSED not in line)]
 
 
 def broken_sums(counts, sent):

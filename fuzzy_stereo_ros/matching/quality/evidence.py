@@ -39,4 +39,4 @@ class NoEvidence:
         """Need no memory."""
 
     def reject(self, *_):
-        """Refuse nothing."""
+        """Reject nothing."""

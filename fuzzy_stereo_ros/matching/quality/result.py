@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
 from fuzzy_stereo_ros.matching.quality.regions import listed
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND
-from fuzzy_stereo_ros.matching.speckles import refuse_speckles
+from fuzzy_stereo_ros.matching.speckles import reject_speckles
 import numpy as np
 
 MOST = 1.0               # px by which the views may differ
@@ -124,7 +124,7 @@ def refine(pool, config, population, seed, random):
     validity = compare(pool, planes, right.disparities(other), config.min_disparity)
     disparity = flattened(left, finished(planes, seed), seed.surface, random)
     if config.speckle_size > 1:
-        refuse_speckles(pool, np.rint(disparity).astype(np.int16), validity, config.speckle_range,
+        reject_speckles(pool, np.rint(disparity).astype(np.int16), validity, config.speckle_range,
                         config.speckle_size)
     agreed = validity == CONSISTENT
     sure = certainty(left, member, seed, config.min_disparity) * agreed

@@ -142,8 +142,8 @@ class MovingCamera:
                 self._moved, self._source, previous.validity, summed[0], half.labels, summed[1],
                 (UNLIKE, NEAR, LIKELIER, FLAT, LONGEST), self._strengths,
                 previous.survived, band[1], band[2])
-            warp.lean_on_moved(self._moved, self._strengths, highest, above, labels, weights,
-                               self._labels, band[1], band[2])
+            warp.moved_prior(self._moved, self._strengths, highest, above, labels, weights,
+                             self._labels, band[1], band[2])
         self._pool.each(write_band, self._bands)
         return self._labels
 

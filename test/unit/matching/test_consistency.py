@@ -6,7 +6,7 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, CONSISTENT, INVALID, OUTSIDE)
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
-from fuzzy_stereo_ros.matching.speckles import refuse_speckles
+from fuzzy_stereo_ros.matching.speckles import reject_speckles
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -29,7 +29,7 @@ def inside_of(min_disparity, columns):
 
 def despeckled(labels, validity, step, smallest):
     validity = validity.copy()
-    refuse_speckles(ThreadPool(1), labels, validity, step, smallest)
+    reject_speckles(ThreadPool(1), labels, validity, step, smallest)
     return validity
 
 

@@ -105,8 +105,8 @@ def test_what_the_search_leans_on_is_as_the_twins_say(rows, columns, odd, seed):
     weights, known = random.integers(0, 2, full, np.uint8), random.integers(0, 9, full, np.uint8)
     labels, written = np.zeros(full, np.uint8), weights.copy()
     strengths[:, -1] = 0        # an odd column at the end has no cell
-    warp.lean_on_moved(moved, strengths, 4, 3, known, written, labels, 0, rows)
-    expected = twins.lean_on_moved(moved, strengths, 4, 3, known, weights)
+    warp.moved_prior(moved, strengths, 4, 3, known, written, labels, 0, rows)
+    expected = twins.moved_prior(moved, strengths, 4, 3, known, weights)
     assert np.array_equal(written, expected[1])
     assert np.array_equal(labels[written > 0], expected[0][written > 0])
 

@@ -9,7 +9,7 @@ import numpy as np
 @kernel
 def reject_bent(planes, starts, pixels, disparities, trusted, near, share, selected):
     """
-    Refuse regions of which too few trusted pixels lie near their planes.
+    Reject regions of which too few trusted pixels lie near their planes.
 
     planes: float32 (n, 3); starts, pixels: of region i, pixels[starts[i]:starts[i + 1]]; near: px;
     share: of the trusted pixels; disparities: float32 (R, C), px; trusted: bool (R, C); selected:
@@ -35,7 +35,7 @@ def reject_bent(planes, starts, pixels, disparities, trusted, near, share, selec
 def reject_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price, least, region,
                      parent, excess, size, selected):
     """
-    Refuse regions that a proposal moves although the images speak against it.
+    Reject regions that a proposal moves although the images speak against it.
 
     A region is what is 4-connected, of one label, and moves by more than `far` px. It may move if
     its trusted pixels do not cost more, in sum, than `price` for each pixel that is not trusted;

@@ -194,7 +194,7 @@ def join_components(labels, columns, step, begin, end, parent, size, marks, edge
 
 @kernel
 def reject_small(validity, smallest, begin, end, parent, size, first, last):
-    """Refuse the runs first .. last that belong to components of fewer than `smallest` pixels."""
+    """Reject the runs first .. last that belong to components of fewer than `smallest` pixels."""
     for run in range(first, last):
         top = run
         while parent[top] != top:       # other threads read the same: nothing is shortened

@@ -149,7 +149,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
 
 
 @kernel
-def lean_on_moved(moved, strengths, highest, above, known, weights, labels, first, last):
+def moved_prior(moved, strengths, highest, above, known, weights, labels, first, last):
     """
     Spread the moved map to full size, where the search relies on nothing yet.
 
