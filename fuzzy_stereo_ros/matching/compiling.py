@@ -207,13 +207,14 @@ class _Recorder:
         return _Answer(self._numbers.integers(4) > 0)
 
     def _fill(self, arguments):
-        """Write random numbers into the arrays among the arguments."""
+        """Write random numbers into the arrays among the arguments, small or large ones."""
         for one in arguments:
             if isinstance(one, tuple):
                 self._fill(one)
             elif isinstance(one, np.ndarray) and one.flags.writeable:
+                most = 4.0**self._numbers.integers(1, 3)
                 one[...] = (self._numbers.integers(0, 32, one.shape) if one.dtype.kind in 'iub'
-                            else self._numbers.uniform(0, 4, one.shape))
+                            else self._numbers.uniform(0, most, one.shape))
 
 
 class _Answer(int):

@@ -32,12 +32,14 @@ def compiled():
 
 config = MatcherConfig.from_profile(sys.argv[1], disparities=24)
 matcher = StereoMatcher(config)
-if sys.argv[2] == 'record_callsd':
+if sys.argv[2] == 'dry run':
     for call in record_calls(config).items():
         compile_call(*call)
-if sys.argv[2] == 'warm':
+if sys.argv[2] == 'warm-up':
     matcher.warm_up(120, 160)
 before = compiled()
+if sys.argv[2] == 'dry run':
+    matcher.warm_up(120, 160)
 for number, frame in enumerate(made_sequence(120, 160, 24, 5, noise=2.0)):
     matcher.match(*(np.roll(view, 3 * number, axis=1) for view in (frame.left, frame.right)))
 if sys.argv[1] == 'realtime':       # where planes evolve from frame to frame
@@ -52,11 +54,11 @@ print(*sorted(name for name, kinds in compiled() - before))
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])
 def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     found = {}
-    for how in ('record_callsd', 'warm', 'cold'):
+    for how in ('dry run', 'warm-up', 'cold'):
         done = subprocess.run([sys.executable, '-c', MATCH, profile, how], cwd=ROOT, text=True,
                               capture_output=True, check=True)
         found[how] = done.stdout.split()
-    assert found['record_callsd'] == found['warm'] == []
+    assert found['dry run'] == found['warm-up'] == []
     if profile == 'realtime':
         assert {'move_map', 'propose_planes', 'propose_map'} <= set(found['cold'])
 

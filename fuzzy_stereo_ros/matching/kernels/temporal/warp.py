@@ -9,6 +9,7 @@ other frame times a scale; the disparity there is the one here by that scale. La
 disparities minus `lowest`.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
 import numpy as np
@@ -166,7 +167,7 @@ def moved_prior(moved, strengths, highest, above, known, weights, labels, first,
             near[column] = min(np.int32(moved[row, column] + np.float32(0.5)), highest)
         for full in range(2 * row, labels.shape[0] if row == rows - 1 else 2 * row + 2):
             line, weight_line, known_line = labels[full], weights[full], known[full]
-            line[:] = known_line
+            copy_row(known_line, line)
             for column in range(columns):
                 for place in (2 * column, 2 * column + 1):
                     free = weight_line[place] == 0
