@@ -55,7 +55,7 @@ class WeakRegions:
         """Allocate for full images of a size, and labels of a type."""
         self._regions = GreyRegions(rows // 2, columns // 2)
         pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST
-        self._tally, self._starts = np.zeros((3, most), np.int32), np.zeros(most + 1, np.int32)
+        self._tally, self._starts = np.zeros((most, 3), np.int32), np.zeros(most + 1, np.int32)
         self._points = np.zeros((3, pixels), np.float32)
         self._planes = np.zeros((most, 3), np.float32)
         self._mutant = np.zeros((rows, columns), labels_type)
@@ -80,7 +80,7 @@ class WeakRegions:
         regions, number = grown
         planes = self._planes[:number]
         weak_regions.gather_points(
-            *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:, :number],
+            *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
             self._starts, self._points)
         weak_regions.fit_planes(
             self._points, self._starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes)

@@ -71,7 +71,7 @@ def test_points_are_consistent_matches_evenly_spread(seed, most):
     labels = draw.integers(0, DISPARITIES, full).astype(np.uint8)
     offsets = draw.integers(-STEPS // 2, STEPS // 2 + 1, full).astype(np.int8)
     validity = draw.integers(0, 3, full).astype(np.uint8)
-    tally, starts = np.zeros((3, number), np.int32), np.zeros(number + 1, np.int32)
+    tally, starts = np.zeros((number, 3), np.int32), np.zeros(number + 1, np.int32)
     found = np.zeros((3, grey.size), np.float32)
     weak_regions.gather_points(*regions, most, labels, offsets, validity, tally, starts, found)
     numbers = as_map(regions, shape)

@@ -124,11 +124,11 @@ def gather_points(begin, end, row_runs, region, most, labels, offsets, validity,
     """
     Write consistent matches of each region, at most `most` of them, evenly spread.
 
-    labels, offsets, validity: (R, C), of the full image; tally: int32 (3, regions), memory;
+    labels, offsets, validity: (R, C), of the full image; tally: int32 (regions, 3), memory;
     starts: int32 (regions + 1,); points: float32 (3, r * c), x, y and disparity in full px: those
     of region i are points[:, starts[i]:starts[i + 1]]
     """
-    every, due, place = tally
+    every, due, place = tally[:, 0], tally[:, 1], tally[:, 2]
     every[:] = 0
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
