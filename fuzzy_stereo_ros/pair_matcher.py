@@ -8,9 +8,8 @@ import threading
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.matching.camera import Camera
 from fuzzy_stereo_ros.matching.compiling import warm_up
-from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.match import Camera, Match
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair

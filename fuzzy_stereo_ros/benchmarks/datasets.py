@@ -16,9 +16,8 @@ from pathlib import Path
 from fuzzy_stereo_ros.evaluation.datasets import MIDDLEBURY_FOLDERS, Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     GroundTruthPair, KITTI, MIDDLEBURY, read_motorcycle)
-from fuzzy_stereo_ros.evaluation.layouts import (
-    files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR)
-from fuzzy_stereo_ros.matching.camera import Camera
+from fuzzy_stereo_ros.evaluation.layouts import files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR
+from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, made_pair, made_sequence
 import numpy as np
 

@@ -11,12 +11,11 @@ from dataclasses import dataclass, field
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
 from fuzzy_stereo_ros.matching.paper import operators
-from fuzzy_stereo_ros.matching.paper.fuzzy_classes import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
 from fuzzy_stereo_ros.matching.paper.population import Lineage
-from fuzzy_stereo_ros.matching.quality.evidence import NoEvidence
+from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
-from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
+from fuzzy_stereo_ros.matching.quality.operators import NoEvidence, OPERATORS
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera

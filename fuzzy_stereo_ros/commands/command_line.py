@@ -88,7 +88,7 @@ def _parser():
 
 def _with_remarks(work, arguments):
     """Call work(arguments), and tell before and after it what is done without."""
-    from fuzzy_stereo_ros.matching.kernels.jit_cache import remarks
+    from fuzzy_stereo_ros.matching.kernels.compiled import remarks
 
     def tell():
         for remark in remarks():

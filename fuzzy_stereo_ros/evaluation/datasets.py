@@ -9,7 +9,7 @@ import re
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, ALL, GroundTruthPair, KITTI, LIMITS, MASKS, NONOCC, NUMBERS, read_mask, read_truth,
     seen_by_both)
-from fuzzy_stereo_ros.matching.camera import Camera
+from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np

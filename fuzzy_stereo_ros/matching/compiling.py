@@ -22,8 +22,7 @@ from typing import NamedTuple
 import warnings
 
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
-from fuzzy_stereo_ros.matching.kernels.jit_cache import before_compiling
+from fuzzy_stereo_ros.matching.kernels.compiled import before_compiling, FOLDER
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
 from numba.core.dispatcher import Dispatcher
 import numpy as np

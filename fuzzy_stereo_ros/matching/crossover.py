@@ -8,10 +8,10 @@ chooses the cells that take them: those below a line (the paper's), connected re
 al., Partition crossover, 2009), or the best of all choices, by a minimum cut (Lempitsky et al.,
 Fusion moves for Markov random field optimization, 2010).
 """
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import take_below, total_change, widest
-from fuzzy_stereo_ros.matching.kernels.genetic.max_flow import maximum_flow
-from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import decide, load, unload
-from fuzzy_stereo_ros.matching.kernels.genetic.regions import take_regions
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import (
+    take_below, take_regions, total_change, widest)
+from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
+    decide, load, maximum_flow, unload)
 import numpy as np
 
 LARGEST = 2**26     # a change of cost, of one cell or of two together, is at most this

@@ -5,10 +5,10 @@ from dataclasses import replace
 import time
 
 import cv2
-from fuzzy_stereo_ros.matching.camera import Camera
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
+from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.paper.matcher import PaperMatcher
 from fuzzy_stereo_ros.matching.quality.matcher import QualityMatcher
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher

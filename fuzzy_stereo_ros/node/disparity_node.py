@@ -7,7 +7,7 @@ import threading
 import time
 import traceback
 
-from fuzzy_stereo_ros.matching.kernels.jit_cache import remarks
+from fuzzy_stereo_ros.matching.kernels.compiled import remarks
 from fuzzy_stereo_ros.node.diagnostics import (
     change_of, change_values, compiling_sentence, counts_of, Diagnostics, LOADING, LossReports)
 from fuzzy_stereo_ros.node.parameters import NodeParameters

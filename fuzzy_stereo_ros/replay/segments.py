@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.matching.kernels.jit_cache import note, remarks
+from fuzzy_stereo_ros.matching.kernels.compiled import note, remarks
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.replay.loop import Interruption, match_or_refuse
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS

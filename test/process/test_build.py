@@ -19,7 +19,7 @@ FIRST_DISPARITY = """
 import json, time
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.jit_cache import remarks
+from fuzzy_stereo_ros.matching.kernels.compiled import remarks
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 pair, matcher = made_pair(480, 640, 64), StereoMatcher()

@@ -12,14 +12,14 @@ import sys
 
 from fuzzed import is_long
 import fuzzy_stereo_ros.matching.kernels as kernels
-from fuzzy_stereo_ros.matching.kernels import cache_folder
+from fuzzy_stereo_ros.matching.kernels import compiled
 from mounted import as_stranger, mounting, READ_ONLY
 import numba
 from processors import has_level
 import pytest
 
 SOURCES = Path(kernels.__file__).parent
-MACHINERY = '__init__', 'cache_folder', 'compiled', 'jit_cache'
+MACHINERY = '__init__', 'compiled'
 START = """# a kernel
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 """
@@ -41,7 +41,7 @@ import json, os, sys
 import numba
 from fuzzy_stereo_ros.matching.kernels.caller import steps
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
-from fuzzy_stereo_ros.matching.kernels.jit_cache import remarks
+from fuzzy_stereo_ros.matching.kernels.compiled import remarks
 told = remarks()
 if len(sys.argv) > 2:
     with open(sys.argv[2], 'wb', buffering=0) as others:
@@ -311,21 +311,21 @@ def test_kernels_with_checked_bounds_and_without_are_kept_apart(tmp_path, monkey
     folders = set()
     for checked in (None, 1, None):
         monkeypatch.setattr(numba.config, 'BOUNDSCHECK', checked)
-        folders.add(cache_folder.choose_folders().kept)
+        folders.add(compiled.choose_folders().kept)
     assert len(folders) == 2
 
 
 def test_folders_not_used_for_long_are_removed_and_nothing_else(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
-    used = cache_folder.choose_folders().kept
+    used = compiled.choose_folders().kept
     others = [used.with_name(f'kernels_{number:016x}') for number in range(10)]
     foreign = used.with_name('unknown')
     for age, folder in enumerate([*others, foreign]):
         (folder / 'kernels').mkdir(parents=True)
         os.utime(folder, (age, age))
     os.utime(used, (0, 0))
-    assert cache_folder.choose_folders().kept == used
-    assert {*used.parent.iterdir()} == {used, *others[-cache_folder.KEPT + 1:], foreign}
+    assert compiled.choose_folders().kept == used
+    assert {*used.parent.iterdir()} == {used, *others[-compiled.KEPT + 1:], foreign}
 
 
 def test_all_kernels_are_compiled_by_one_module_and_depend_on_no_source_elsewhere():

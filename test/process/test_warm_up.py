@@ -11,13 +11,13 @@ import time
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.compiling import compile_kernels, Workers
-from fuzzy_stereo_ros.matching.kernels import cache_folder
+from fuzzy_stereo_ros.matching.kernels import compiled
 from mounted import mounting
 from node_process import ROOT
 import psutil
 import pytest
 
-CODE = cache_folder.SOURCES / '__pycache__'
+CODE = compiled.SOURCES / '__pycache__'
 MATCH = """
 import gc, sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher

@@ -3,7 +3,7 @@
 """Which of the processors that wheels bring kernels for this machine has."""
 import platform
 
-from fuzzy_stereo_ros.matching.kernels.jit_cache import LEVELS
+from fuzzy_stereo_ros.matching.kernels.compiled import LEVELS
 from numba.core.codegen import get_host_cpu_features
 
 

@@ -1,11 +1,224 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How kernels are compiled, and kept for the next process: the decorators of all of them."""
-from functools import partial
+"""
+How kernels are compiled, and kept for the next process: the decorators of all of them.
 
-from fuzzy_stereo_ros.matching.kernels.cache_folder import choose_folders
-from fuzzy_stereo_ros.matching.kernels.jit_cache import KeptKernel, note
-from numba import config, njit
+Compiled kernels are kept in files of their own for each kernel, signature and processor, in a
+folder named by the sources of all. So several processes read and write at once without locks: who
+writes the same writes the same.
+"""
+from collections import deque
+from contextlib import contextmanager, suppress
+from functools import partial
+import hashlib
+import os
+from pathlib import Path
+import platform
+import shutil
+import sys
+import tempfile
+from typing import NamedTuple
+
+import numba
+from numba.core.caching import IndexDataCacheFile, NullCache
+from numba.core.compiler import CompileResult
+
+NAME = 'fuzzy_stereo_ros'
+KEPT = 8        # folders in a place: of other sources, other versions of Python and numba
+PROBE = bytes(1 << 16)      # a full disk still takes files without content
+SOURCES = Path(__file__).parent
+BROUGHT = SOURCES / 'brought'       # what a wheel has, see `make wheel`
+
+
+class Folders(NamedTuple):
+    """
+    The folders of compiled kernels.
+
+    kept: a Path to write to, None where none can be. readable: more Paths that have some.
+    warning: a sentence on what is done without for want of a folder, '' where nothing is.
+    on_compiling: one for when a kernel is found nowhere.
+    """
+
+    kept: Path | None
+    readable: tuple
+    warning: str
+    on_compiling: str
+
+
+def choose_folders():
+    """
+    Return the Folders of this process; the first is made, and those long not used are removed.
+
+    It is in what NUMBA_CACHE_DIR names, else beside the kernels, else in the user's cache. What
+    was compiled in another of these that can only be read, or came with the package, is read.
+    """
+    wanted = [Path(numba.config.CACHE_DIR) / NAME] if numba.config.CACHE_DIR else []
+    places = [*wanted, SOURCES / '__pycache__', *_user_cache()]
+    name = folder_name()
+    folders = [place.absolute() / name for place in places]
+    readable = (*(folder for folder in folders
+                  if folder.is_dir() and not os.access(folder, os.W_OK)),
+                *filter(Path.is_dir, [BROUGHT / name]))
+    denied = []
+    for place, folder in zip(places, folders):
+        try:
+            make_folder(folder)
+            os.utime(folder)    # it is in use
+        except OSError as error:
+            denied.append(f'{place}: {error.strerror}')
+            continue
+        _remove_older(folder)
+        return Folders(folder, readable, '' if not (wanted and denied) else
+                       f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({denied[0]}): they '
+                       f'are kept in {place}', _unlike_brought())
+    warning = ('no folder for compiled kernels can be written to '
+               f"({', '.join(denied)}): they are compiled at each start, which takes up to 60 s; "
+               'set NUMBA_CACHE_DIR to a folder that can be')
+    return Folders(None, readable, *(('', warning) if readable else (warning, '')))
+
+
+def make_folder(folder):
+    """Make a folder where there is none; OSError where nothing can be written to it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder, buffering=0) as probe:
+        if probe.write(PROBE) < len(PROBE):
+            probe.write(PROBE)      # tells why
+
+
+def folder_name():
+    """Return a name made of all that compiled kernels depend on but for the processor."""
+    digest = hashlib.sha256(repr(numba.config.BOUNDSCHECK).encode())
+    for source in sorted(SOURCES.rglob('*.py')):
+        content = source.read_bytes()
+        name = source.relative_to(SOURCES).as_posix()
+        digest.update(f'{name} {len(content)} '.encode() + content)
+    return (f'kernels_{sys.implementation.cache_tag}_numba-{numba.__version__}_'
+            f'{digest.hexdigest()[:16]}')
+
+
+def _unlike_brought():
+    """Return what to say where a kernel is compiled although some came with the package, or ''."""
+    brought = ', '.join(sorted(path.name.split('_', 1)[1] for path in BROUGHT.glob('kernels_*')))
+    return brought and (
+        f'the package came with kernels for {brought}, default profiles and processors from '
+        f"x86-64-v3 on; here is {folder_name().split('_', 1)[1]} on {platform.machine()}: what "
+        'is not among them is compiled once')
+
+
+def _user_cache():
+    """Return the user's cache for this package in a list, which is empty where there is none."""
+    named = os.environ.get('XDG_CACHE_HOME', '')
+    place = Path(named if os.path.isabs(named) else os.path.expanduser('~/.cache'))
+    # Without HOME and without a name in the system's list of users `~` remains.
+    return [place / NAME] if place.is_absolute() else []
+
+
+def _remove_older(folder):
+    """Leave those folders beside a folder, itself among them, that were in use last."""
+    ages = {}
+    for other in folder.parent.glob('kernels_*'):
+        try:
+            ages[other] = -other.stat().st_mtime_ns
+        except OSError:
+            continue        # another process has removed it
+    for other in sorted(ages, key=ages.get)[KEPT:]:
+        shutil.rmtree(other, ignore_errors=True)
+
+
+# What processors have, by LLVM's names, for which wheels bring kernels; the best comes first.
+_V3 = {'avx2', 'bmi', 'bmi2', 'f16c', 'fma', 'lzcnt', 'movbe'}
+LEVELS = {'x86-64-v4': _V3 | {'avx512bw', 'avx512cd', 'avx512dq', 'avx512f', 'avx512vl'},
+          'x86-64-v3': _V3}
+
+_remarks, _noted, _prepare = deque(), set(), []
+
+
+def note(remark):
+    """Have a sentence told by `remarks`, but for one that it has had before."""
+    if remark not in _noted:
+        _noted.add(remark)
+        _remarks.append(remark)
+
+
+def remarks():
+    """Return sentences on what is done without, as kernels cannot be kept; each only once."""
+    told = []
+    with suppress(IndexError):
+        while True:
+            told.append(_remarks.popleft())
+    return told
+
+
+@contextmanager
+def before_compiling(prepare):
+    """Have prepare() called once, before the first kernel that is kept nowhere is compiled."""
+    _prepare.append(prepare)
+    try:
+        yield
+    finally:
+        with suppress(ValueError):
+            _prepare.remove(prepare)
+
+
+class KeptKernel(NullCache):
+    """numba's cache of one kernel: what cannot be read is compiled, what cannot be kept is not."""
+
+    def __init__(self, function, folders):
+        """Keep what a Python function is compiled to in Folders."""
+        self._name = f'{function.__module__}.{function.__qualname__}'
+        self._folder, self._folders = folders.kept, folders
+
+    @property
+    def cache_path(self):
+        """The folder that it is kept in; None: nowhere."""
+        return self._folder and str(self._folder)
+
+    def load_overload(self, signature, context):
+        """Return what was compiled for a signature, None where nothing sound is there."""
+        context.refresh()
+        found = self._found(signature, context)
+        if found is None:
+            if self._folders.on_compiling:
+                note(self._folders.on_compiling)
+            if _prepare:
+                _prepare.pop()()
+                found = self._found(signature, context)
+        return found
+
+    def save_overload(self, signature, compiled):
+        """Keep what was compiled for a signature, or note why it cannot be kept."""
+        if self._folder is None or compiled.library.has_dynamic_globals:
+            return
+        file = self._file(self._folder, signature, *compiled.codegen.magic_tuple())
+        try:
+            file.flush()        # what is there may be damaged
+            file.save(signature, compiled._reduce())
+        except OSError as error:
+            note(f'compiled kernels can no longer be kept in {self._folder} ({error.strerror}): '
+                 'those that are not there are compiled at each start; make room, or set '
+                 'NUMBA_CACHE_DIR to another folder')
+
+    def _found(self, signature, context):
+        """Return what is kept of a signature for this processor or the best of its levels."""
+        triple, *processor = context.codegen().magic_tuple()
+        has = set(processor[1].replace('+', '').split(','))
+        processors = [processor, *([level, ''] for level, needed in LEVELS.items()
+                                   if needed <= has)]
+        for folder in filter(None, (self._folder, *self._folders.readable)):
+            for one in processors:
+                # Whatever is there and damaged is compiled and replaced; it may raise anything.
+                with suppress(Exception):
+                    kept = self._file(folder, signature, triple, *one).load(signature)
+                    if kept is not None:
+                        return CompileResult._rebuild(context, *kept)
+        return None
+
+    def _file(self, folder, signature, triple, processor, features):
+        """Return numba's files, an index and what it names, for a signature and a processor."""
+        about = repr((signature, triple, processor, features)).encode()
+        name = f'{self._name}-{hashlib.sha256(about).hexdigest()[:16]}'
+        return IndexDataCacheFile(str(folder), name, None)
+
 
 _folders = choose_folders()
 FOLDER = _folders.kept
@@ -23,8 +236,8 @@ def kernel(function=None, **options):
     """
     if function is None:
         return partial(kernel, **options)
-    dispatcher = njit(nogil=True, **options)(function)
-    if not config.DISABLE_JIT:
+    dispatcher = numba.njit(nogil=True, **options)(function)
+    if not numba.config.DISABLE_JIT:
         # Not numba's public interface, whose caches do not know of changes in the kernels that a
         # kernel calls, read no folder that cannot be written to, and let errors of disks out.
         dispatcher._cache = KeptKernel(function, _folders)
@@ -33,4 +246,4 @@ def kernel(function=None, **options):
 
 def inlined(function):
     """Compile a function into every kernel that calls it."""
-    return njit(forceinline=True)(function)
+    return numba.njit(forceinline=True)(function)

@@ -22,8 +22,8 @@ from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     fill_gradient_norm, fill_row_fitness)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     EQUAL, fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
-from fuzzy_stereo_ros.matching.kernels.possibility.grey_classes import fill_chosen_possibility
-from fuzzy_stereo_ros.matching.kernels.possibility.uniform_cells import most_possible
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
+    fill_chosen_possibility, most_possible)
 from fuzzy_stereo_ros.matching.paper.possibility import (
     class_levels, eight_bit_colours, FULL, grey_levels, LiteralPossibility, lost_bits,
     uniform_membership, UniformPossibility)

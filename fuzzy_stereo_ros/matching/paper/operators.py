@@ -24,9 +24,8 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     least_possible_level, place_patches)
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_exchange import fill_exchange, take_genes
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_mutation import (
-    larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS)
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_operators import (
+    fill_exchange, larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS, take_genes)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.population import Lineage

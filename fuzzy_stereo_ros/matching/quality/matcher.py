@@ -16,12 +16,10 @@ from fuzzy_stereo_ros.matching.crossover import Cut
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.match import Match
-from fuzzy_stereo_ros.matching.quality.evidence import Evidence
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
-from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
-from fuzzy_stereo_ros.matching.quality.planes import local_planes
+from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
+from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import Population, Tools, View
-from fuzzy_stereo_ros.matching.quality.regions import segments_of
 from fuzzy_stereo_ros.matching.quality.result import consistent, refine
 from fuzzy_stereo_ros.matching.quality.seed import costs_of_pixels, realtime_maps, ScanlineSeed
 import numpy as np

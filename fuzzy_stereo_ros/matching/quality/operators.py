@@ -4,12 +4,46 @@
 The operators of the profile `quality`: mutants that are planes of regions, and crossover.
 
 Each is called with the population and a source of random numbers and changes the chromosome whose
-turn it is, in both views.
+turn it is, in both views. What a proposal moves needs evidence of the images alone, since a smooth
+plane is fitter than a rough surface even where the images say little, as in shadows on a road: a
+region moves only if its matches, without smoothness, are not less possible; it may lose something
+where the two views disagree about what is there.
 """
 from fuzzy_stereo_ros.matching.kernels.planes import fits
-from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
-from fuzzy_stereo_ros.matching.quality.regions import listed, tiles
+from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded, UNIT
+from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread, tiles
 import numpy as np
+
+FAR = 0.5            # px by which a pixel moves, as it counts
+PRICE = 0.2          # of a pixel about which the views disagree, parts of an impossible match
+LEAST = 100          # px of a region that is asked for evidence
+
+
+class Evidence:
+    """Memory for one image size."""
+
+    def __init__(self, rows, columns):
+        """Allocate."""
+        self._region = np.zeros((rows, columns), np.int32)
+        self._parent, self._size = (np.zeros(rows * columns + 1, np.int32) for _ in range(2))
+        self._dearer = np.zeros(rows * columns + 1, np.int64)
+
+    def reject(self, labels, old, new, old_costs, new_costs, trusted, selected):
+        """Let `selected` be false in regions that must not move: see reject_unfounded."""
+        reject_unfounded(labels, old, new, np.float32(FAR), old_costs, new_costs, trusted,
+                         int(PRICE * UNIT), LEAST, self._region, self._parent, self._dearer,
+                         self._size, selected)
+
+
+class NoEvidence:
+    """Asks for none: what is fitter moves."""
+
+    def __init__(self, rows, columns):
+        """Need no memory."""
+
+    def reject(self, *_):
+        """Reject nothing."""
+
 
 FITTED_TILES = 40, 20        # px, tiles that take the plane fitted to them
 COPIED_TILES = 30, 12        # px, tiles that take the plane of one of their pixels

@@ -8,8 +8,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     compare_views, CONSISTENT, INVALID)
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
-from fuzzy_stereo_ros.matching.quality.planes import region_planes, spread
-from fuzzy_stereo_ros.matching.quality.regions import listed
+from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND
 from fuzzy_stereo_ros.matching.speckles import reject_speckles
 import numpy as np

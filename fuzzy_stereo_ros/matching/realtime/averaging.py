@@ -6,18 +6,59 @@ Both pictures averaged over the frames in which they show the same: the noise go
 Not in the paper. A map from two pictures is better than a map from one and a memory of the map
 before: matching errs by far more than noise alone. A tile is averaged only where what changed is
 noise: no louder than noise is in this pair, not brighter or darker by blocks than white noise is,
-and no louder in any block than elsewhere. Where the picture moves otherwise than all of it does,
-nothing is averaged.
+and no louder in any block than elsewhere. A camera that turns moves everything alike, by one shift
+that phase correlation finds; where the picture moves otherwise, nothing is averaged.
 """
 from typing import NamedTuple
 
+import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.temporal.averaging import blend
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    choose_tiles, compare_tiles, roughness, Rules, TILE)
-from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_ages
-from fuzzy_stereo_ros.matching.realtime.motion import Motion
+    blend, choose_tiles, compare_tiles, roughness, Rules, TILE)
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 import numpy as np
+
+GLANCE = 60          # rows of the small pictures that are correlated, about, and at the least
+SMALLEST = 16        # rows and columns of a thumbnail that phase correlation can work with
+REACH = 2            # px by which the correlation may be wrong
+SAMPLED = 16         # one row in so many shows which shift is exact
+
+
+class Motion:
+    """Compares the pictures of two frames of one image size."""
+
+    def __init__(self, rows, columns):
+        """Prepare for images of a size; those too small for a thumbnail count as never moving."""
+        self._scale = max(min(rows, columns) // GLANCE, 1)
+        size = [_even_size(pixels // self._scale) for pixels in (rows, columns)]
+        self._usable = min(size) >= SMALLEST
+        self._before, self._now = (np.zeros(size, np.float32) for _ in range(2))
+        self._window = cv2.createHanningWindow(size[::-1], cv2.CV_32F) if self._usable else None
+
+    def between(self, before, now):
+        """
+        Return how far the picture moved down and to the right, in whole pixels.
+
+        before: uint16 (R, C), fine grey; now: uint16, the same, padded.
+        """
+        if not self._usable:
+            return 0, 0
+        thumbnail(before, 0, self._scale, self._before)
+        thumbnail(now, MARGIN, self._scale, self._now)
+        # the window is applied here: OpenCV would apply it to the arrays themselves
+        (right, down), _ = cv2.phaseCorrelate(self._before * self._window,
+                                              self._now * self._window)
+        return best_shift(now, before, round(down * self._scale),
+                          round(right * self._scale), REACH, SAMPLED)
+
+
+def _even_size(size):
+    """Return the largest even size, not above, that needs no padding; others are biased."""
+    while size >= SMALLEST and (size % 2 or cv2.getOptimalDFTSize(size) != size):
+        size -= 1
+    return size
+
 
 RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32)
 LIKE = 2.5           # times what a tile differs by which a pixel is averaged at the most

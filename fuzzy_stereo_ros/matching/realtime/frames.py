@@ -16,7 +16,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
-from fuzzy_stereo_ros.matching.kernels.planes.evidence import reject_bent, reject_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_bent, reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
 from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions
 import numpy as np

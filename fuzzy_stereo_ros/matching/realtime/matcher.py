@@ -22,13 +22,12 @@ from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE as HALF_TILE
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
-from fuzzy_stereo_ros.matching.realtime.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.planes import WeakRegions
 from fuzzy_stereo_ros.matching.realtime.population import cross, Population
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
-from fuzzy_stereo_ros.matching.realtime.views import Views
+from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate, Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 
 TILE = HALF_TILE    # pixels of a side of the tiles that search labels of their own

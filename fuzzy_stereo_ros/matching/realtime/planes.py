@@ -9,7 +9,7 @@ its consistent matches agree, as the segments of `quality` do (Bleyer and Gelaut
 crossover then keeps what is fitter.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.planes import weak_regions
+from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 import numpy as np
 
@@ -40,11 +40,11 @@ class GreyRegions:
         apart, overlap: see find_runs; least: pixels of a region
         """
         runs = self._begin, self._end, self._parent, self._row_runs
-        pool.each(lambda band: weak_regions.find_runs(
+        pool.each(lambda band: segments.find_runs(
             fine, MARGIN, weak, step, apart, overlap, *runs, self._sums[band[0]], band[1],
             band[2]), self._bands)
-        weak_regions.join_runs(fine, MARGIN, apart, overlap, *runs, self._sums[0], self._edges)
-        number = weak_regions.number_regions(*runs, least, self._size, self._region)
+        segments.join_runs(fine, MARGIN, apart, overlap, *runs, self._sums[0], self._edges)
+        number = segments.number_regions(*runs, least, self._size, self._region)
         return (self._begin, self._end, self._row_runs, self._region), number
 
 
@@ -79,11 +79,11 @@ class WeakRegions:
         """
         regions, number = grown
         planes = self._planes[:number]
-        weak_regions.gather_points(
+        segments.gather_points(
             *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
             self._starts, self._points)
-        weak_regions.fit_planes(
+        segments.fit_planes(
             self._points, self._starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes)
         self._mutant[:] = parent
-        weak_regions.write_mutant(*regions, planes, disparities, inside, self._mutant)
+        segments.write_mutant(*regions, planes, disparities, inside, self._mutant)
         return self._mutant

@@ -9,7 +9,7 @@ from functools import partial
 
 import cv2
 from fuzzy_stereo_ros.matching.bands import by_bands
-from fuzzy_stereo_ros.matching.kernels.refinement import medians, output, subpixel
+from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, reject_changed)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -35,12 +35,12 @@ class Refinement:
     def __init__(self, columns, disparities, labels_type, bands):
         """Allocate for images of so many columns, labels of a type, and bands of all rows."""
         rows = bands[-1][2]
-        around = rows + 2 * medians.RADIUS, columns + 2 * medians.RADIUS + 2 * LANES
+        around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
         self._bands, self._disparities = bands, disparities
         self.validity, self.settled = (np.zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(columns, bands)
         self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
-        self._members = [np.zeros(medians.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
+        self._members = [np.zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
         self._median = np.zeros((rows, columns + 2 * LANES), labels_type)
         self._labels = np.zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
@@ -84,10 +84,10 @@ class Refinement:
 
         def settle(band):
             reject_changed(labels, chromosome, self.validity, self.settled, band[1], band[2])
-            medians.pad_map(chromosome, columns, self._padded, band[1], band[2])
-            medians.pad_map(grey, columns, self._padded_grey, band[1], band[2])
+            filling.pad_map(chromosome, columns, self._padded, band[1], band[2])
+            filling.pad_map(grey, columns, self._padded_grey, band[1], band[2])
         pool.each(settle, self._bands)
-        pool.each(lambda band: medians.membership_median(
+        pool.each(lambda band: filling.membership_median(
             self._padded, self._padded_grey, ALIKE, bits, columns, self._median,
             self._members[band[0]], band[1], band[2]), self._bands)
         by_bands(pool, partial(cv2.medianBlur, ksize=5), 2, self._median[:, :columns],
@@ -107,13 +107,13 @@ class Refinement:
         def fit(band):
             subpixel.fit(chosen.labels, chosen.offsets, self.settled, self._fitted, band[1],
                          band[2])
-            output.certainty(chosen.sums, chosen.margins, *reliance, self.settled, self._certain,
-                             band[1], band[2])
+            subpixel.certainty(chosen.sums, chosen.margins, *reliance, self.settled,
+                               self._certain, band[1], band[2])
 
         def write_out(band):
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     band[1], band[2])
-            output.write_out(
+            subpixel.write_out(
                 self._fine, self.settled, self._blurred, np.float32(LEAST_SURE), self._lines,
                 config.min_disparity, config.disparities, config.fill,
                 np.float32(config.confidence_threshold), disparity, confidence, band[1], band[2])

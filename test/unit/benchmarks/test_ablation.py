@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.benchmarks.truth import (
 from fuzzy_stereo_ros.evaluation.datasets import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.paper.fuzzy_classes import matching_possibility
+from fuzzy_stereo_ros.matching.paper.possibility import matching_possibility
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import fine_places, View
 import numpy as np

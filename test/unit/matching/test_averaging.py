@@ -3,9 +3,8 @@
 """Pictures averaged over frames: which tiles show the same, and what becomes of them."""
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
-from fuzzy_stereo_ros.matching.kernels.temporal.averaging import blend
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    choose_tiles, compare_tiles, roughness, TILE)
+    blend, choose_tiles, compare_tiles, roughness, TILE)
 from fuzzy_stereo_ros.matching.realtime.averaging import Averaging, RULES
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from hypothesis import given, settings, strategies as st

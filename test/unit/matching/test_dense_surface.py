@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
-from fuzzy_stereo_ros.matching.quality.seed_fitness import Steps, SurfaceFitness
+from fuzzy_stereo_ros.matching.quality.seed import Steps, SurfaceFitness
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

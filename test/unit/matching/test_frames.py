@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.benchmarks.speed import with_noise
 from fuzzy_stereo_ros.benchmarks.variants import NothingComesOver
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.planes import evidence, grid, grid_labels
+from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
@@ -130,8 +130,8 @@ def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_refuse
     planes = np.array([(0.1, 0.2, 1), (0, 0, 2), (0.5, 0, 0)], np.float32)
     for share in (0.2, 0.5, 0.9):
         selected = np.ones(shape, bool)
-        evidence.reject_bent(planes, starts, pixels, disparities, trusted, np.float32(1), share,
-                             selected)
+        costs.reject_bent(planes, starts, pixels, disparities, trusted, np.float32(1), share,
+                          selected)
         for plane, first, last in zip(planes, starts, starts[1:]):
             row, column = np.divmod(pixels[first:last], shape[1])
             known = trusted[row, column]

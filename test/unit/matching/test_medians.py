@@ -3,7 +3,7 @@
 """The membership median and the median of 5 x 5 that follows it."""
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
-from fuzzy_stereo_ros.matching.kernels.refinement import medians
+from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.refinement import ALIKE, Refinement
 from hypothesis import given, settings, strategies as st
@@ -17,18 +17,18 @@ KINDS = [(np.uint8, 1), (np.uint8, 2), (np.uint8, 256), (np.uint16, 257), (np.ui
 
 def median_of(labels, grey, reach, disparities, bands=None):
     rows, columns = labels.shape
-    radius = medians.RADIUS
+    radius = filling.RADIUS
     padded, padded_grey = (np.full((rows + 2 * radius, columns + 2 * radius + 2 * LANES), 99,
                                    labels.dtype) for _ in range(2))
     out = np.zeros((rows, columns + 2 * LANES), labels.dtype)
-    members = np.zeros(medians.NEIGHBOURS * LANES, labels.dtype)
+    members = np.zeros(filling.NEIGHBOURS * LANES, labels.dtype)
     bits = max((disparities - 1).bit_length(), 1)
     bands = bands or [(0, rows)]
     for band in bands:
-        medians.pad_map(labels, columns, padded, *band)
-        medians.pad_map(grey, columns, padded_grey, *band)
+        filling.pad_map(labels, columns, padded, *band)
+        filling.pad_map(grey, columns, padded_grey, *band)
     for band in bands:
-        medians.membership_median(padded, padded_grey, reach, bits, columns, out, members, *band)
+        filling.membership_median(padded, padded_grey, reach, bits, columns, out, members, *band)
     return out[:, :columns]
 
 

@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
     best_shift, move_ages, move_map, thumbnail)
-from fuzzy_stereo_ros.matching.realtime.motion import Motion
+from fuzzy_stereo_ros.matching.realtime.averaging import Motion
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.camera import Camera
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
+from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.realtime import camera_motion, moving_camera
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, made_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of

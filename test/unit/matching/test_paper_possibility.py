@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Eq. 1, Eq. 2, the possibility volume and the grey levels they are defined on."""
 import cv2
-from fuzzy_stereo_ros.matching.kernels.possibility.grey_classes import (
-    fill_chosen_possibility, fill_class_possibility, fill_grey_possibility)
-from fuzzy_stereo_ros.matching.kernels.possibility.uniform_cells import (
-    average_over_uniform, fill_planes, most_possible)
-from fuzzy_stereo_ros.matching.paper.fuzzy_classes import (
-    compressed, GRADIENT_CENTRES, GRADIENT_SIGMA, GREY_CENTRES, matching_possibility, membership,
-    memberships, shared_membership)
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
+    average_over_uniform, fill_chosen_possibility, fill_class_possibility, fill_grey_possibility,
+    fill_planes, most_possible)
 from fuzzy_stereo_ros.matching.paper.possibility import (
-    class_levels, gradient_table, grey_levels, nearness, possibility_table, uniform_membership,
-    very_possible_table)
+    class_levels, compressed, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table, GREY_CENTRES,
+    grey_levels, matching_possibility, membership, memberships, nearness, possibility_table,
+    shared_membership, uniform_membership, very_possible_table)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

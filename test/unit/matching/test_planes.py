@@ -5,10 +5,10 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import costs, fits, segments
-from fuzzy_stereo_ros.matching.kernels.planes.evidence import reject_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     compare_views, CONSISTENT, INVALID, OUTSIDE)
-from fuzzy_stereo_ros.matching.quality import regions
+from fuzzy_stereo_ros.matching.quality import planes
 from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
 from fuzzy_stereo_ros.matching.quality.population import View
@@ -178,7 +178,7 @@ def test_planes_of_regions_are_found_among_outliers():
                  + truth[labels, 2]).astype(np.float32)
     disparity[draw.random(disparity.shape) < 0.3] = 60
     found = region_planes(POOL, disparity, np.ones(disparity.shape, bool),
-                          regions.listed(labels, 2), Random((3,)))
+                          planes.listed(labels, 2), Random((3,)))
     np.testing.assert_allclose(found, truth, atol=0.02)
 
 
@@ -187,7 +187,7 @@ def test_planes_are_fitted_to_trusted_pixels_and_flat_where_there_are_few():
     labels = np.zeros((20, 30), np.int32)
     labels[0, :3] = 1
     disparity = np.where(column < 20, 0.5 * column, 3).astype(np.float32)
-    found = region_planes(POOL, disparity, column < 12, regions.listed(labels, 2), Random((0,)))
+    found = region_planes(POOL, disparity, column < 12, planes.listed(labels, 2), Random((0,)))
     np.testing.assert_allclose(found[0], [0.5, 0, 0], atol=0.01)
     np.testing.assert_allclose(found[1], [0, 0, 0.5], atol=0.01)
 
@@ -247,7 +247,7 @@ def test_segments_are_those_of_the_plain_rule(scale, smallest):
 
 @given(st.integers(0, 10**6))
 def test_regions_list_each_pixel_once_and_tiles_are_squares(seed):
-    tiles = regions.tiles((17, 23), 6, Random((seed,)))
+    tiles = planes.tiles((17, 23), 6, Random((seed,)))
     np.testing.assert_array_equal(np.sort(tiles.pixels), np.arange(17 * 23))
     for region in range(tiles.number):
         pixels = tiles.pixels[tiles.starts[region]:tiles.starts[region + 1]]
@@ -257,7 +257,7 @@ def test_regions_list_each_pixel_once_and_tiles_are_squares(seed):
 
 def test_any_pixel_of_a_region_may_be_drawn():
     labels = np.array([[0, 0, 1], [2, 2, 1], [2, 2, 3]], np.int32)
-    listed, found = regions.listed(labels, 4), set()
+    listed, found = planes.listed(labels, 4), set()
     for key in range(60):
         chosen = np.zeros(4, np.int32)
         fits.draw_pixels(listed.starts, listed.pixels, np.uint64(key * 977), chosen)

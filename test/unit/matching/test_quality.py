@@ -8,9 +8,8 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
-from fuzzy_stereo_ros.matching.quality.evidence import NoEvidence
 from fuzzy_stereo_ros.matching.quality.matcher import Stages
-from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
+from fuzzy_stereo_ros.matching.quality.operators import NoEvidence, OPERATORS
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
 import pytest

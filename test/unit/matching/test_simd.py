@@ -3,7 +3,7 @@
 """Each vector operation, and each way to reach single numbers, against NumPy."""
 from fuzzy_stereo_ros.matching.kernels import addresses, simd
 from fuzzy_stereo_ros.matching.kernels.possibility.features import load_colours
-from fuzzy_stereo_ros.matching.kernels.scanlines import four_lowest
+from fuzzy_stereo_ros.matching.kernels.scanlines import winner_takes_all
 from fuzzy_stereo_ros.matching.kernels.simd import FLOATS, LANES, load, store
 from numba import njit
 import numpy as np
@@ -120,15 +120,15 @@ def splatted_word(words, at, out):
 
 @njit
 def lowest_of_four(vectors, at, out, four, four_at):
-    packed = four_lowest.lowest_of_four(
+    packed = winner_takes_all.lowest_of_four(
         load(vectors, at), load(vectors, at + LANES), load(vectors, at + 2 * LANES),
         load(vectors, at + 3 * LANES))
-    first, second, third, fourth = four_lowest.unpacked(load(out, 0), packed)
+    first, second, third, fourth = winner_takes_all.unpacked(load(out, 0), packed)
     store(out, 0, first)
     store(out, LANES, second)
     store(out, 2 * LANES, third)
     store(out, 3 * LANES, fourth)
-    four_lowest.store_four(four, four_at, packed)
+    winner_takes_all.store_four(four, four_at, packed)
 
 
 @njit
@@ -374,12 +374,12 @@ def of_two_blocks(one, two, words, out):
 @njit
 def lowest_of_four_wide(vectors, out, four):
     kind, lanes = simd.splat_wide(np.uint8(0)), 2 * LANES
-    packed = four_lowest.lowest_of_four(
+    packed = winner_takes_all.lowest_of_four(
         simd.load_like(kind, vectors, 0), simd.load_like(kind, vectors, lanes),
         simd.load_like(kind, vectors, 2 * lanes), simd.load_like(kind, vectors, 3 * lanes))
-    for index, vector in enumerate(four_lowest.unpacked(kind, packed)):
+    for index, vector in enumerate(winner_takes_all.unpacked(kind, packed)):
         store(out, index * lanes, vector)
-    four_lowest.store_four(four, 0, packed)
+    winner_takes_all.store_four(four, 0, packed)
 
 
 @pytest.mark.parametrize('seed', range(5))

@@ -7,7 +7,7 @@ from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
-from fuzzy_stereo_ros.matching.kernels.refinement.output import CLEAR_MARGIN
+from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, LEAST_SURE, Refinement, RIGHT
 from hypothesis import given, settings, strategies as st
 import numpy as np

@@ -4,11 +4,10 @@
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import key_of
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_exchange import fill_exchange, take_genes
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_mutation import (
-    larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS, UNIFORM)
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_operators import (
+    fill_exchange, larger_halves, LARGEST_HALF, mutate_by_patches, SPARE_ROWS, take_genes, UNIFORM)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import uniform_membership

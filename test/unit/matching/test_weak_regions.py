@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.evolution import Random
-from fuzzy_stereo_ros.matching.kernels.planes import weak_regions
+from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
@@ -73,7 +73,7 @@ def test_points_are_consistent_matches_evenly_spread(seed, most):
     validity = draw.integers(0, 3, full).astype(np.uint8)
     tally, starts = np.zeros((number, 3), np.int32), np.zeros(number + 1, np.int32)
     found = np.zeros((3, grey.size), np.float32)
-    weak_regions.gather_points(*regions, most, labels, offsets, validity, tally, starts, found)
+    segments.gather_points(*regions, most, labels, offsets, validity, tally, starts, found)
     numbers = as_map(regions, shape)
     for region in range(number):
         mine = found[:, starts[region]:starts[region + 1]]
@@ -86,8 +86,8 @@ def test_points_are_consistent_matches_evenly_spread(seed, most):
 def fitted(points, share, rounds=24):
     """Return the plane of some points (3, n)."""
     found = np.zeros((1, 3), np.float32)
-    weak_regions.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
-                            rounds, np.float32(planes.AGREEMENT), share, np.uint64(5), found)
+    segments.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
+                        rounds, np.float32(planes.AGREEMENT), share, np.uint64(5), found)
     return found[0]
 
 
@@ -133,7 +133,7 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
     found[draw.random(number) < 0.2] = np.nan
     parent = draw.integers(0, DISPARITIES, (17, 43)).astype(np.uint8)
     child = parent.copy()
-    weak_regions.write_mutant(*regions, found, DISPARITIES, np.array(inside), child)
+    segments.write_mutant(*regions, found, DISPARITIES, np.array(inside), child)
     np.testing.assert_array_equal(child, twins.mutant(
         as_map(regions, shape), found.astype(float), DISPARITIES, inside, parent))
 

@@ -1,7 +1,14 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where two parents differ, and sums over an exchange of their genes: see crossover.Exchange."""
+"""
+Where two parents differ, sums over an exchange of their genes, and partition crossover.
+
+An exchange: see crossover.Exchange. Partition crossover takes connected regions of cells whole, or
+not at all (Whitley et al., Partition crossover for pseudo-Boolean optimization, 2009 and 2015).
+Regions meet only where the parents agree, so that what is gained is the sum over those taken.
+"""
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
 import numpy as np
 
@@ -83,3 +90,88 @@ def copy_taken(cells, taken, first, second):
     for index in range(cells.size):
         if taken[index]:
             ours[cells[index]] = theirs[cells[index]]
+
+
+@inlined
+def _at(region, place):
+    """Return the region at a place, 0 for none; unsigned: no check for negative places."""
+    return np.int64(region[np.uint64(place)])
+
+
+@inlined
+def _joined(parent, region, other):
+    """Return the region of a cell that has two neighbours; 0 is none."""
+    if region == 0 or other == 0 or region == other:
+        return max(region, other)
+    one, two = root(parent, region), root(parent, other)
+    least = min(one, two)
+    parent[max(one, two)] = least
+    return least
+
+
+@kernel
+def take_regions(cells, alone, pairs, columns, advantage, taken, places, region, parent, change,
+                 size):
+    """
+    Take each region of cells whose change of cost is negative; return the change of all taken.
+
+    cells: int32 (n,), row * columns + column, ascending; alone: int32 (n,); pairs: int32 (n, K);
+    see crossover.Exchange; advantage: cost a cell by which a region must be the cheaper one.
+    taken: bool (n,), which cells may be taken, then which are; places: int32 (n,), region: int32
+    ((R + 2) * (columns + 1),), the image with a border, 0 before and after; parent: int32 (m,),
+    change: int64 (m,), size: int32 (m,), with m > number of regions; working memory.
+    """
+    diagonal, wide = pairs.shape[1] == 4, columns + 1
+    known, row = 1, 0
+    for index in range(cells.size):
+        row = row_of(cells[index], row, columns)
+        place = cells[index] + row + wide + 1
+        places[index] = place
+        if not taken[index]:
+            continue
+        left, up = _at(region, place - 1), _at(region, place - wide)
+        cost = np.int64(alone[index])
+        cost += pairs[index, 0] if left != 0 else 0
+        if diagonal:
+            up_left, up_right = _at(region, place - wide - 1), _at(region, place - wide + 1)
+            cost += pairs[index, 1] if up_left != 0 else 0
+            cost += pairs[index, 2] if up != 0 else 0
+            cost += pairs[index, 3] if up_right != 0 else 0
+            # all others touch the cell above, and the left one touches that above it
+            mine = up
+            if mine == 0:
+                mine = _joined(parent, left if left != 0 else up_left, up_right)
+        else:
+            cost += pairs[index, 1] if up != 0 else 0
+            mine = _joined(parent, left, up)
+        if mine == 0:
+            mine = known
+            parent[known], change[known], size[known] = known, 0, 0
+            known += 1
+        region[place] = mine
+        change[mine] += cost
+        size[mine] += 1
+    total = _choose(parent, change, size, known, advantage)
+    for index in range(cells.size):
+        place = np.uint64(places[index])
+        taken[index] = taken[index] and change[region[place]] < 0
+        region[place] = 0
+    return total
+
+
+@kernel
+def _choose(parent, change, size, known, advantage):
+    """Let `change` be negative for regions to take, 0 for others; return the sum of the former."""
+    total = np.int64(0)
+    for region in range(known - 1, 0, -1):
+        above = parent[region]
+        if above != region:
+            change[above] += change[region]
+            size[above] += size[region]
+        elif change[region] + advantage * size[region] < 0:
+            total += change[region]
+        else:
+            change[region] = 0
+    for region in range(1, known):
+        change[region] = change[parent[region]]
+    return total

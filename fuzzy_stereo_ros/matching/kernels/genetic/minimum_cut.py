@@ -1,17 +1,225 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fusion of two parents by a minimum cut: what surrounds the maximum flow.
+Fusion of two parents by a minimum cut: what surrounds the maximum flow, found by growing trees.
 
 A choice x in {0, 1}^n costs sum alone_i x_i - sum weight_ij x_i x_j, weights not below 0. A cell
 that gains by itself is taken at once, one that does not gain with all of its neighbours is left;
 either may decide its neighbours. Twice the cost of the others is
 sum (2 alone_i - sum_j weight_ij) x_i + sum weight_ij |x_i - x_j|, whose least value is a cut.
+
+The flow is found after Boykov and Kolmogorov, An experimental comparison of min-cut/max-flow
+algorithms for energy minimization in vision, 2004. A node is its place in a grid with a border;
+direction d leads to the node at `offsets[d]`, and d ^ 1 back. Capacities are symmetric at first:
+int32 (nodes, D).
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
-from fuzzy_stereo_ros.matching.kernels.genetic.max_flow import SOURCE
 import numpy as np
+
+FREE, SOURCE, SINK = 0, 1, -1       # what tree a node belongs to
+ROOT, ORPHAN = 8, 9                 # parents that are no directions
+_FAR = 2**30
+
+
+@inlined
+def _append(queue, end, node):
+    """Append a node to a ring; return the new end."""
+    queue[end] = node
+    return end + 1 if end + 1 < queue.size else 0
+
+
+@inlined
+def _after(queue, begin):
+    """Return the place behind the first one of a ring."""
+    return begin + 1 if begin + 1 < queue.size else 0
+
+
+@kernel
+def _narrowest(offsets, capacity, supply, parent, node, side):
+    """Return the least capacity from the root of the source to a node, or from it to the sink."""
+    least = np.int64(_FAR) * 4
+    while parent[node] != ROOT:
+        direction = np.int64(parent[node])
+        above = node + offsets[direction]
+        if side == SOURCE:
+            least = min(least, np.int64(capacity[above, direction ^ 1]))
+        else:
+            least = min(least, np.int64(capacity[node, direction]))
+        node = above
+    return min(least, abs(np.int64(supply[node])))
+
+
+@kernel
+def _push(offsets, capacity, supply, parent, node, side, flow, orphans, begin):
+    """Send flow along that way; put nodes cut off in front of the orphans; return their begin."""
+    while parent[node] != ROOT:
+        direction = np.int64(parent[node])
+        above = node + offsets[direction]
+        if side == SOURCE:
+            capacity[node, direction] += flow
+            capacity[above, direction ^ 1] -= flow
+            left = capacity[above, direction ^ 1]
+        else:
+            capacity[above, direction ^ 1] += flow
+            capacity[node, direction] -= flow
+            left = capacity[node, direction]
+        if left == 0:
+            parent[node] = ORPHAN
+            begin = begin - 1 if begin > 0 else orphans.size - 1
+            orphans[begin] = node
+        node = above
+    supply[node] -= side * flow
+    if supply[node] == 0:
+        parent[node] = ORPHAN
+        begin = begin - 1 if begin > 0 else orphans.size - 1
+        orphans[begin] = node
+    return begin
+
+
+@inlined
+def _distance_to_root(offsets, parent, stamp, distance, node, now):
+    """Return how far a node is from its root, _FAR if it has none; remember it on the way."""
+    far, place = 0, node
+    while True:
+        if stamp[place] == now:
+            far += distance[place]
+            break
+        up = np.int64(parent[place])
+        if up == ORPHAN:
+            return _FAR
+        far += 1
+        if up == ROOT:
+            stamp[place], distance[place] = now, 1
+            break
+        place += offsets[up]
+    place, left = node, far
+    while stamp[place] != now:
+        stamp[place], distance[place] = now, left
+        left -= 1
+        place += offsets[np.int64(parent[place])]
+    return far
+
+
+@kernel
+def _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waiting, end, orphans,
+           begin, stop):
+    """Find new parents for the orphans, or free them; return the new end of the active nodes."""
+    directions = offsets.size
+    while begin != stop:
+        node = np.int64(orphans[begin])
+        begin = _after(orphans, begin)
+        side = tree[node]
+        nearest, chosen = _FAR, ORPHAN
+        for direction in range(directions):
+            other = node + offsets[direction]
+            left = (capacity[other, direction ^ 1] if side == SOURCE
+                    else capacity[node, direction])
+            if left > 0 and tree[other] == side:
+                far = _distance_to_root(offsets, parent, stamp, distance, other, now)
+                if far < nearest:
+                    nearest, chosen = far, direction
+        parent[node] = chosen
+        if chosen != ORPHAN:
+            stamp[node], distance[node] = now, nearest + 1
+            continue
+        for direction in range(directions):
+            other = node + offsets[direction]
+            if tree[other] != side:
+                continue
+            left = (capacity[other, direction ^ 1] if side == SOURCE
+                    else capacity[node, direction])
+            if left > 0 and not waiting[other]:
+                waiting[other] = True
+                end = _append(active, end, other)
+            if parent[other] == direction ^ 1:
+                parent[other] = ORPHAN
+                stop = _append(orphans, stop, other)
+        tree[node] = FREE
+    return end
+
+
+@kernel
+def _gather(nodes, offsets, capacity, supply):
+    """
+    Let each node, from the last one on, hand on what fits of its supply to earlier neighbours.
+
+    Sources meet sinks, and few are left: the trees then need half the time.
+    """
+    for place in range(nodes.size - 1, -1, -1):
+        node = np.int64(nodes[place])
+        for direction in range(0, offsets.size, 2):
+            other = node + offsets[direction]
+            if supply[node] > 0:
+                flow = min(supply[node], capacity[node, direction])
+            else:
+                flow = -min(-supply[node], capacity[other, direction + 1])
+            supply[node] -= flow
+            supply[other] += flow
+            capacity[node, direction] -= flow
+            capacity[other, direction + 1] += flow
+
+
+@kernel
+def maximum_flow(nodes, offsets, capacity, supply, tree, parent, stamp, distance, active, waiting,
+                 orphans):
+    """
+    Send all the flow that fits; afterwards `tree` is SOURCE where a source still reaches.
+
+    nodes: int32 (n,); offsets: int64 (D,); capacity: int32 (N, D), 0 out of the nodes; supply:
+    int32 (N,), what comes from the source, below 0 what goes to the sink; tree, parent: int8
+    (N,), stamp, distance: int32 (N,), waiting: bool (N,), active, orphans: int32 (> n,), memory.
+    """
+    _gather(nodes, offsets, capacity, supply)
+    begin = end = 0
+    for place in range(nodes.size):
+        node = np.int64(nodes[place])
+        stamp[node], tree[node], waiting[node] = 0, FREE, supply[node] != 0
+        if supply[node] != 0:
+            tree[node] = SOURCE if supply[node] > 0 else SINK
+            parent[node], distance[node] = ROOT, 1
+            end = _append(active, end, node)
+    now, directions = 0, offsets.size
+    while begin != end:
+        node = np.int64(active[begin])
+        side, met = tree[node], directions
+        if side != FREE:
+            for direction in range(directions):
+                other = node + offsets[direction]
+                left = (capacity[node, direction] if side == SOURCE
+                        else capacity[other, direction ^ 1])
+                if left == 0:
+                    continue
+                if tree[other] == FREE:
+                    tree[other], parent[other] = side, direction ^ 1
+                    stamp[other], distance[other] = stamp[node], distance[node] + 1
+                    if not waiting[other]:
+                        waiting[other] = True
+                        end = _append(active, end, other)
+                elif tree[other] != side:
+                    met = direction
+                    break
+                elif stamp[other] <= stamp[node] and distance[other] > distance[node] + 1:
+                    parent[other] = direction ^ 1
+                    stamp[other], distance[other] = stamp[node], distance[node] + 1
+        if met == directions:
+            waiting[node] = False
+            begin = _after(active, begin)
+            continue
+        now += 1
+        other = node + offsets[met]
+        source, sink, across = (node, other, met) if side == SOURCE else (other, node, met ^ 1)
+        flow = min(np.int64(capacity[source, across]),
+                   _narrowest(offsets, capacity, supply, parent, source, SOURCE),
+                   _narrowest(offsets, capacity, supply, parent, sink, SINK))
+        capacity[source, across] -= flow
+        capacity[sink, across ^ 1] += flow
+        first = _push(offsets, capacity, supply, parent, source, SOURCE, flow, orphans, 0)
+        first = _push(offsets, capacity, supply, parent, sink, SINK, flow, orphans, first)
+        end = _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waiting, end,
+                     orphans, first, 0)
+    return now
+
 
 LEFT, OPEN, TAKEN = 0, 1, 2     # what is known of a cell; others are left
 

@@ -202,7 +202,7 @@ def rank_regions(begin, end, row_runs, region, doubts, work, cells, doubt, worke
     """
     Sum up what is known of regions: int64 (N,), their cells, doubt, and proposals so far.
 
-    begin, end, row_runs, region: runs of rows and their regions, see weak_regions.py; doubts,
+    begin, end, row_runs, region: runs of rows and their regions, see segments.py; doubts,
     work: uint8 (r, c)
     """
     cells[:] = doubt[:] = worked[:] = 0

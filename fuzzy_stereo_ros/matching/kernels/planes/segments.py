@@ -1,12 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Segments of like pixels.
+Segments of like pixels; regions of weak texture, a plane for each, and the mutant of these planes.
 
-After Felzenszwalb and Huttenlocher, Efficient graph-based image segmentation, 2004.
+Segments are those of Felzenszwalb and Huttenlocher, Efficient graph-based image segmentation,
+2004. Regions of weak texture are grown by runs of a row, whose mean tells more than a pixel: no
+edges are sorted, and noise leads no region across an edge. Their coordinates are those of the
+half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, random_plane, solve
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, root
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 import numpy as np
 
 PARTS = 16           # differences of pixels are counted in such parts of 1
@@ -90,3 +95,245 @@ def join_pixels(order, differences, columns, scale, smallest, parent, size, inne
             number += 1
         labels[pixel] = -1 - size[above]
     return number
+
+
+_FOLLOWS = 2         # a run's grey follows its pixels by a quarter of their difference
+_ENOUGH = 0.9        # share of the points whose agreement ends the search
+_REFITS = 4          # by least squares, each to what agrees with the one before
+
+
+@kernel
+def find_runs(fine, margin, weak, step, apart, overlap, begin, end, parent, row_runs, sums, first,
+              last):
+    """
+    Write the runs of like pixels of weak texture and join those that are like above each other.
+
+    Those of the rows first .. last are numbered from first * c on.
+
+    fine: uint16 (r + 2 margin, ...), grey with a margin; weak: uint8 (r, c); step: what a pixel
+    may differ from its run by; apart: what the means of two runs may differ by where they overlap,
+    by `overlap` pixels or more; begin, end, parent: int32 (r * c,), columns of each run and
+    the union-find of runs; row_runs: int32 (r, 2), the first run of each row and the one after
+    its last; sums: int32 (2, c + 1), memory.
+    """
+    columns = weak.shape[1]
+    known = first * columns
+    for row in range(first, last):
+        here, above = sums[row & 1], sums[1 - (row & 1)]
+        line, textured = fine[row + margin], weak[row]
+        row_runs[row, 0] = known
+        total, mean, open_at = np.int32(0), np.int32(0), np.int32(-1)
+        for column in range(columns):
+            here[column] = total
+            grey = np.int32(line[np.uint64(column + margin)])
+            total += grey
+            if open_at >= 0 and (not textured[column] or abs(grey - mean) > step):
+                begin[known], end[known], parent[known] = open_at, column, known
+                known += 1
+                open_at = np.int32(-1)
+            if textured[column]:
+                if open_at < 0:
+                    open_at, mean = np.int32(column), grey
+                else:
+                    mean += (grey - mean) >> _FOLLOWS
+        here[columns] = total
+        if open_at >= 0:
+            begin[known], end[known], parent[known] = open_at, columns, known
+            known += 1
+        row_runs[row, 1] = known
+        if row > first:
+            _join(row_runs[row - 1], row_runs[row], here, above, apart, overlap, begin, end,
+                  parent)
+
+
+@kernel
+def join_runs(fine, margin, apart, overlap, begin, end, parent, row_runs, sums, edges):
+    """Join the runs of bands of rows where they meet; edges: the first row of each band."""
+    for row in edges[1:]:
+        for part in range(2):
+            total, line = np.int32(0), fine[row - part + margin]
+            for column in range(sums.shape[1]):
+                sums[part, column] = total
+                total += np.int32(line[np.uint64(column + margin)])
+        _join(row_runs[row - 1], row_runs[row], sums[0], sums[1], apart, overlap, begin, end,
+              parent)
+
+
+@inlined
+def _join(upper_runs, runs, here, above, apart, overlap, begin, end, parent):
+    """Join the runs of a row with the like ones above; runs: the first, and the one after."""
+    other, stop = upper_runs
+    for run in range(runs[0], runs[1]):
+        while other < stop and end[other] <= begin[run]:
+            other += 1
+        upper = other
+        while upper < stop and begin[upper] < end[run]:
+            low, high = max(begin[upper], begin[run]), min(end[upper], end[run])
+            difference = here[high] - here[low] - above[high] + above[low]
+            if high - low >= overlap and abs(difference) <= apart * (high - low):
+                one, two = root(parent, run), root(parent, upper)
+                parent[max(one, two)] = min(one, two)
+            upper += 1
+
+
+@kernel
+def number_regions(begin, end, parent, row_runs, least, size, region):
+    """
+    Give numbers to the regions of at least so many pixels; return how many there are.
+
+    begin, end, parent, row_runs: of find_runs; size: int32, memory; region: int32, by run, -1 for
+    those of smaller regions
+    """
+    for first, last in row_runs:
+        for run in range(first, last):
+            size[run] = 0
+            size[root(parent, run)] += end[run] - begin[run]
+    number = 0
+    for first, last in row_runs:
+        for run in range(first, last):
+            above = root(parent, run)
+            if above == run:
+                region[run] = -1
+                if size[run] >= least:
+                    region[run] = number
+                    number += 1
+            else:
+                region[run] = region[above]
+    return number
+
+
+@kernel
+def gather_points(begin, end, row_runs, region, most, labels, offsets, validity, tally, starts,
+                  points):
+    """
+    Write consistent matches of each region, at most `most` of them, evenly spread.
+
+    labels, offsets, validity: (R, C), of the full image; tally: int32 (regions, 3), memory;
+    starts: int32 (regions + 1,); points: float32 (3, r * c), x, y and disparity in full px: those
+    of region i are points[:, starts[i]:starts[i + 1]]
+    """
+    every, due, place = tally[:, 0], tally[:, 1], tally[:, 2]
+    every[:] = 0
+    for row in range(len(row_runs)):
+        for run in range(row_runs[row, 0], row_runs[row, 1]):
+            if region[run] >= 0:
+                for column in range(begin[run], end[run]):
+                    every[region[run]] += validity[2 * row + 1, 2 * column + 1] == CONSISTENT
+    starts[0] = 0
+    for mine in range(every.size):
+        count = every[mine]
+        every[mine] = (count + most - 1) // most
+        place[mine], due[mine] = starts[mine], 1
+        starts[mine + 1] = starts[mine] + count // max(every[mine], 1)
+    for row in range(len(row_runs)):
+        for run in range(row_runs[row, 0], row_runs[row, 1]):
+            mine = region[run]
+            if mine < 0:
+                continue
+            for column in range(begin[run], end[run]):
+                if validity[2 * row + 1, 2 * column + 1] == CONSISTENT:
+                    if due[mine] == every[mine]:
+                        points[0, place[mine]], points[1, place[mine]] = column, row
+                        points[2, place[mine]] = (
+                            np.float32(labels[2 * row + 1, 2 * column + 1])
+                            + np.float32(offsets[2 * row + 1, 2 * column + 1]) / np.float32(STEPS))
+                        place[mine] += 1
+                        due[mine] = 0
+                    due[mine] += 1
+
+
+@inlined
+def _agreeing(points, first, last, slope, fall, offset, limit):
+    """Return how many points lie within a limit of a plane."""
+    number = 0
+    for place in range(first, last):
+        number += abs(slope * points[0, place] + fall * points[1, place] + offset
+                      - points[2, place]) < limit
+    return number
+
+
+@inlined
+def _fitted(points, first, last, slope, fall, offset, limit):
+    """Return the plane of least squares of the points within a limit of a plane."""
+    x0, y0, d0 = points[0, first], points[1, first], points[2, first]
+    s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
+    for place in range(first, last):
+        x, y, d = points[0, place], points[1, place], points[2, place]
+        if abs(slope * x + fall * y + offset - d) < limit:
+            right, down, more = np.float64(x - x0), np.float64(y - y0), np.float64(d - d0)
+            s += 1
+            sx += right
+            sy += down
+            sxx += right * right
+            sxy += right * down
+            syy += down * down
+            sd += more
+            sxd += right * more
+            syd += down * more
+    a, b, c = solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
+    return np.float32(a), np.float32(b), np.float32(c + d0 - a * x0 - b * y0)
+
+
+@kernel(error_model='numpy')
+def fit_planes(points, starts, rounds, limit, share, key, planes):
+    """
+    Fit a plane to each region: the best of random ones, then least squares of what agrees.
+
+    Fischler and Bolles, Random sample consensus, 1981. The rounds end early once most agree.
+
+    points, starts: of gather_points; rounds: random planes tried at most; limit: float32, px by
+    which a point agrees; share: of the points that must agree, else the region has no plane, which
+    is NaN; key: uint64; planes: float32 (regions, 3), of half-size x and y and full disparity
+    """
+    for region in range(planes.shape[0]):
+        first, last = starts[region], starts[region + 1]
+        planes[region] = np.nan
+        number = last - first
+        if number < LEAST:
+            continue
+        slope = fall = offset = np.float32(0)
+        most = 0
+        for attempt in range(rounds):
+            count = np.uint64((region * rounds + attempt) * 3)
+            is_plane, a, b, c = random_plane(points, first, number, key, count)
+            if not is_plane:
+                continue
+            agreeing = _agreeing(points, first, last, a, b, c, limit)
+            if agreeing > most:
+                most, slope, fall, offset = agreeing, a, b, c
+                if agreeing >= _ENOUGH * number:
+                    break
+        if most >= LEAST:
+            for _ in range(_REFITS):
+                slope, fall, offset = _fitted(points, first, last, slope, fall, offset,
+                                              np.float32(1.5) * limit)
+            agreeing = _agreeing(points, first, last, slope, fall, offset, np.float32(1))
+            if agreeing >= share * number:
+                planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
+
+
+@kernel
+def write_mutant(begin, end, row_runs, region, planes, disparities, inside, mutant):
+    """
+    Give the cells of regions that have a plane its labels where they differ by more than one.
+
+    inside: first and last column of the target that exist, whose matches alone are proposed;
+    mutant: (R, C) labels
+    """
+    half = np.float32(0.5)
+    for row in range(len(row_runs)):
+        for run in range(row_runs[row, 0], row_runs[row, 1]):
+            mine = region[run]
+            if mine < 0 or np.isnan(planes[mine, 0]):
+                continue
+            slope, fall, offset = planes[mine]
+            for lower in range(2):
+                y = 2 * row + lower
+                disparity = (fall * (np.float32(row) + half * np.float32(lower - 1)) + offset
+                             + slope * (np.float32(begin[run]) - half) + half)
+                for column in range(2 * begin[run], 2 * end[run]):
+                    label = np.int64(np.floor(disparity))
+                    disparity += half * slope
+                    if (0 <= label < disparities and inside[0] <= column - label <= inside[1]
+                            and abs(label - np.int64(mutant[y, column])) > 1):
+                        mutant[y, column] = label

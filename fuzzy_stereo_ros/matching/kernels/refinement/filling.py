@@ -1,14 +1,19 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fill rejected pixels from their row and from their column.
+Fill rejected pixels from their row and from their column, and the membership median.
 
 Seen from the left image, something nearer hides a strip at its left, as wide as the disparity
 jumps. A rejected run that is no such strip is a mismatch: nothing says that it is background.
+The membership median is, at a jump of disparity, the median of the neighbours of like grey: a
+fuzzy class made crisp, that of a pixel being what its 7 x 7 neighbours share in grey.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
+    saturating_subtract, shift_right, splat_like, store, subtract)
 import numpy as np
 
 WIDEST = 3       # a run is no hidden strip when it is wider than so many jumps ...
@@ -78,3 +83,84 @@ def fill_columns(labels, validity, by_rows, filled, below, first, last):
                 under[column] = ours[column]
             else:
                 line[column] = min(line[column], under[column])
+
+
+RADIUS = 3
+NEIGHBOURS = (2 * RADIUS + 1) ** 2
+ALL_EQUAL = 2**32 - 1
+
+
+@kernel
+def pad_map(values, columns, padded, first, last):
+    """Copy the columns of a map into one with RADIUS pixels around, its border repeated."""
+    rows = padded.shape[0] - 2 * RADIUS
+    for row in range(first, last):
+        inside, line = padded[row + RADIUS], values[row]
+        inside[:RADIUS] = line[0]
+        copy_row(line, inside[RADIUS:RADIUS + columns])
+        inside[RADIUS + columns:] = line[columns - 1]
+        for edge in range(RADIUS):
+            if row == 0:
+                copy_row(inside, padded[edge])
+            if row == rows - 1:
+                copy_row(inside, padded[rows + RADIUS + edge])
+
+
+@kernel
+def _median(labels, count, span, bits):
+    """Return the median of the `count` smallest of NEIGHBOURS, at most `span`, bit by bit."""
+    half = shift_right(count, 1)
+    zero = splat_like(count, 0)
+    result = zero
+    for place in range(bits - 1, -1, -1):
+        bit = splat_like(count, 1 << place)
+        if equal_bits(less(span, bit), zero) == 0:
+            continue
+        candidate = bit_or(result, bit)
+        smaller = zero
+        for neighbour in range(NEIGHBOURS):
+            smaller = subtract(smaller, less(load(labels, LANES * neighbour), candidate))
+        result = choose(at_most(smaller, half), candidate, result)
+    return result
+
+
+@kernel
+def membership_median(padded, padded_grey, reach, bits, columns, out, labels, first, last):
+    """
+    Take the median over the like neighbours where the 7 x 7 pixels span more than one label.
+
+    padded, padded_grey: (R + 6, C + 70) of one dtype, uint8 or uint16; reach: the grey
+    difference still alike; bits: of the largest label; out: (R, C + 64); labels: working
+    memory of 49 * 32 elements.
+    """
+    stride, out_stride = padded.shape[1], out.shape[1]
+    source, grey, target = padded.reshape(-1), padded_grey.reshape(-1), out.reshape(-1)
+    for row in range(first, last):
+        for column in range(0, columns, LANES):
+            centre = (row + RADIUS) * stride + column + RADIUS
+            low = high = here = load(source, centre)
+            for down in range(-RADIUS, RADIUS + 1):
+                for right in range(-RADIUS, RADIUS + 1):
+                    other = load(source, centre + down * stride + right)
+                    low, high = minimum(low, other), maximum(high, other)
+            one = splat_like(here, 1)
+            jump = less(one, subtract(high, low))
+            if equal_bits(jump, splat_like(here, 0)) == ALL_EQUAL:
+                store(target, row * out_stride + column, here)
+                continue
+            centre_grey, count, neighbour = load(grey, centre), splat_like(here, 0), 0
+            alike = splat_like(here, reach)
+            for down in range(-RADIUS, RADIUS + 1):
+                for right in range(-RADIUS, RADIUS + 1):
+                    place = centre + down * stride + right
+                    other_grey = load(grey, place)
+                    difference = bit_or(saturating_subtract(other_grey, centre_grey),
+                                        saturating_subtract(centre_grey, other_grey))
+                    unlike = less(alike, difference)
+                    count = add(count, add(unlike, one))
+                    store(labels, LANES * neighbour,
+                          bit_or(subtract(load(source, place), low), unlike))
+                    neighbour += 1
+            store(target, row * out_stride + column,
+                  choose(jump, add(low, _median(labels, count, subtract(high, low), bits)),
+                         here))

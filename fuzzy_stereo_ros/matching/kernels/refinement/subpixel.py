@@ -1,8 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Sub-pixel disparities: the mean offset of the like neighbours of a pixel."""
+"""
+Sub-pixel disparities, the mean offset of the like neighbours of a pixel, and the output.
+
+The output is disparity and confidence as the user gets them.
+"""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_and, LANES, load, splat_like, store, subtract)
@@ -65,3 +69,58 @@ def smooth_offsets(final, fitted, total, count, fine, first, last):
             mean = np.float32(np.int32(total[column]) - STEPS * number) / np.float32(
                 max(number, 1))
             centre[column] += np.int32(np.floor(mean + np.float32(0.5)))
+
+
+CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
+
+
+@kernel
+def certainty(sums, margins, reliance, due, validity, certain, first, last):
+    """
+    Say how sure each label is by itself: how possible, and by how much the only one.
+
+    sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
+    elsewhere is; reliance: uint8 (R, C), how much the search relied on the previous best, and
+    due: uint8, by that, how much of a margin comes of it; certain: float32 (R, C), 0 to 1, 0 where
+    not consistent.
+    """
+    alone = np.empty(256, np.float32)
+    for margin in range(256):
+        alone[margin] = np.float32(margin) / np.float32(256 * (margin + CLEAR_MARGIN))
+    for row in range(first, last):
+        for column in range(sums.shape[1]):
+            possible = np.float32(256) - np.float32(sums[row, column])
+            consistent = np.float32(validity[row, column] == CONSISTENT)
+            margin = max(np.int32(margins[row, column]) - np.int32(due[reliance[row, column]]), 0)
+            certain[row, column] = possible * alone[margin] * consistent
+
+
+@kernel
+def write_out(fine, validity, certain, least, lines, min_disparity, disparities, fill, threshold,
+              disparity, confidence, first, last):
+    """
+    Write disparities in pixels and how sure each is.
+
+    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: float32 (R, C), of the area, 0 to
+    1; least: float32, what is less certain is as good as any label; lines: float32 (n, 2),
+    confidence is the least of lines[:, 0] + lines[:, 1] * certainty; threshold: float32, pixels of
+    less confidence are NaN unless filled; disparity, confidence: float32 (R, C). What is not
+    consistent has confidence 0.
+    """
+    lowest = np.float32(min_disparity)
+    highest = np.float32(min_disparity + disparities - 1)
+    for row in range(first, last):
+        of_area, share = certain[row], confidence[row]
+        share[:] = 1
+        for line in range(len(lines)):
+            start, slope = lines[line, 0], lines[line, 1]
+            for column in range(share.size):
+                share[column] = min(share[column], start + slope * of_area[column])
+        for column in range(share.size):
+            enough = (validity[row, column] == CONSISTENT) & (of_area[column] >= least)
+            sure = share[column] if enough else np.float32(0)
+            share[column] = sure
+            value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
+            known = fill | (enough & (sure >= threshold))
+            disparity[row, column] = min(max(value, lowest), highest) if known else np.float32(
+                np.nan)

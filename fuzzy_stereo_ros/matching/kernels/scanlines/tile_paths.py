@@ -10,8 +10,8 @@ from fuzzy_stereo_ros.matching.kernels.addresses import splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import (
     beyond, cost_of_block, cuts_of, prepare_costs)
-from fuzzy_stereo_ros.matching.kernels.scanlines.four_lowest import without_least
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, step
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import without_least
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, LANES, lanes_of, load_like, saturating_add, splat, store)
 import numpy as np

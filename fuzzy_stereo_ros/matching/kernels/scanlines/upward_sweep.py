@@ -4,12 +4,11 @@
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_long, load_short, splat_word, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
-from fuzzy_stereo_ros.matching.kernels.scanlines.four_lowest import (
-    lowest_of_four, store_four, unpacked, without_least)
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, step, widen
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
-    best_label, fit_offsets, least_elsewhere, MIDDLE, NEAR)
+    best_label, fit_offsets, least_elsewhere, lowest_of_four, MIDDLE, NEAR, store_four, unpacked,
+    without_least)
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, lanes_of, load_like, saturating_add, splat, splat_wide,
     store, subtract)
