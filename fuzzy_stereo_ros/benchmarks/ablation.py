@@ -1,41 +1,67 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Ablation: the matcher as it is, and with each part removed or replaced, on scenes and sequences.
+Ablation: each profile as it is, and with each part removed or replaced, on scenes and sequences.
 
 Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
 """
-from fuzzy_stereo_ros.benchmarks.pictures import draw_ablation
-from fuzzy_stereo_ros.benchmarks.request import (
-    halved, mean_flicker, means, report_of, scored_error, Trial)
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.benchmarks.page import (
+    BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled)
+from fuzzy_stereo_ros.benchmarks.request import figures_of_sequence, halved, means, report_of
 from fuzzy_stereo_ros.benchmarks.truth import correlation_table, genes_of, truth_beside_result
-from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, REALTIME
-from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_3way
+from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME
+from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
+from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
-from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
 import numpy as np
 import pandas as pd
 
 TURNS = 3           # of which the fastest counts
 NOTABLE = 0.05      # points of error by which a scene counts as better or worse
+PROFILES = {'realtime': REALTIME, 'quality': QUALITY, 'paper': PAPER}
+PARTS = 'population', 'crossover', 'mutation', 'previous best'
+CLASSIC = 'middv2'
+# Scenes on which an evolution of seconds is taken apart: classic, plain, textured, road.
+SHOWN = ('midd2006_third/Midd1', 'midd2006_third/Flowerpots', 'midd2006_third/Rocks1',
+         'kitti/kitti2012_color/000000')
+NOISY = 'window, noise'     # sequences on which the previous best is taken away
+EARNS = 3.0                 # percent of the mean error by which a part earns its place
+ROOM = 2.4          # a bar of more than so many times that of the matcher as it is, is cut there
+
+
+class Evolution(NamedTuple):
+    """A scene on which a profile that evolves for seconds is taken apart."""
+
+    profile: str
+    scene: Scene
+
+    @property
+    def path(self):
+        """Profile and scene, as progress shows them."""
+        return f'{self.profile}, {self.scene.path}'
 
 
 def run(request):
-    """Return the `Report` of what each part of the matcher earns."""
+    """Return the `Report` of what each part of the matchers earns."""
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
     sequences = [one for one in sequences if len(one.scored)]
-    of_scenes = dict(request.each(
-        scenes, 'scenes', lambda scene: (scene, on_scene(scene, request))))
-    of_sequences = dict(request.each(
-        sequences, 'sequences', lambda sequence: (sequence, on_sequence(sequence, request))))
-    made = scene_tables({scene: trials for scene, (trials, *_) in of_scenes.items()})
-    if of_sequences:
-        made += sequence_tables(of_sequences)
-    made.append(correlation_table(
-        {scene.path: points for scene, (_, points, _) in of_scenes.items()},
-        {scene.path: truth for scene, (*_, truth) in of_scenes.items()}))
+    trials, points, truths = (pd.DataFrame([row for rows in parts for row in rows]) for parts in
+                              zip(*request.each(scenes, 'scenes',
+                                                lambda scene: on_scene(scene, request))))
+    moving, evolved = (
+        pd.DataFrame([row for rows in request.each(items, title, work) for row in rows])
+        for items, title, work in (
+            (sequences, 'sequences', lambda one: on_sequence(one, request)),
+            (evolutions(scenes, request.quick), 'evolutions', evolve)))
+    realtime = pd.concat([trials, *([noisy(moving)] if len(moving) else [])])
+    found = [balance_table(pd.concat([realtime.assign(profile='realtime'), evolved]))]
+    found += [evolution_table(profile, of_profile)
+              for profile, of_profile in evolved.groupby('profile', sort=False)]
+    found += scene_tables(trials) + (sequence_tables(moving) if len(moving) else [])
     return report_of('ablation', 'Ablation', {
         'as it is': f'{request.subject}, filled; on single scenes cold',
         'baseline': '3WAY, tuned for the family, dense; its fitness is that of its map in whole '
@@ -48,17 +74,21 @@ def run(request):
                 'frames after the first; the replaced possibility is written to compare, not to '
                 'be fast: no times of it',
         'sequences': 'those of the benchmark `warm`, scored as there',
-    }, made, [*skipped, *missing], {'ablation.svg': draw_ablation})
+        'earns': f'how much of the error without it a part takes away; {EARNS:.0f} % earns its '
+                 'place',
+        'previous best': 'on the sequences with noise; the others on single scenes, cold',
+    }, [*found, correlation_table(points, truths)], [*skipped, *missing],
+        {'ablation.svg': draw_ablation})
 
 
 def on_scene(scene, request):
     """
-    Return what the variants and a baseline reach on a scene.
+    Return what the variants and a baseline reach on a scene: three lists of dicts.
 
-    {name: `Trial`}; [(fitness, error)] of all different chromosomes that came up; the two figures
-    of `truth_beside_result`.
+    Of each name the error, fitness and milliseconds; the fitness and error of all different
+    chromosomes that came up; what `truth_beside_result` returns.
     """
-    pair = scene.read()
+    pair, named = scene.read(), {'group': scene.group, 'scene': scene.path}
     matchers = _matchers(request, scene, [one for one in REALTIME if one.still])
     seen, matches = {}, {name: [] for name in matchers}
 
@@ -71,25 +101,23 @@ def on_scene(scene, request):
             matches[name].append(matcher.match(pair.left, pair.right,
                                                observe=None if turn else observe))
     default = matchers[DEFAULT.name]
-    fitness_of = default.algorithm.fitness_of
-    trials = {}
+    fitness_of, trials = default.algorithm.fitness_of, []
     for name, matcher in matchers.items():
-        observe(None, matcher.algorithm.population.genes[:1])
-        trials[name] = Trial(
-            bad_percent(matches[name][-1].disparity, pair, scene.limit),
-            fitness_of(matcher.algorithm.population.genes[0]),
-            min(match.times['total'] for match in matches[name][1:]))
-    baseline = tuned_3way(scene.family)
-    disparity = dense(baseline.match(pair.left, pair.right, scene.disparities))
-    trials[baseline.name] = Trial(bad_percent(disparity, pair, scene.limit),
-                                  fitness_of(genes_of(disparity, default)))
-    points = [(fitness_of(genes), bad_percent(genes.astype(np.float32), pair, scene.limit))
-              for genes in seen.values()]
-    return trials, points, truth_beside_result(scene, pair, default)
+        fittest = matcher.algorithm.population.genes[:1]
+        observe(None, fittest)
+        trials.append({**named, 'name': name, 'fitness': fitness_of(fittest[0]),
+                       'error': bad_percent(matches[name][-1].disparity, pair, scene.limit),
+                       'milliseconds': min(match.times['total'] for match in matches[name][1:])})
+    disparity = dense(REFERENCE.match(pair.left, pair.right, scene.family, scene.disparities))
+    trials.append({**named, 'name': REFERENCE.name, 'fitness': fitness_of(genes_of(
+        disparity, default)), 'error': bad_percent(disparity, pair, scene.limit)})
+    points = [{'scene': scene.path, 'fitness': fitness_of(genes), 'error': bad_percent(
+        genes.astype(np.float32), pair, scene.limit)} for genes in seen.values()]
+    return trials, points, [{'scene': scene.path, **truth_beside_result(scene, pair, default)}]
 
 
 def on_sequence(sequence, request):
-    """Return {name of a variant: (`Trial`, flicker in percent)}: means, the time a median."""
+    """Return a dict of each variant: its name, kind, error, flicker, fitness, milliseconds."""
     frames = sequence.read()
     matchers = _matchers(request, sequence, [one for one in REALTIME if one.moving])
     matches, fitness = ({name: [] for name in matchers} for _ in range(2))
@@ -100,39 +128,99 @@ def on_sequence(sequence, request):
             fitness[name].append(matchers[DEFAULT.name].algorithm.fitness_of(
                 matcher.algorithm.population.genes[0]))
     scored = [number for number in sequence.scored if frames[number].truth is not None]
-    trials = {}
-    for name, several in matches.items():
-        maps = [match.disparity for match in several]
-        trials[name] = (Trial(
-            scored_error(sequence, frames, maps), mean(fitness[name][number] for number in scored),
-            float(np.median([match.times['total'] for match in several[1:]]))),
-            mean_flicker(sequence, maps))
-    return trials
+    return [{'kind': sequence.group.split(', pan')[0], 'scene': sequence.path, 'name': name,
+             **figures_of_sequence(sequence, frames, [match.disparity for match in several]),
+             'fitness': mean(fitness[name][number] for number in scored),
+             'milliseconds': float(np.median([match.times['total'] for match in several[1:]]))}
+            for name, several in matches.items()]
+
+
+def evolutions(scenes, quick):
+    """Return the `Evolution`s: quality on scenes of all kinds, paper on the classic ones."""
+    classic = [scene for scene in scenes if scene.group == CLASSIC]
+    shown = [scene for scene in scenes if scene.group == CLASSIC or scene.path in SHOWN]
+    if quick or not shown:
+        shown = classic = scenes[:1]
+    return [*(Evolution('quality', scene) for scene in shown),
+            *(Evolution('paper', scene) for scene in classic)]
+
+
+def evolve(one):
+    """Return a dict of each variant: profile, scene, name, error, fitness and milliseconds."""
+    found, scene, pair = [], one.scene, one.scene.read()
+    for variant in PROFILES[one.profile]:
+        matcher = variant.matcher(one.profile, scene.disparities)
+        matcher.warm_up(*pair.left.shape[:2])
+        match = matcher.match(pair.left, pair.right)
+        population = matcher.algorithm.population
+        found.append({'profile': one.profile, 'scene': scene.path, 'name': variant.name,
+                      'error': bad_percent(match.disparity, pair, scene.limit),
+                      'fitness': float(population.fitness[population.best]),
+                      'milliseconds': match.times['total']})
+    return found
+
+
+def noisy(moving):
+    """Return the rows of a DataFrame of sequences that tell what the previous best earns."""
+    chosen = [one.name for one in REALTIME if one.part == 'previous best' or one == DEFAULT]
+    return moving[moving.scene.str.startswith(NOISY) & moving.name.isin(chosen)]
 
 
 def _matchers(request, subject, variants):
     """Return {name of a variant: its `StereoMatcher`} for a scene or a sequence."""
-    return {one.name: Ours(one.name, request.profile, {**request.changes, **one.changes},
-                           one.stages).matcher(subject.disparities) for one in variants}
+    return {one.name: one.matcher(request.profile, subject.disparities, request.changes)
+            for one in variants}
 
 
-def scene_tables(found):
-    """Return the tables of errors, fitness and times of {`Scene`: {name: `Trial`}}."""
-    trials = pd.DataFrame([(scene.group, scene.path, name, one.error, one.fitness,
-                            one.milliseconds) for scene, named in found.items()
-                           for name, one in named.items()],
-                          columns=['group', 'scene', 'name', 'error', 'fitness', 'milliseconds'])
+def balance_table(found):
+    """Return the table of what each part earns, of a DataFrame: profile, scene, name, error."""
+    rows = []
+    for profile, variants in PROFILES.items():
+        errors = found[found.profile == profile].pivot(
+            index='scene', columns='name', values='error')
+        for part in PARTS:
+            chosen = [variant.name for variant in variants if variant.part == part]
+            for name in chosen:
+                if name in errors:
+                    both = errors[[DEFAULT.name, name]].dropna()
+                    with_it, without = map(float, both.mean())
+                    rows.append((profile, part, name, len(both), with_it, without, signed(
+                        100 * (without - with_it) / without if without else 0.0)))
+            if not chosen:
+                rows.append((profile, part, 'has none', None, None, None, None))
+    return Table('What each part of each profile earns', (
+        'profile', 'part', 'without it', 'scenes', 'error as it is [%]', 'error without it [%]',
+        'earns [%]'), rows)
+
+
+def evolution_table(profile, found):
+    """Return the table of errors, times and fitness of a DataFrame of what `evolve` returned."""
+    table = found.pivot(index='name', columns='scene', values='error').loc[
+        found.name.unique(), found.scene.unique()].rename(
+            columns=lambda path: path.partition('/')[2])
+    means = found.groupby('name')[['fitness', 'milliseconds']].mean()
+    table['mean'] = table.mean(axis=1)
+    table['than as it is'] = compared(table['mean'] - table['mean'][DEFAULT.name])
+    table['seconds'] = means.milliseconds / 1000
+    table['fitness of its best'] = means.fitness.map('{:.4f}'.format)
+    return Table.of(
+        f'{profile}: error in percent', table,
+        'Fitness compares only where the fitness itself is that of the profile as it is.')
+
+
+def scene_tables(trials):
+    """Return the tables of errors, fitness and times of a DataFrame of scenes."""
     names = trials.name.unique()
     errors = means(trials, 'error', names, 'name').T
     every = trials.pivot(index='name', columns='scene', values='error').loc[names]
     more = every - every.loc[DEFAULT.name]
     errors['mean of groups'] = errors.mean(axis=1)
-    errors['than as it is'] = _compared(more.mean(axis=1))
+    errors['than as it is'] = compared(more.mean(axis=1))
     for heading, which in (('worse on', more > NOTABLE), ('better on', more < -NOTABLE)):
         errors[heading] = which.sum(axis=1).astype(object).mask(errors.index == DEFAULT.name, None)
     made = [Table.of('Scenes: mean error of the groups in percent', errors,
-                     f'*Worse on*, *better on*: scenes of {len(found)} whose error is larger or '
-                     'smaller than that of the matcher as it is by more than '
+                     f'*Worse on*, *better on*: scenes of {every.shape[1]} whose error is larger '
+                     'or smaller than that of the matcher as it is by more than '
                      f'{NOTABLE} points.')]
     halves = halved(trials, 'name').pivot_table('error', 'name', ['group', 'half'], sort=False)
     if len(halves):
@@ -146,25 +234,19 @@ def scene_tables(found):
     return [*made, Table.of('Scenes: mean time of the groups in milliseconds', times)]
 
 
-def sequence_tables(found):
-    """Return the tables of {`Sequence`: {name: (`Trial`, flicker)}}; a noise shares a column."""
-    trials = pd.DataFrame([(sequence.kind.split(', pan')[0], sequence.path, name, one.error,
-                            flickers, one.fitness, one.milliseconds)
-                           for sequence, named in found.items()
-                           for name, (one, flickers) in named.items()],
-                          columns=['kind', 'sequence', 'name', 'error', 'flicker', 'fitness',
-                                   'milliseconds'])
-    counts = trials.groupby('kind', sort=False).sequence.nunique()
+def sequence_tables(trials):
+    """Return the tables of a DataFrame of sequences; those of one noise share a column."""
+    counts = trials.groupby('kind', sort=False).scene.nunique()
     names = trials.name.unique()
     errors, flickers = (trials.groupby(['name', 'kind'])[figure].mean().unstack().loc[
         names, counts.index].rename(columns=lambda kind: f'{kind} ({counts[kind]})')
         for figure in ('error', 'flicker'))
     for table in (errors, flickers):
         table['mean of kinds'] = table.mean(axis=1)
-        table['than as it is'] = _compared(table['mean of kinds']
-                                           - table['mean of kinds'][DEFAULT.name])
+        table['than as it is'] = compared(table['mean of kinds']
+                                          - table['mean of kinds'][DEFAULT.name])
     errors['fitness'] = trials.groupby('name').fitness.mean().map('{:.4f}'.format)
-    times = trials.pivot(index='name', columns='sequence', values='milliseconds')
+    times = trials.pivot(index='name', columns='scene', values='milliseconds')
     errors['time, of that as it is'] = (times / times.loc[DEFAULT.name]).median(axis=1)
     errors.loc[[one.name for one in REALTIME if one.moving and not one.timed],
                'time, of that as it is'] = None
@@ -172,6 +254,48 @@ def sequence_tables(found):
             Table.of('Sequences: mean flicker in percent', flickers)]
 
 
-def _compared(differences):
+def compared(differences):
     """Return differences with their signs as words, None for the matcher as it is."""
     return differences.map(signed).astype(object).mask(differences.index == DEFAULT.name, None)
+
+
+def draw_ablation(tables):
+    """Return the Figure of the tables of scenes, sequences and times: a bar for each variant."""
+    panels = [(title, column(titled(tables, start), heading), room)
+              for title, start, heading, room in (
+                  ('error on scenes [%]', 'Scenes: mean error', 'mean of groups', ROOM),
+                  ('error on sequences [%]', 'Sequences: mean error', 'mean of kinds', ROOM),
+                  ('time on scenes, as it is: 1', 'Scenes: mean time', 'of that as it is',
+                   float('inf')))
+              if any(table.title.startswith(start) for table in tables)]
+    names = list(panels[0][1])
+    for _, figures, _ in panels:        # the others follow the matcher as it is
+        names[1:1] = [name for name in figures if name not in names]
+    figure = figure_of(4 + 2.4 * len(panels), 1.4 + 0.26 * len(names),
+                       'Each part of the matcher removed or replaced: lower is better')
+    for panel, (title, figures, room) in zip(figure.subplots(1, len(panels), sharey=True), panels):
+        _draw_bars(panel, names, figures, room)
+        panel.set_title(title, loc='left')
+    figure.axes[0].set_yticks(range(len(names)), names)
+    figure.axes[0].set_ylim(len(names) - 0.5, -0.5)
+    return figure
+
+
+def _draw_bars(panel, names, figures, room):
+    """Draw a bar for each name that was measured, and a line at the first one."""
+    usual, longest = figures[names[0]], max(figures.values())
+    end = min(longest, room * usual)
+    for place, name in enumerate(names):
+        value, where, side, word = figures.get(name), usual, 'left', 'not measured'
+        if value is not None:
+            cut = value > end
+            panel.barh(place, min(value, end), color=BLUE if place == 0 else
+                       ORANGE if 'tuned' in name else LIGHT_BLUE)
+            where, side = (end, 'right') if cut else (max(value, usual), 'left')
+            word = f'{value:.2f}' + ' \N{BLACK RIGHT-POINTING TRIANGLE}' * cut
+        panel.annotate(word, (where, place), xytext=(3 if side == 'left' else -3, 0),
+                       textcoords='offset points', va='center', ha=side, fontsize=7.5,
+                       color=GREY if value is None else 'black')
+    panel.axvline(usual, color=BLUE, linewidth=0.8)
+    panel.set_xlim(0, end if end < longest else 1.15 * end)
+    panel.tick_params(axis='y', length=0)

@@ -11,10 +11,11 @@ on the same pictures.
 from dataclasses import replace
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.pictures import draw_accuracy
+from fuzzy_stereo_ros.benchmarks.page import (
+    add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, LIGHT_GREY, LIGHT_ORANGE, ORANGE,
+    titled)
 from fuzzy_stereo_ros.benchmarks.request import counted, halved, means, report_of
-from fuzzy_stereo_ros.evaluation.baselines import (
-    default_baselines, dense, strictest_baseline, tuned_baselines)
+from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, STRICTEST, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.evaluation.scores import (
@@ -34,6 +35,11 @@ OF_WHOLE_PIXELS = {'off by more than 1 px, rounded': 'bad',
                    'off by more than 1 px, as it comes': 'raw_bad',
                    'off by more than 0.5 px, rounded': 'fine',
                    'off by more than 0.5 px, as it comes': 'raw_fine'}
+# At their defaults SGBM, 3WAY and HH4 differ by less than a bar of the picture shows.
+BARS = {OURS: BLUE, QUALITY: LIGHT_BLUE, '3WAY tuned': LIGHT_ORANGE, STRICTEST.name: ORANGE,
+        'SGBM default': LIGHT_GREY, 'BM default': GREY}
+BAR = 0.14          # width; 1 is the distance of two groups
+LEAST = 7.5         # inches that the names below a picture take
 
 
 class Measured(NamedTuple):
@@ -159,7 +165,7 @@ def with_camera_noise(known, sigma):
 
 def baselines(family):
     """Return all baselines of a family, in the order of the tables."""
-    return *default_baselines(), *tuned_baselines(family), strictest_baseline(family)
+    return [one for one in (*DEFAULT, *TUNED, STRICTEST) if one.settings(family)]
 
 
 def matched(scene, known, request):
@@ -171,7 +177,7 @@ def matched(scene, known, request):
     maps = {name: (match.disparity, np.where(match.confidence > 0, match.disparity, np.nan))
             for name, match in matches.items()}
     for baseline in baselines(scene.family):
-        found = baseline.match(*images, scene.disparities)
+        found = baseline.match(*images, scene.family, scene.disparities)
         maps[baseline.name] = dense(found), found
     return matches, maps
 
@@ -256,3 +262,26 @@ def _much_worse(scenes, tuned):
              for scene in scenes.index[scenes[OURS] > MUCH_WORSE * best]]
     return ('More than 1.5 times worse than the best tuned baseline: '
             + (', '.join(found) if found else 'on no scene') + '.')
+
+
+def draw_accuracy(tables):
+    """Return the Figure of the table of groups: bars of error, ours beside OpenCV's."""
+    table = titled(tables, 'Groups')
+    groups = [row[0] for row in table.rows]
+    figure = figure_of(max(LEAST, 1.65 * len(groups)), 4.0)
+    panel = figure.subplots()
+    for place, (name, colour) in enumerate(BARS.items()):
+        errors = column(table, name)
+        known = [number for number, group in enumerate(groups) if errors[group] is not None]
+        bars = panel.bar([number + (place - (len(BARS) - 1) / 2) * BAR for number in known],
+                         [errors[groups[number]] for number in known], BAR, color=colour,
+                         label=name if name.startswith('ours') else f'OpenCV {name}')
+        panel.bar_label(bars, fmt='%.1f', fontsize=6.5, padding=1)
+    panel.set_xticks(range(len(groups)), [group.replace(' (', '\n(') for group in groups])
+    panel.set_xlim(-0.6, len(groups) - 0.4)
+    panel.tick_params(axis='x', length=0)
+    panel.set_ylabel('pixels off by more than 1 px (KITTI: 3 px) [%]')
+    panel.grid(axis='y', alpha=0.3)
+    panel.set_title('Error by group of scenes, lower is better', loc='left')
+    add_legend(figure)
+    return figure

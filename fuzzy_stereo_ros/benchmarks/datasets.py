@@ -13,10 +13,10 @@ from itertools import pairwise
 import os
 from pathlib import Path
 
-from fuzzy_stereo_ros.evaluation.datasets import MIDDLEBURY_FOLDERS, Scene, Sequence
+from fuzzy_stereo_ros.evaluation.catalogue import (
+    files_of, FRAMES, FRAMES_IN_FOLDERS, MIDDLEBURY_FOLDERS, ONE_PAIR, Scene, Sequence)
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     GroundTruthPair, KITTI, MIDDLEBURY, read_motorcycle)
-from fuzzy_stereo_ros.evaluation.layouts import files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, made_pair, made_sequence
 import numpy as np
@@ -29,6 +29,7 @@ KITTI_FOLDERS = {'kitti2015/000000': ('', 66), 'kitti2012_color/000000': ('', 71
 MOTORCYCLE, MOTORCYCLE_DISPARITIES = 'midd2014/Motorcycle', 64
 MADE_SCENES, MADE_SIZE = 4, (240, 320, 48)      # rows, columns, disparities
 QUICK_SCENES, QUICK_SIZE = 2, (48, 80, 16)
+QUICK_KINDS = 'window, noise 0, pan 0', 'window, noise 6, pan 2', 'hard cut'
 
 NOISES = (0, 3, 6, 12)
 PANS = (0, 2, 8)
@@ -41,12 +42,12 @@ EUROC_FRAMES = tuple(f'{number:04}' for number in range(10))
 MADE = {'rows': 240, 'columns': 320, 'disparities': 48, 'colour': True}
 MADE_CAMERA = Camera(FOCAL * MADE['columns'], FOCAL * MADE['columns'],
                      (MADE['columns'] - 1) / 2, (MADE['rows'] - 1) / 2)
+DRIVE = {'drive': 0.08, 'pan': 2.0}     # m and px a frame
 MADE_KINDS = {'made, moving': {'motion': 3.0},
               'made, moving, noise 6': {'motion': 3.0, 'noise': 6},
-              'made, exposure swings': {'motion': 1.0, 'noise': 3, 'flicker': 0.3}}
-DRIVE = {'drive': 0.08, 'pan': 2.0}     # m and px a frame
-DRIVE_KINDS = {'made, drive': DRIVE, 'made, drive, noise 6': {**DRIVE, 'noise': 6},
-               'made, drive, objects move': {**DRIVE, 'noise': 2, 'motion': 3.0}}
+              'made, exposure swings': {'motion': 1.0, 'noise': 3, 'flicker': 0.3},
+              'made, drive': DRIVE, 'made, drive, noise 6': {**DRIVE, 'noise': 6},
+              'made, drive, objects move': {**DRIVE, 'noise': 2, 'motion': 3.0}}
 MADE_SEEDS = 1, 2, 3
 APPEARS = 3
 
@@ -77,11 +78,9 @@ def available_scenes(data, only='', quick=False):
     scenes, missing = [], {}
     for scene, reason in _made_scenes(QUICK_SCENES, QUICK_SIZE) if quick else (
             *_folder_scenes(data), *_made_scenes(MADE_SCENES, MADE_SIZE)):
-        if only not in scene.path:
-            continue
-        if reason is None:
+        if only in scene.path and reason is None:
             scenes.append(scene)
-        else:
+        elif only in scene.path:
             missing.setdefault(f'{reason}: {scene.group}', []).append(scene.name)
     skipped = [f'{start} ({", ".join(names)})' for start, names in missing.items()]
     if not scenes:
@@ -99,16 +98,15 @@ def _folder_scenes(data):
     listed += [('kitti', folder, KITTI, disparities, folder, number)
                for folder, (number, disparities) in KITTI_FOLDERS.items()]
     listed.append((*MOTORCYCLE.split('/'), MIDDLEBURY, MOTORCYCLE_DISPARITIES, MOTORCYCLE, ''))
-    for group, name, family, disparities, folder, number in listed:
-        there = data is not None and (data / folder).is_dir()
-        files, _ = files_of(data / folder, FRAMES if number else ONE_PAIR, number) if there else (
-            None, None)
-        scene = Scene(group, name, family, disparities, partial(_read, files), files=files)
-        if there or folder != MOTORCYCLE:
-            yield scene, None if there else 'no folder'
+    for *told, folder, number in listed:
+        if data is not None and (data / folder).is_dir():
+            files, _ = files_of(data / folder, FRAMES if number else ONE_PAIR, number)
+            yield Scene(*told, partial(_read, files), files={number: files}), None
+        elif folder == MOTORCYCLE:
+            yield Scene(*told, read_motorcycle), (
+                None if find_spec('skimage') else 'neither folder nor scikit-image')
         else:
-            yield (replace(scene, read=read_motorcycle),
-                   None if find_spec('skimage') else 'neither folder nor scikit-image')
+            yield Scene(*told, None), 'no folder'
 
 
 def _read(files):
@@ -119,58 +117,52 @@ def _read(files):
 
 def _made_scenes(count, size):
     """Return synthetic scenes of a size (rows, columns, disparities), None behind each."""
-    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: known_pair(
-        made_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
+    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: GroundTruthPair(
+        *made_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
             for seed in range(1, count + 1)]
 
 
-def known_pair(made):
-    """Return a synthetic `MadePair` as a `GroundTruthPair`."""
-    return GroundTruthPair(made.left, made.right, made.truth, made.visible)
-
-
-def available_sequences(data, scenes):
+def available_sequences(data, scenes, quick=False):
     """
     Return the sequences that can be made here, and a sentence for each that cannot.
 
     data: Path or None. scenes: of the benchmarks; windows move over the four classic pairs, else
-    over what there is.
+    over what there is. quick: few of them, which need no data.
     """
-    def sequence(kind, name, read, scored, disparities=MADE['disparities'], **more):
-        return Sequence(kind, name, more.pop('family', MIDDLEBURY), disparities, read, scored,
-                        **more)
-
-    skipped = [f'no folder: {folder}' for folder in (KITTI_DRIVE, EUROC)
-               if data is None or not (data / folder).is_dir()]
     single = [scene for scene in scenes if scene.family == MIDDLEBURY]
-    classic = [scene for scene in single if scene.group == 'middv2']
-    real = [scene for scene in single if scene.group in ('middv2', 'midd2006_third')]
+    classic = [scene for scene in single if scene.group == 'middv2'] or single
+    real = [scene for scene in single if scene.group in ('middv2', 'midd2006_third')] or single
+    synthetic = partial(Sequence, family=MIDDLEBURY, disparities=MADE['disparities'])
     found = [
-        *(sequence(f'window, noise {noise}, pan {pan}', scene.name,
-                   partial(window, scene, noise, pan), range(FIRST_SCORED, WINDOW_FRAMES),
-                   scene.disparities, pan=pan)
-          for noise in NOISES for pan in PANS for scene in classic or single),
-        *(sequence('hard cut', f'{before.name} to {after.name}', partial(hard_cut, before, after),
-                   range(2, 3), max(before.disparities, after.disparities), flickers=False)
-          for before, after in pairwise(real or single)),
-        *(sequence(kind, f'seed {seed}', partial(moving, seed, options), range(FIRST_SCORED, 8))
+        *(Sequence(f'window, noise {noise}, pan {pan}', scene.name, MIDDLEBURY, scene.disparities,
+                   partial(window, scene, noise, pan), pan=pan,
+                   scored=range(FIRST_SCORED, WINDOW_FRAMES))
+          for noise in NOISES for pan in PANS for scene in classic),
+        *(Sequence('hard cut', f'{before.name} to {after.name}', MIDDLEBURY,
+                   max(before.disparities, after.disparities), partial(hard_cut, before, after),
+                   scored=range(2, 3), flickers=False) for before, after in pairwise(real)),
+        *(synthetic(kind, f'seed {seed}', read=partial(moving, seed, options),
+                    scored=range(FIRST_SCORED, 8),
+                    camera=MADE_CAMERA if 'drive' in options else None)
           for kind, options in MADE_KINDS.items() for seed in MADE_SEEDS),
-        *(sequence(kind, f'seed {seed}', partial(moving, seed, options), range(FIRST_SCORED, 8),
-                   camera=MADE_CAMERA)
-          for kind, options in DRIVE_KINDS.items() for seed in MADE_SEEDS),
-        *(sequence('made, object appears', f'seed {seed}', partial(appearing, seed),
-                   range(APPEARS, APPEARS + 2)) for seed in MADE_SEEDS)]
-    if f'no folder: {KITTI_DRIVE}' not in skipped:
-        found.insert(0, sequence(
-            'KITTI drive', KITTI_DRIVE.split('/')[1],
-            partial(read_frames, data / KITTI_DRIVE, FRAMES, KITTI_FRAMES),
-            range(len(KITTI_FRAMES)), KITTI_DISPARITIES, family=KITTI,
-            camera=read_camera(data / KITTI_DRIVE / CALIBRATION)))
-    if f'no folder: {EUROC}' not in skipped:
-        found.append(sequence(
-            'EuRoC', 'V1_01, flicker only',
-            partial(read_frames, data / EUROC, FRAMES_IN_FOLDERS, EUROC_FRAMES), range(0),
-            EUROC_DISPARITIES, camera=read_camera(data / EUROC / CALIBRATION)))
+        *(synthetic('made, object appears', f'seed {seed}', read=partial(appearing, seed),
+                    scored=range(APPEARS, APPEARS + 2)) for seed in MADE_SEEDS)]
+    if quick:
+        return [one for one in found if one.group in QUICK_KINDS], []
+    drives = [
+        (0, 'KITTI drive', KITTI_DRIVE.split('/')[1], KITTI, KITTI_DISPARITIES, KITTI_DRIVE,
+         FRAMES, KITTI_FRAMES),
+        (len(found) + 1, 'EuRoC', 'V1_01, flicker only', MIDDLEBURY, EUROC_DISPARITIES, EUROC,
+         FRAMES_IN_FOLDERS, EUROC_FRAMES)]
+    skipped = []
+    for place, *told, folder, layout, numbers in drives:
+        if data is None or not (data / folder).is_dir():
+            skipped.append(f'no folder: {folder}')
+            continue
+        found.insert(place, Sequence(
+            *told, partial(read_frames, data / folder, layout, numbers),
+            scored=range(0 if folder == EUROC else len(numbers)),
+            camera=read_camera(data / folder / CALIBRATION)))
     return found, skipped
 
 
@@ -218,8 +210,8 @@ def hard_cut(before, after):
 
 def moving(seed, options):
     """Return eight frames of a synthetic scene whose objects move."""
-    return [known_pair(made) for made in made_sequence(frames=8, seed=seed, objects=5, **MADE,
-                                                       **options)]
+    return [GroundTruthPair(*made) for made in made_sequence(
+        frames=8, seed=seed, objects=5, **MADE, **options)]
 
 
 def appearing(seed):
@@ -227,7 +219,7 @@ def appearing(seed):
     # The objects of a seed are drawn one after the other: five are four and one more.
     fewer, more = (list(made_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
                                       noise=2, **MADE)) for count in (4, 5))
-    return [known_pair(made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
+    return [GroundTruthPair(*made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
 
 
 def read_camera(path):

@@ -11,7 +11,6 @@ import time
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck, LIMIT, SHARE, SURE
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.synthetic.scenes import made_sequence, misaligned
@@ -33,7 +32,7 @@ def run(request):
     size = QUICK_SIZE if request.quick else SIZE
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
-    subjects = [*scenes, *(one for one in sequences if one.kind in DRIVES)]
+    subjects = [*scenes, *(one for one in sequences if one.group in DRIVES)]
     steps = {
         'made': lambda: [_made_row(request, size, error) for error in ERRORS],
         'swings': lambda: [_swing_row(request, size, swing) for swing in SWINGS],
@@ -122,7 +121,7 @@ def _real_rows(request, subject):
 def _cost_row(request, size):
     """Return a row: processor milliseconds of a frame and of watching it."""
     frames = [(one.left, one.right) for one in _frames(size, 6)]
-    matcher, check = StereoMatcher(request.config(size[2], fill=False)), EpipolarCheck()
+    matcher, check = request.matcher(size[2], fill=False), EpipolarCheck()
     matching, watching, looks = 0, 0, 0
     count = QUICK_COST_FRAMES if request.quick else COST_FRAMES
     for number in range(-len(frames), count):

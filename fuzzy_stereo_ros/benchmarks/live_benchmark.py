@@ -13,20 +13,14 @@ import signal
 import sys
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray
 from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
-from fuzzy_stereo_ros.demo.stage import (
-    LONGEST_START, NODE, NodeFailed, ros_environment, running_module)
+from fuzzy_stereo_ros.demo.observed_node import (
+    Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
 from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report, Table
-from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
 import psutil
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float32MultiArray
-from stereo_msgs.msg import DisparityImage
 from tqdm import tqdm
 
 RATE, FAST = 30.0, 300.0                            # pairs/s
@@ -36,94 +30,27 @@ CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
 SMALL = 160, 120, 32                                # of the run for memory
 SETTLED = 3.0       # s at the most before anything is measured, which itself takes as long
 COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused')
-PROBED = 'fuzzy_stereo_ros.benchmarks.live_probe'
-PLAIN = 'fuzzy_stereo_ros.benchmarks.live_plain'
+OURS = NODE,                                        # a module and its arguments
+PROBED, PLAIN = (('fuzzy_stereo_ros.benchmarks.live_nodes', kind) for kind in ('probed', 'plain'))
 FAILED = 1
 
 
-class Listener:
-    """Subscribes to the node's disparities, and counts."""
-
-    def __init__(self, process):
-        """Listen to a node whose Popen is process."""
-        self._process, self._node = process, rclpy.create_node('live_benchmark')
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self._node)
-        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._count, 10)
-        self._node.create_subscription(Float32MultiArray, 'probe', self._note_figures, 10)
-        self._subscription, self._asked = None, 0
-        self.ages, self.probed, self.counts = [], [], None
-
-    def subscribe(self):
-        """Want disparities."""
-        self._subscription = self._node.create_subscription(
-            DisparityImage, 'disparity', self._receive, 10)
-
-    def leave(self):
-        """Want nothing any more."""
-        self._node.destroy_subscription(self._subscription)
-
-    def close(self):
-        """End; otherwise the middleware would go on listening."""
-        self._executor.shutdown()
-        self._node.destroy_node()
-
-    def spin(self, seconds=None, until=lambda: False, progress=lambda: None):
-        """Listen for a time in s, or until something is true, at most as long as a start takes."""
-        end = time.monotonic() + (LONGEST_START if seconds is None else seconds)
-        while not until():
-            if time.monotonic() > end:
-                if seconds is None:
-                    raise NodeFailed('the node did not answer')
-                return
-            if self._process.poll() is not None:
-                raise NodeFailed(f'the node ended with code {self._process.returncode}')
-            self._executor.spin_once(timeout_sec=0.1)
-            progress()
-
-    def settle(self, seconds):
-        """Listen for a while before something is measured for a time in s."""
-        self.spin(min(SETTLED, seconds))
-
-    def news(self):
-        """Return {key: count} of diagnostics that are newer than this call."""
-        self.counts, self._asked = None, self._node.get_clock().now().nanoseconds
-        self.spin(until=lambda: self.counts is not None)
-        return self.counts
-
-    def _receive(self, message):
-        now = self._node.get_clock().now().nanoseconds
-        self.ages.append((now - stamp_of(message.header)) / 1e6)
-
-    def _note_figures(self, message):
-        self.probed.append(tuple(message.data))
-
-    def _count(self, message):
-        if stamp_of(message.header) > self._asked:
-            values = {entry.key: entry.value for entry in message.status[0].values}
-            self.counts = {name: int(values[name]) for name in COUNTED}
-
-
 @contextmanager
-def running(module, columns, rows, disparities, rate, log, *words):
+def running(program, columns, rows, disparities, rate, log, *words):
     """
-    Give a Listener and the psutil.Process of a module's node, with a camera that publishes.
+    Give a Listener and the psutil.Process of a program's node, with a camera that publishes.
 
     words: more arguments of the node.
     """
-    node = running_module(module, [
-        '--ros-args', '--param', f'disparity_range:={disparities}', *words], log)
+    node = running_module(program[0], [
+        *program[1:], '--ros-args', '--param', f'disparity_range:={disparities}', *words], log)
     camera = running_module('fuzzy_stereo_ros.synthetic.simulated_cameras', [
         '--columns', str(columns), '--rows', str(rows), '--disparities', str(disparities),
         '--rate', str(rate), '--colour'], log.with_name('camera.log'))
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        with node as process, camera, closing(Listener(process)) as listener:
-            listener.subscribe()
-            listener.spin(until=lambda: listener.ages)
-            yield listener, psutil.Process(process.pid)
-    finally:
-        rclpy.try_shutdown()
+    with ros_running(), node as process, camera, closing(Listener(process)) as listener:
+        listener.subscribe()
+        listener.spin(until=lambda: listener.ages)
+        yield listener, psutil.Process(process.pid)
 
 
 def seconds_of(process):
@@ -137,29 +64,33 @@ def case_of(text):
     return columns, rows, disparities
 
 
-def measure(listener, process, seconds):
+def measure(listener, process, seconds, published=True):
     """Return (ages of the disparities in ms, processor time in s, time in s) of some seconds."""
     used, started = seconds_of(process), time.monotonic()
     listener.ages.clear()
     listener.spin(seconds)
-    listener.spin(until=lambda: listener.ages)
+    if published:
+        listener.spin(until=lambda: listener.ages)
     return list(listener.ages), seconds_of(process) - used, time.monotonic() - started
 
 
 def live_row(case, seconds, log):
     """Return the row of a case of the first table."""
     columns, rows, disparities = case
-    with running(NODE, *case, RATE, log) as (listener, process):
-        listener.settle(seconds)
+    with running(OURS, *case, RATE, log) as (listener, process):
+        listener.spin(min(SETTLED, seconds))
         before, started = listener.news(), time.monotonic()
         ages, used, passed = measure(listener, process, seconds)
         after, counted = listener.news(), time.monotonic() - started
-    with running(PROBED, *case, RATE, log, '--param', 'threads:=1') as (listener, process):
-        listener.settle(seconds)
-        listener.probed.clear()
+    with running(PROBED, *case, RATE, log, '--param', 'threads:=1') as (listener, _):
+        probed = []
+        listener.node.create_subscription(
+            Float32MultiArray, 'probe', lambda message: probed.append(tuple(message.data)), 10)
+        listener.spin(min(SETTLED, seconds))
+        probed.clear()
         listener.spin(seconds)
-        listener.spin(until=lambda: listener.probed)
-        late, latest, beyond = zip(*listener.probed)
+        listener.spin(until=lambda: probed)
+        late, latest, beyond = zip(*probed)
     counts = [after[name] - before[name] for name in COUNTED]
     return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / counted,
             *np.percentile(ages, (50, 95)).tolist(), 100 * used / passed,
@@ -168,11 +99,11 @@ def live_row(case, seconds, log):
 
 def compared_rows(case, rate, seconds, log):
     """Return the rows of the node, of the plain one and of their ratio; medians of the turns."""
-    figures = {NODE: [], PLAIN: []}
+    figures = {OURS: [], PLAIN: []}
     for _ in range(TURNS):
-        for module, turns in figures.items():
-            with running(module, *case, rate, log) as (listener, process):
-                listener.settle(seconds)
+        for program, turns in figures.items():
+            with running(program, *case, rate, log) as (listener, process):
+                listener.spin(min(SETTLED, seconds))
                 ages, used, passed = measure(listener, process, seconds)
             turns.append((len(ages) / passed, *np.percentile(ages, (50, 95, 100)),
                           100 * used / passed, 1000 * used / len(ages)))
@@ -185,17 +116,16 @@ def memory_rows(frames, seconds, log):
     """Return rows of pairs matched and MB in use, and the % of a core without a subscriber."""
     marks = sorted({frames // 100, frames // 10, frames // 2, frames})
     rows = []
-    with running(NODE, *SMALL, FAST, log) as (listener, process), tqdm(
+    with running(OURS, *SMALL, FAST, log) as (listener, process), tqdm(
             total=frames, desc='memory', unit='pair', file=sys.stderr) as bar:
+        listener.take = lambda message: bar.update(len(listener.ages) - bar.n)
         for mark in marks:
-            listener.spin(until=lambda: len(listener.ages) >= mark,  # noqa: B023
-                          progress=lambda: bar.update(len(listener.ages) - bar.n))
+            listener.spin(until=lambda: len(listener.ages) >= mark)     # noqa: B023
             rows.append((len(listener.ages), process.memory_info().rss / 1e6))
         listener.leave()
-        listener.settle(seconds)
-        used, started = seconds_of(process), time.monotonic()
-        listener.spin(seconds)
-        return rows, 100 * (seconds_of(process) - used) / (time.monotonic() - started)
+        listener.spin(min(SETTLED, seconds))
+        _, used, passed = measure(listener, process, seconds, published=False)
+        return rows, 100 * used / passed
 
 
 def run(arguments):

@@ -3,10 +3,14 @@
 """
 The page of benchmarks: each report has a section of its own, which the next run replaces.
 
+Pictures, drawn by the suites from the tables of their reports, stand beside it as SVG.
+
 `python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md` renews the tables that
 pages quote, between `<!-- quote NAME: TITLE -->` and `<!-- end of quote -->`, NAME being the
 benchmark's; with `TITLE | WORDS` the rows alone that have these words.
 """
+from importlib.util import find_spec
+import io
 from pathlib import Path
 import re
 import sys
@@ -20,6 +24,12 @@ HEADING = ('<!-- SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers -->\n'
            '# Benchmarks\n\n'
            'Written by `fuzzy-stereo benchmark NAME --output FILE`, which replaces its own '
            'section; not by hand.\n')
+# Blue is ours, orange OpenCV tuned, grey OpenCV as stereo_image_proc sets it.
+BLUE, LIGHT_BLUE = '#0b5fa5', '#74b3e0'
+ORANGE, LIGHT_ORANGE = '#c8560b', '#f2a76b'
+GREY, LIGHT_GREY = '#7a7a7a', '#bdbdbd'
+STYLE = {'svg.fonttype': 'none', 'font.size': 9, 'axes.titlesize': 10, 'axes.axisbelow': True,
+         'axes.spines.top': False, 'axes.spines.right': False}
 QUOTE = re.compile('(<!-- quote (\\w+): (.+?) -->\n)(.*?)(<!-- end of quote -->)', re.DOTALL)
 
 
@@ -75,6 +85,49 @@ def table_of(page, name, title):
                          f'run `fuzzy-stereo benchmark {name} --output docs/{PAGE}`')
     head, rows = table[1].splitlines(True)[:2], table[1].splitlines(True)[2:]
     return ''.join(head + [row for row in rows if words in row])
+
+
+def as_svg(name, draw):
+    """
+    Return {name: the picture as SVG}, and sentences on what is missing.
+
+    name: of the file. draw: returns a matplotlib Figure; called only where there is matplotlib.
+    """
+    if find_spec('matplotlib') is None:
+        return {}, [f'{name}: matplotlib is not installed']
+    from matplotlib import rc_context
+
+    stream = io.BytesIO()
+    with rc_context({**STYLE, 'svg.hashsalt': name}):
+        draw().savefig(stream, format='svg', metadata={'Date': None})
+    return {name: stream.getvalue()}, []
+
+
+def titled(tables, start):
+    """Return the one of some tables whose title starts so."""
+    return next(table for table in tables if table.title.startswith(start))
+
+
+def column(table, name):
+    """Return {name of a row: its cell in a column}."""
+    place = table.columns.index(name)
+    return {row[0]: row[place] for row in table.rows}
+
+
+def figure_of(width, height, title=''):
+    """Return an empty Figure; width, height: inches."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout='constrained')
+    if title:
+        figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def add_legend(figure, columns=3):
+    """Explain below a Figure what the marks of its first panel are."""
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc='outside lower center',
+                  ncols=columns, frameon=False)
 
 
 if __name__ == '__main__':

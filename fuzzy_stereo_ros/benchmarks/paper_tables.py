@@ -7,14 +7,14 @@ Table I: bad-1 on four Middlebury pairs, and on others; what the text says of th
 each operator earns. Table II: the time of 10 generations of 50 individuals on `sawtooth` at half
 its size. Figure 4: teddy after 10 generations of 40 and 100 of 70.
 """
-from dataclasses import astuple, replace
+from dataclasses import replace
 from functools import partial
 
 import cv2
-from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, known_pair
-from fuzzy_stereo_ros.benchmarks.request import report_of, Trial
+from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
+from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
-from fuzzy_stereo_ros.evaluation.baselines import dense, tuned_3way
+from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     ALL, bad_percent, cross_checked, GroundTruthPair, MIDDLEBURY, read_truth, warped_to_right)
 from fuzzy_stereo_ros.evaluation.matchers import fastest
@@ -22,6 +22,7 @@ from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import numpy as np
+import pandas as pd
 
 LIMIT = 1.0  # px, of an error that counts in all of the paper's figures
 TABLE_I = {'tsukuba': 2.74, 'venus': 2.5, 'teddy': 14.7, 'cones': 7.78}
@@ -53,8 +54,9 @@ def run(request):
              **{f'operators, {scene.name}': partial(operators_table, scene) for scene in pairs},
              'Table II': partial(table_two, request),
              'Figure 4': partial(figure_four, shown)}
-    found = request.each(list(works), 'paper', lambda name: works[name]())
-    first, found = found[:len(pairs) + len(beside)], found[len(pairs) + len(beside):]
+    parts = request.each(list(works), 'paper', lambda name: works[name]())
+    lines = [pd.DataFrame([row for part in some for row in part]) for some in (
+        parts[:len(pairs)], parts[len(pairs):-2 - len(pairs)], parts[-2 - len(pairs):-2])]
     settings = {
         'profile paper': '70 individuals, 100 generations, mutation rate 40 % unless said '
                          'otherwise; dense; nothing is filled or smoothed',
@@ -69,24 +71,24 @@ def run(request):
         'seconds': 'processor time of one thread',
     }
     return report_of('paper', "The paper's tables", settings, [
-        _first_table(pairs, first[:len(pairs)]),
-        *([_beside_table(beside, first[len(pairs):])] if beside else []),
-        _operators_table(pairs, found[:len(pairs)]), _second_table(*found[-2]),
-        _figure_table(shown, found[-1])], skipped, threads='one')
+        _first_table(lines[0]),
+        *([Table.of('Pairs that the paper does not have: off by more than 1 px, percent',
+                    by_scene(lines[1]), 'Each cell: nonocc / all pixels.')] if beside else []),
+        _operators_table(lines[2]), _second_table(*parts[-2]), _figure_table(shown, parts[-1])],
+        skipped, threads='one')
 
 
 def table_one(request, scene):
-    """Return {line of Table I: `Trial`} of one scene."""
+    """Return a dict for each line of Table I of one scene: scene, line and `attempt`."""
     pair = scene.read()
     from_left = partial(paper_config, scene.disparities, reference='left')
     winners = {'initial_population': 'winner_takes_all'}
     of_seeds = {f'uniform, random, seed {seed}': attempt(from_left(seed=seed), pair)
                 for seed in SEEDS}
-    return {
+    return _lines(scene, {
         'literal, random': attempt(from_left(**LITERAL), pair),
         **of_seeds,
-        'uniform, random, mean of the seeds': Trial(*np.mean(
-            [astuple(trial) for trial in of_seeds.values()], axis=0).tolist()),
+        'uniform, random, mean of the seeds': pd.DataFrame(of_seeds.values()).mean().to_dict(),
         'literal, winner takes all': attempt(from_left(**LITERAL, **winners), pair),
         'uniform, winner takes all without evolution': attempt(
             from_left(**winners, generations=0), pair),
@@ -94,19 +96,23 @@ def table_one(request, scene):
         'strict, winner takes all': attempt(from_left(reading='strict', **winners), pair),
         'uniform, random, right reference': attempt(paper_config(scene.disparities),
                                                     from_right(scene)),
-        request.subject: attempt(request.config(scene.disparities), pair)}
+        request.subject: attempt(request.ours.config(scene.disparities), pair)})
 
 
 def operators_table(scene):
-    """Return {variant of the operators: `Trial`} of one scene."""
+    """Return a dict for each variant of the operators on one scene: scene, line and `attempt`."""
     pair = scene.read()
-    return {variant.name: attempt(
+    return _lines(scene, {variant.name: attempt(
         paper_config(scene.disparities, reference='left', **variant.changes), pair,
-        stages=variant.stages) for variant in PAPER_OPERATORS}
+        stages=variant.stages) for variant in PAPER_OPERATORS})
+
+
+def _lines(scene, found):
+    return [{'scene': scene.name, 'line': line, **figures} for line, figures in found.items()]
 
 
 def table_two(request):
-    """Return {line of Table II: `Trial`}, and the name of the pair."""
+    """Return {line of Table II: figures of `attempt`}, and the name of the pair."""
     pair, name = half_sawtooth(request.data)
     size = '{population} individuals, {generations} generations'.format(**TABLE_II_SEARCH)
     paper = partial(paper_config, TABLE_II_DISPARITIES, reference='left', **TABLE_II_SEARCH)
@@ -114,20 +120,19 @@ def table_two(request):
         f'literal, random, {size}': paper(**LITERAL),
         f'uniform, random, {size}': paper(),
         f'uniform, winner takes all, {size}': paper(initial_population='winner_takes_all'),
-        f'{request.subject}, as it is': request.config(TABLE_II_DISPARITIES),
+        f'{request.subject}, as it is': request.ours.config(TABLE_II_DISPARITIES),
     }
     found = {line: attempt(config, pair, TABLE_II_TURNS) for line, config in configs.items()}
-    baseline = tuned_3way(MIDDLEBURY)
     disparity, milliseconds = fastest(
-        lambda: dense(baseline.match(pair.left, pair.right, TABLE_II_DISPARITIES)),
+        lambda: dense(REFERENCE.match(pair.left, pair.right, MIDDLEBURY, TABLE_II_DISPARITIES)),
         TABLE_II_TURNS, processor=True)
-    found[f'OpenCV {baseline.name}, dense'] = Trial(
-        bad_percent(disparity, pair, LIMIT), milliseconds=milliseconds)
+    found[f'OpenCV {REFERENCE.name}, dense'] = {
+        'error': bad_percent(disparity, pair, LIMIT), 'milliseconds': milliseconds}
     return found, name
 
 
 def figure_four(scene):
-    """Return {(setting, reference): `Trial`} of the two settings of Figure 4 on a scene."""
+    """Return {(setting, reference): figures of `attempt`} of the settings of Figure 4."""
     pairs = {'right': from_right(scene), 'left': scene.read()}
     return {(f"{setting['population']} individuals, {setting['generations']} generations", side):
             attempt(paper_config(scene.disparities, reference=side, **setting), pair)
@@ -140,7 +145,12 @@ def paper_config(disparities, **changes):
 
 
 def attempt(config, pair, turns=1, stages=None):
-    """Return the `Trial` of a cold match, the time being the minimum of so many turns."""
+    """
+    Return the figures of a cold match as a dict, the milliseconds the minimum of so many turns.
+
+    error, error_of_all: percent of the pixels that count, and of all with a truth, that are bad.
+    fitness, first_fitness: of the best, at the end and in the first generation.
+    """
     matcher = StereoMatcher(config, stages)
     matcher.match(pair.left[:WARM_UP_ROWS], pair.right[:WARM_UP_ROWS])
 
@@ -149,8 +159,9 @@ def attempt(config, pair, turns=1, stages=None):
         return matcher.match(pair.left, pair.right)
     match, milliseconds = fastest(work, turns, processor=True)
     fitness = [generation.best_fitness for generation in match.history] or [float('nan')]
-    return Trial(bad_percent(match.disparity, pair, LIMIT), fitness[-1], milliseconds, fitness[0],
-                 bad_percent(match.disparity, replace(pair, counts=pair.masks.get(ALL)), LIMIT))
+    return {'error': bad_percent(match.disparity, pair, LIMIT), 'error_of_all': bad_percent(
+                match.disparity, replace(pair, counts=pair.masks.get(ALL)), LIMIT),
+            'milliseconds': milliseconds, 'fitness': fitness[-1], 'first_fitness': fitness[0]}
 
 
 def from_right(scene):
@@ -160,8 +171,9 @@ def from_right(scene):
     Without a groundtruth_right the left truth is warped, and what no left pixel meets is unknown.
     """
     pair = scene.read()
-    own = scene.files and scene.files.left.with_name('groundtruth_right.png')
-    truth = (read_truth(own, scene.files.scale) if own and own.is_file()
+    files = next(iter(scene.files.values()), None)
+    own = files and files.left.with_name('groundtruth_right.png')
+    truth = (read_truth(own, files.scale) if own and own.is_file()
              else warped_to_right(pair.truth))
     return replace(pair, truth=truth, counts=cross_checked(truth, pair.truth), masks={})
 
@@ -176,7 +188,7 @@ def half_sawtooth(data):
     scene = next((scene for scene in available_scenes(data)[0]
                   if scene.path == 'midd2001/sawtooth'), None)
     if scene is None:
-        made = known_pair(made_pair(rows, columns, TABLE_II_DISPARITIES, seed=1))
+        made = GroundTruthPair(*made_pair(rows, columns, TABLE_II_DISPARITIES, seed=1))
         return replace(made, counts=None), 'a made pair'
     pair = scene.read()
     left, right = (cv2.resize(image, TABLE_II_SIZE, interpolation=cv2.INTER_AREA)
@@ -185,61 +197,52 @@ def half_sawtooth(data):
     return GroundTruthPair(left, right, truth), scene.name
 
 
-def _first_table(pairs, found):
-    rows = []
-    if all(scene.name in TABLE_I for scene in pairs):
-        printed = [TABLE_I[scene.name] for scene in pairs]
-        rows.append(('the paper, as printed', *printed, float(np.mean(printed)), None, None))
-        if len(pairs) == len(TABLE_I):
-            rows.append(("the paper's text, same evaluation", *[None] * len(pairs), TEXT, None,
-                         None))
-    rows += _rows(found)
-    return Table('Table I: off by more than 1 px, percent', _columns(pairs), rows,
-                 f"The paper's text names {TEXT} % for the evaluation whose table has a mean of "
-                 f'{np.mean(list(TABLE_I.values())):.2f} %. Each cell: nonocc / all pixels.')
+def by_scene(found):
+    """
+    Return a DataFrame with a row for each line: its errors on each scene, means, seconds a pair.
+
+    found: DataFrame of scene, line and figures of `attempt`.
+    """
+    cells = found.error.map('{:.2f}'.format) + ' / ' + found.error_of_all.map('{:.2f}'.format)
+    table = found.assign(cell=cells).pivot(index='line', columns='scene', values='cell').loc[
+        found.line.unique(), found.scene.unique()]
+    means = found.groupby('line')[['error', 'error_of_all', 'milliseconds']].mean()
+    return table.assign(**{'mean nonocc': means.error, 'mean all': means.error_of_all,
+                           'seconds a pair': means.milliseconds / 1000})
 
 
-def _beside_table(scenes, found):
-    return Table('Pairs that the paper does not have: off by more than 1 px, percent',
-                 _columns(scenes), _rows(found), 'Each cell: nonocc / all pixels.')
+def _first_table(found):
+    reached, printed = by_scene(found), {}
+    scenes = list(found.scene.unique())
+    if set(scenes) <= set(TABLE_I):
+        errors = {scene: TABLE_I[scene] for scene in scenes}
+        printed['the paper, as printed'] = {
+            **errors, 'mean nonocc': float(np.mean(list(errors.values())))}
+        if len(scenes) == len(TABLE_I):
+            printed["the paper's text, same evaluation"] = {'mean nonocc': TEXT}
+    printed = pd.DataFrame(printed, index=reached.columns).T.astype(object)
+    return Table.of('Table I: off by more than 1 px, percent',
+                    pd.concat([printed, reached.astype(object)]),
+                    f"The paper's text names {TEXT} % for the evaluation whose table has a mean "
+                    f'of {np.mean(list(TABLE_I.values())):.2f} %. Each cell: nonocc / all pixels.')
 
 
-def _operators_table(pairs, found):
-    rows = []
-    for line, *cells in _rows(found):
-        fitness = [100 * one[line].fitness / one[PAPER_OPERATORS[0].name].fitness
-                   for one in found]
-        rows.append((line, *cells, f'{np.mean(fitness):.3f}'))
-    return Table('What the operators earn, uniform reading, random population, equal work',
-                 (*_columns(pairs), 'fitness [%]'), rows,
-                 'Equal work: as many patches are tried. Each cell: off by more than 1 px, '
-                 'percent of nonocc / all pixels. Fitness: of the best, mean share of the first '
-                 'line.')
+def _operators_table(found):
+    fitness = found.pivot(index='line', columns='scene', values='fitness')
+    share = 100 * (fitness / fitness.loc[PAPER_OPERATORS[0].name]).mean(axis=1)
+    return Table.of('What the operators earn, uniform reading, random population, equal work',
+                    by_scene(found).assign(**{'fitness [%]': share.map('{:.3f}'.format)}),
+                    'Equal work: as many patches are tried. Each cell: off by more than 1 px, '
+                    'percent of nonocc / all pixels. Fitness: of the best, mean share of the '
+                    'first line.')
 
 
-def _columns(scenes):
-    return ('', *(scene.name for scene in scenes), 'mean nonocc', 'mean all', 'seconds a pair')
-
-
-def _rows(found):
-    """Return a row a line of {line: Trial} of several scenes."""
-    rows = []
-    for line in found[0]:
-        trials = [one[line] for one in found]
-        rows.append((
-            line, *(f'{trial.error:.2f} / {trial.error_of_all:.2f}' for trial in trials),
-            float(np.mean([trial.error for trial in trials])),
-            float(np.mean([trial.error_of_all for trial in trials])),
-            float(np.mean([trial.milliseconds for trial in trials])) / 1000))
-    return rows
-
-
-def _second_table(trials, name):
+def _second_table(found, name):
     paper = TABLE_II['the paper']
     rows = [(f'{line}, as printed', None, milliseconds, f'{milliseconds / paper:.3f}')
             for line, milliseconds in TABLE_II.items()]
-    rows += [(line, trial.error, trial.milliseconds, f'{trial.milliseconds / paper:.4f}')
-             for line, trial in trials.items()]
+    rows += [(line, one['error'], one['milliseconds'], f"{one['milliseconds'] / paper:.4f}")
+             for line, one in found.items()]
     columns, height = TABLE_II_SIZE
     return Table(f'Table II: {name}, {columns}x{height}, {TABLE_II_DISPARITIES} disparities',
                  ('', 'off by more than 1 px [%]', 'ms', "of the paper's time"), rows,
@@ -252,6 +255,6 @@ def _figure_table(scene, found):
     return Table(f'Figure 4: {scene.name}, profile paper',
                  ('', 'reference', 'off by more than 1 px [%]', 'seconds',
                   'fitness, first generation', 'last generation'),
-                 [(setting, side, trial.error, trial.milliseconds / 1000,
-                   f'{trial.first_fitness:.4g}', f'{trial.fitness:.4g}')
-                  for (setting, side), trial in found.items()])
+                 [(setting, side, one['error'], one['milliseconds'] / 1000,
+                   f"{one['first_fitness']:.4g}", f"{one['fitness']:.4g}")
+                  for (setting, side), one in found.items()])

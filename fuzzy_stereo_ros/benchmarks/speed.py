@@ -1,43 +1,60 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Speed: our matcher, cold and warm, against OpenCV's, taken in turns in one run.
+Speed: our matcher, cold and warm, against OpenCV's, in turns in one run; deadlines, memory.
 
 Other programs make times longer, never shorter: the minimum counts, and as all matchers take
 turns, ratios hold where times do not.
 """
 import os
+import subprocess
+import sys
+import tempfile
+import time
+import tracemalloc
 
 import cv2
 from fuzzy_stereo_ros.benchmarks.datasets import with_noise
-from fuzzy_stereo_ros.benchmarks.request import report_of, take_turns, TimedMatcher
-from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, tuned_baselines
+from fuzzy_stereo_ros.benchmarks.request import report_of
+from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
+import pandas as pd
 
 SIZES = ((480, 640, 64), (720, 1280, 128))      # rows, columns, disparities
 QUICK_SIZES = ((48, 80, 16), (72, 128, 32))
 THREADS = (1, 2)
 FRAMES = 4
 NOISE = 1.5  # grey levels, fresh in every frame
-COLD, WARM, REFERENCE = 'ours, cold', 'ours, warm', '3WAY tuned'
+COLD, WARM = 'ours, cold', 'ours, warm'
 ALONE = 'of the total, what one thread does alone'
 PREFERRED = ('midd2014', 'midd2006_half', 'middv2', 'made')
+SHARES = 0.5, 0.9, 0.95, 1.0, 1.1, 2.0      # deadlines, of the median time without one
+SETTLING = 12       # frames of a still scene until all that may run does
+IMPORT = 'from fuzzy_stereo_ros.matching import StereoMatcher'
+WARM_UP = f'{IMPORT}; StereoMatcher().warm_up(480, 640)'
 
 
 def run(request):
     """Return the `Report` of times at each size, with one and with two threads."""
     scenes, _ = request.scenes()
     scene = min(scenes, key=lambda one: [*PREFERRED, one.group].index(one.group))
-    pair = scene.read()
+    pair, sizes = scene.read(), QUICK_SIZES if request.quick else SIZES
     threads = [count for count in THREADS if count <= (os.cpu_count() or 1)]
     skipped = [f'{count} threads: there is one core' for count in THREADS
                if count not in threads]
-    rounds = [(size, count) for size in (QUICK_SIZES if request.quick else SIZES)
-              for count in threads]
-    timed = {(size, count): race(request, pair, size, count)
-             for size, count in request.follow(rounds, 'speed')}
+    rounds = [(size, count) for size in sizes for count in threads]
+    turns = [turn for size, count in request.follow(rounds, 'speed')
+             for turn in race(request, pair, size, count)]
+    memory = Table('Memory', ('', 'held [MB]', 'bytes a pixel', 'more during a frame [MB]',
+                              'the pair itself [MB]'),
+                   [memory_row(request, pair, size) for size in sizes],
+                   'Held: by a warm matcher between frames, its state among it. More: at the peak '
+                   'of a frame, what it returns and hands on among it.')
+    deadlines = deadline_table(request, pair, sizes[0])
+    if request.quick:
+        skipped.append('the first start: it takes a minute')
     return report_of('speed', 'Speed', {
         'ours': f'{request.subject}, filled: colour images in; disparity to sub-pixels, filled '
                 'and filtered, and confidence out',
@@ -46,20 +63,22 @@ def run(request):
         'pair': f'{scene.path}, resized, with fresh noise of {NOISE} grey levels in each frame',
         'times': f'minimum of {request.repeats} turns; cold: the frame before is forgotten; '
                  'warm: the frame before is of the same scene',
-    }, tables(timed), skipped, threads='OpenCV and ours as in the tables')
+    }, [*tables(pd.DataFrame(turns)), deadlines, memory,
+        *([] if request.quick else [first_start_table()])], skipped,
+        threads='OpenCV and ours as in the tables')
 
 
 def race(request, pair, size, threads):
-    """Return the `TimedMatcher`s after all their turns."""
+    """Return what `take_turns` returns of all matchers, the size and the threads among it."""
     rows, columns, disparities = size
     frames = noisy_frames(pair, rows, columns)
     greys = [tuple(grey(image) for image in frame) for frame in frames]
     with opencv_threads(threads):
-        matchers = [_ours(request, frames, disparities, threads, name) for name in (COLD, WARM)]
-        matchers += [_baseline(baseline, greys, disparities)
-                     for baseline in reversed(tuned_baselines(MIDDLEBURY))]
-        take_turns(matchers, request.repeats, FRAMES)
-    return matchers
+        works = {name: _ours(request, frames, disparities, threads, name) for name in (COLD, WARM)}
+        works.update((baseline.name, _baseline(baseline, greys, disparities))
+                     for baseline in reversed(TUNED))
+        return [{'size': f'{columns}x{rows}', 'disparities': disparities, 'threads': threads,
+                 **turn} for turn in take_turns(works, request.repeats)]
 
 
 def noisy_frames(pair, rows, columns):
@@ -71,6 +90,7 @@ def noisy_frames(pair, rows, columns):
 
 
 def _ours(request, frames, disparities, threads, name):
+    """Return a function that matches a frame, and returns {stage: milliseconds}."""
     matcher = request.matcher(disparities, threads=threads, warm_start=True)
     matcher.warm_up(*frames[0][0].shape[:2])
 
@@ -80,64 +100,153 @@ def _ours(request, frames, disparities, threads, name):
         pool, before = matcher.algorithm.pool, matcher.algorithm.pool.shared
         times = matcher.match(*frames[frame]).times
         return {**times, ALONE: times['total'] - (pool.shared - before)}
-    return TimedMatcher(name, work)
+    return work
 
 
 def _baseline(baseline, greys, disparities):
-    matcher = baseline.matcher(disparities)
+    """Return a function that matches a frame, and returns {}."""
+    matcher = baseline.matcher(MIDDLEBURY, disparities)
 
     def work(frame):
         matcher.compute(*greys[frame])
-    return TimedMatcher(baseline.name, work)
+        return {}
+    return work
 
 
-def tables(timed):
-    """Return the tables of {(size, threads): `TimedMatcher`s}."""
-    return [*(_race_table(size, {count: {one.name: one for one in matchers} for (
-        other, count), matchers in timed.items() if other == size})
-        for size in dict.fromkeys(size for size, _ in timed)), _stage_table(timed)]
+def take_turns(works, turns):
+    """
+    Return a dict for each turn of {matcher: function of a frame}, which take turns.
+
+    Its keys: matcher; milliseconds; processor, the same of all threads together, not counting
+    while other programs ran; and the stages that the function returns. A first turn takes memory.
+    """
+    for work in works.values():
+        work(0)
+    taken = []
+    for turn in range(turns):
+        for name, work in works.items():
+            start, processor_start = time.perf_counter(), time.process_time()
+            stages = work(turn % FRAMES)
+            processor = 1000 * (time.process_time() - processor_start)
+            taken.append({'matcher': name, 'processor': processor,
+                          'milliseconds': 1000 * (time.perf_counter() - start), **stages})
+    return taken
 
 
-def _race_table(size, by_threads):
+def tables(turns):
+    """Return the tables of a DataFrame of what `race` returned."""
+    return [*(_race_table(f'{size}, {disparities} disparities', of_size) for (size, disparities),
+              of_size in turns.groupby(['size', 'disparities'], sort=False)), _stage_table(turns)]
+
+
+def _race_table(title, turns):
     """Return the table of one size: milliseconds and ratios to 3WAY for each matcher."""
-    rows, columns, disparities = size
-    alone, together = by_threads[1], by_threads.get(2)
-    headings = ['', '1 thread [ms]', 'of 3WAY', 'median / minimum', 'processor time [ms]',
-                'of that of 3WAY']
-    if together:
-        headings += ['2 threads [ms]', '2 threads, of 3WAY', '2 threads, median / minimum',
-                     '2 threads, faster by', '2 threads, cores used']
-    lines = []
-    for name, one in alone.items():
-        line = [name, one.best, one.best / alone[REFERENCE].best, _unrest(one),
-                min(one.processor_times),
-                min(one.processor_times) / min(alone[REFERENCE].processor_times)]
-        if together:
-            two = together[name]
-            line += [two.best, two.best / together[REFERENCE].best, _unrest(two),
-                     one.best / two.best, two.cores]
-        lines.append(tuple(line))
-    return Table(f'{columns}x{rows}, {disparities} disparities', tuple(headings), lines,
-                 'Processor time does not run while other programs do. Median over minimum tells '
-                 'how noisy the machine was: 1.00 is quiet. Cores used far below 2 with two '
-                 'threads, for all matchers alike, means that other programs had the second.')
+    names = turns.matcher.unique()
+    grouped = turns.groupby(['matcher', 'threads'])
+    best, typical, processor = (figure.unstack().loc[names] for figure in (
+        grouped.milliseconds.min(), grouped.milliseconds.median(), grouped.processor.min()))
+    table = pd.DataFrame({
+        '1 thread [ms]': best[1], 'of 3WAY': best[1] / best[1][REFERENCE.name],
+        'median / minimum': typical[1] / best[1], 'processor time [ms]': processor[1],
+        'of that of 3WAY': processor[1] / processor[1][REFERENCE.name]})
+    if 2 in best:
+        fastest = turns.loc[grouped.milliseconds.idxmin()].set_index(['matcher', 'threads'])
+        table = table.assign(**{
+            '2 threads [ms]': best[2], '2 threads, of 3WAY': best[2] / best[2][REFERENCE.name],
+            '2 threads, median / minimum': typical[2] / best[2],
+            '2 threads, faster by': best[1] / best[2],
+            '2 threads, cores used': (fastest.processor / fastest.milliseconds).unstack()[2]})
+    return Table.of(title, table,
+                    'Processor time does not run while other programs do. Median over minimum '
+                    'tells how noisy the machine was: 1.00 is quiet. Cores used far below 2 with '
+                    'two threads, for all matchers alike, means that other programs had the '
+                    'second.')
 
 
-def _unrest(matcher):
-    return float(np.median(matcher.times)) / matcher.best
-
-
-def _stage_table(timed):
+def _stage_table(turns):
     """Return the table of our stages, each at its fastest."""
-    ours = {f'{size[1]}x{size[0]}, {one.name.split()[-1]}, {threads} thread'
-            + 's' * (threads > 1): one.stages for (size, threads), matchers in timed.items()
-            for one in matchers if one.name in (COLD, WARM)}
-    names = dict.fromkeys(name for stages in ours.values() for name in stages if name != ALONE)
-    alone = [(ALONE, *(stages[ALONE] for stages in ours.values())),
-             (f'{ALONE} [%]', *(100 * stages[ALONE] / stages['total']
-                                for stages in ours.values()))]
-    return Table('Stages of our matcher, milliseconds', ('', *ours),
-                 [*((name, *(stages.get(name) for stages in ours.values())) for name in names),
-                  *alone],
-                 'The minimum of each stage over the turns. More threads than bands earn nothing: '
-                 'there are two from 128 rows, four from 640 and eight from 1280.')
+    ours = turns[turns.matcher.isin((COLD, WARM))]
+    known = 'size', 'disparities', 'threads', 'matcher', 'milliseconds', 'processor', ALONE
+    stages = ours.groupby(['size', 'threads', 'matcher'], sort=False)[
+        [*(name for name in turns if name not in known), ALONE]].min().T
+    stages.columns = [f'{size}, {name.split()[-1]}, {threads} thread' + 's' * (threads > 1)
+                      for size, threads, name in stages.columns]
+    stages.loc[f'{ALONE} [%]'] = 100 * stages.loc[ALONE] / stages.loc['total']
+    return Table.of('Stages of our matcher, milliseconds', stages,
+                    'The minimum of each stage over the turns. More threads than bands earn '
+                    'nothing: there are two from 128 rows, four from 640 and eight from 1280.')
+
+
+def deadline_table(request, pair, size):
+    """Return the table of warm frames of a scene that stands still, with and without deadlines."""
+    rows, columns, disparities = size
+    frames, found = noisy_frames(pair, rows, columns), {}
+
+    def matches(deadline_ms):
+        matcher = request.matcher(disparities, warm_start=True, deadline_ms=deadline_ms)
+        return [matcher.match(*frames[number % FRAMES])
+                for number in range(SETTLING + request.repeats)][SETTLING:]
+
+    free = matches(0.0)
+    whole = float(np.median([match.times['total'] for match in free]))
+    for name, deadline in {'none': None, **{
+            f'{share:.2f} of that': share * whole for share in SHARES}}.items():
+        chosen = matches(deadline) if deadline else free
+        total = np.array([match.times['total'] for match in chosen])
+        found[name] = {
+            '[ms]': deadline, 'frame taken, median [ms]': np.median(total),
+            'worst [ms]': total.max(),
+            'share in time': np.mean(total <= deadline) if deadline else None,
+            'operators that ran, median': np.median([len(match.gains) for match in chosen])}
+    least = min(match.times['total'] - match.times['generations']
+                - match.times.get('evolution', 0) for match in free)
+    return Table.of(f'Deadlines, warm, {columns}x{rows}, {disparities} disparities',
+                    pd.DataFrame(found).T,
+                    f'What always runs takes {least:.1f} ms at the least; no earlier deadline can '
+                    'be kept. Times as they pass: other programs make them longer.')
+
+
+def memory_row(request, pair, size):
+    """Return the size in words, and what a matcher holds and takes more during a frame."""
+    rows, columns, disparities = size
+    images = noisy_frames(pair, rows, columns)[0]
+    _match_twice(request, images, disparities)      # what is loaded once for all is no part of it
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        matcher = _match_twice(request, images, disparities)
+        held = tracemalloc.get_traced_memory()[0]
+        tracemalloc.reset_peak()
+        matcher.match(*images)
+        more = tracemalloc.get_traced_memory()[1] - held
+        held -= before
+    finally:
+        tracemalloc.stop()
+    return (f'{columns}x{rows}, {disparities} disparities', held / 1e6, held / (rows * columns),
+            more / 1e6, sum(image.nbytes for image in images) / 1e6)
+
+
+def _match_twice(request, images, disparities):
+    """Return a matcher after a cold and a warm frame."""
+    matcher = request.matcher(disparities, warm_start=True)
+    for _ in range(2):
+        matcher.match(*images)
+    return matcher
+
+
+def first_start_table():
+    """Return the table of seconds until a new process could match its first frame."""
+    with tempfile.TemporaryDirectory() as cache:
+        rows = [('first ever: all kernels are compiled', process_seconds(WARM_UP, cache)),
+                ('again: kernels come from the cache', process_seconds(WARM_UP, cache)),
+                ('of these, Python and the import alone', process_seconds(IMPORT, cache))]
+    return Table('Before the first frame, in a new process', ('', 'seconds'), rows,
+                 'With profile realtime: grey and coloured images of 8 and of 16 bits.')
+
+
+def process_seconds(program, cache):
+    """Return how long a Python process takes for a program, its kernels kept in a folder."""
+    begun = time.perf_counter()
+    subprocess.run([sys.executable, '-c', program], check=True,
+                   env={**os.environ, 'NUMBA_CACHE_DIR': cache})
+    return time.perf_counter() - begun

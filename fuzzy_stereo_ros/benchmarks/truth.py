@@ -9,7 +9,7 @@ fitness, and not the search, still owes.
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
-from fuzzy_stereo_ros.evaluation.report import mean, Table
+from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 import numpy as np
 import pandas as pd
@@ -71,22 +71,22 @@ def genes_of(disparity, matcher):
 
 def truth_beside_result(scene, pair, matcher):
     """
-    Return the fitness of the ground truth, and the error that the truth would leave.
+    Return a dict: `truth`, the fitness of the ground truth, and `left`, the error it would leave.
 
-    The truth is taken in whole pixels, and the fittest's genes where it is unpair. What it would
+    The truth is taken in whole pixels, and the fittest's genes where it is unknown. What it would
     leave: the fittest is crossed with the truth of its wrong cells. NaN for KITTI, whose truth
     has no regions.
 
     scene: a `Scene`; pair: its `GroundTruthPair`; matcher: of `realtime`, that has just matched it
     """
     if scene.family == KITTI:
-        return float('nan'), float('nan')
+        return {'truth': np.nan, 'left': np.nan}
     fittest, there = matcher.algorithm.population.genes[0], np.isfinite(pair.truth)
     right = genes_of(np.where(there, pair.truth, 0), matcher)
     wrong = there & ~(abs(fittest - pair.truth) <= scene.limit)
     child = matcher.algorithm.child_of(fittest, np.where(wrong, right, fittest))
-    return (matcher.algorithm.fitness_of(np.where(there, right, fittest)),
-            bad_percent(child.astype(np.float32), pair, scene.limit))
+    return {'truth': matcher.algorithm.fitness_of(np.where(there, right, fittest)),
+            'left': bad_percent(child.astype(np.float32), pair, scene.limit)}
 
 
 def spearman(points):
@@ -109,25 +109,26 @@ def correlation_table(points, truths):
     """
     Return the table of correlations by scene, their mean, and that of all scenes in one.
 
-    points: {scene: [(fitness, error in percent)] of different chromosomes}.
-    truths: {scene: the two figures of `truth_beside_result`}.
+    points: DataFrame of different chromosomes: scene, fitness, and error in percent.
+    truths: DataFrame of scenes, and what `truth_beside_result` returns of them.
     """
-    pooled = pd.DataFrame([(scene, *point) for scene, several in points.items()
-                           for point in several], columns=['scene', 'fitness', 'error'])
-    ranked = pooled.groupby('scene')[['fitness', 'error']].rank(pct=True)
-    rows = []
-    for scene, one in pooled.groupby('scene', sort=False):
-        best = fittest(one).iloc[0]
-        rows.append((scene, len(one), spearman(one), spearman(fittest(one)), float(best.fitness),
-                     float(best.error), float(one.error.min()), *truths[scene]))
-    means = [mean(row[place] for row in rows) for place in (2, 3, 5, 6, 8)]
-    rows += [('mean of scenes', None, *means[:2], None, *means[2:4], None, means[4]),
-             ('all, ranked within their scene', len(ranked), spearman(ranked), *(None,) * 6),
-             ('all, as they are', len(pooled), spearman(pooled), *(None,) * 6)]
-    return Table(
-        'Rank correlation of fitness and error', (
-            '', 'chromosomes', 'correlation', 'of the fittest quarter', 'fittest: fitness',
-            'its error [%]', 'least error [%]', 'truth: fitness', 'left by the truth [%]'), rows,
+    rows = {}
+    for scene, one in points.groupby('scene', sort=False):
+        best = fittest(one)
+        rows[scene] = {
+            'chromosomes': len(one), 'correlation': spearman(one),
+            'of the fittest quarter': spearman(best), 'fittest: fitness': best.fitness.iloc[0],
+            'its error [%]': best.error.iloc[0], 'least error [%]': one.error.min()}
+    table = pd.DataFrame(rows).T.join(truths.set_index('scene').rename(
+        columns={'truth': 'truth: fitness', 'left': 'left by the truth [%]'}))
+    table.loc['mean of scenes'] = table.mean().drop(
+        ['chromosomes', 'fittest: fitness', 'truth: fitness'])
+    ranked = points.groupby('scene')[['fitness', 'error']].rank(pct=True)
+    for name, pooled in (('all, ranked within their scene', ranked), ('all, as they are', points)):
+        table.loc[name, ['chromosomes', 'correlation']] = len(pooled), spearman(pooled)
+    table['chromosomes'] = table.chromosomes.astype('Int64')
+    return Table.of(
+        'Rank correlation of fitness and error', table,
         'Spearman, 1 where a fitter chromosome never has the larger error; errors of chromosomes '
         'before refinement. *Truth*: in whole pixels, with genes of the matcher as it is where '
         'it is unknown; where it is less fit than the result, the fitness prefers what is '

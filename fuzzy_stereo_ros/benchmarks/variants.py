@@ -8,6 +8,7 @@ are slower than they need to be.
 """
 from dataclasses import dataclass, field
 
+from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
 from fuzzy_stereo_ros.matching.paper import operators
@@ -44,6 +45,11 @@ class Variant:
     timed: bool = True
     part: str = ''
 
+    def matcher(self, profile, disparities, changes=None):
+        """Return its `StereoMatcher`; changes: {parameter: value} of the one compared with."""
+        return Ours(self.name, profile, {**(changes or {}), **self.changes}, self.stages).matcher(
+            disparities)
+
 
 class WholeMember:
     """No crossover of parts: the second parent is taken as a whole where it is fitter."""
@@ -68,16 +74,6 @@ class NoNoise:
 
     def measure(self, full, half, first, last):
         """Measure nothing."""
-
-
-def line(rows, columns):
-    """Return the paper's crossover."""
-    return Line()
-
-
-def cut(rows, columns):
-    """Return the exact crossover for the four neighbours of a cell."""
-    return Cut(rows, columns, 4)
 
 
 def without_previous_best(warm_start, pool, state, half):
@@ -124,8 +120,10 @@ REALTIME = (
     Variant('population of 2, filled in two ways', {'population': 2}),
     Variant('no crossover: the fitter chromosome as a whole',
             stages=RealtimeStages(crossover=WholeMember), part='crossover'),
-    Variant("the paper's line crossover", stages=RealtimeStages(crossover=line)),
-    Variant('minimum cut', stages=RealtimeStages(crossover=cut)),
+    Variant("the paper's line crossover", stages=RealtimeStages(
+        crossover=lambda rows, columns: Line())),
+    Variant('minimum cut', stages=RealtimeStages(      # exact for the four neighbours of a cell
+        crossover=lambda rows, columns: Cut(rows, columns, 4))),
     Variant('no mutation: no planes of plain regions', stages=RealtimeStages(mutation=None),
             part='mutation'),
     Variant('noise not heeded', stages=RealtimeStages(noise=NoNoise)),
@@ -142,21 +140,6 @@ REALTIME = (
     Variant("the paper's possibility, three grey classes",
             stages=RealtimeStages(describe=describe_by_grey_classes), timed=False),
 )
-
-
-def whole(rows, columns, neighbours):
-    """Return no crossover: a proposal is taken as a whole or not at all."""
-    return WholeMember(rows, columns)
-
-
-def regions(rows, columns, neighbours):
-    """Return partition crossover."""
-    return Regions(rows, columns)
-
-
-def paper_line(rows, columns, neighbours):
-    """Return the paper's crossover."""
-    return Line()
 
 
 def trust_everything(pool, disparity, other, lowest):
@@ -181,10 +164,13 @@ QUALITY = (
     Variant('population of 4, twice the generations', {'population': 4, 'generations': 8}),
     Variant('population of 2, siblings are not crossed', {'population': 2},
             stages=_quality_without(crossover=end_turn)),
-    Variant('no crossover: a proposal as a whole', stages=QualityStages(crossover=whole),
+    Variant('no crossover: a proposal as a whole', stages=QualityStages(
+        crossover=lambda rows, columns, neighbours: WholeMember(rows, columns)),
             part='crossover'),
-    Variant("the paper's line crossover", stages=QualityStages(crossover=paper_line)),
-    Variant('partition crossover', stages=QualityStages(crossover=regions)),
+    Variant("the paper's line crossover", stages=QualityStages(
+        crossover=lambda rows, columns, neighbours: Line())),
+    Variant('partition crossover', stages=QualityStages(
+        crossover=lambda rows, columns, neighbours: Regions(rows, columns))),
     Variant('no mutation', stages=_quality_without('segments', 'tiles', 'copies'),
             part='mutation'),
     Variant('no planes of segments', stages=_quality_without('segments')),

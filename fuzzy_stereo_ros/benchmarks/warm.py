@@ -3,19 +3,48 @@
 """
 Warm start: the same matcher with and without its previous frame, error and flicker, and 3WAY.
 
-Cold means that the matcher forgets the frame before each one.
+Cold means that the matcher forgets the frame before each one. And error over the frames of a
+sequence: how much a scene that stays, or pans, gets better.
 """
-from fuzzy_stereo_ros.benchmarks import over_frames
-from fuzzy_stereo_ros.benchmarks.pictures import draw_warm
-from fuzzy_stereo_ros.benchmarks.request import counted, mean_flicker, report_of, scored_error
-from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE, tuned_3way
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.benchmarks.datasets import window
+from fuzzy_stereo_ros.benchmarks.page import (
+    add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled)
+from fuzzy_stereo_ros.benchmarks.request import counted, figures_of_sequence, report_of
+from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
+from fuzzy_stereo_ros.evaluation.catalogue import Scene
+from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 import pandas as pd
 
-COLD, WARM = 'cold', 'warm'
-MATCHERS = REFERENCE, COLD, WARM
+COLD, WARM, BASELINE = 'cold', 'warm', '3WAY'
+MATCHERS = BASELINE, COLD, WARM
 MORE = 'warm - cold'
 MOST = 5        # sequences of the table of those where the warm start costs most
+GROUPS = 'middv2', 'midd2006_third'     # whose scenes are matched over frames
+FRAMES, QUICK_FRAMES = (1, 2, 5, 10, 30), (1, 2)
+# {kind: (noise in grey levels, pan in px a frame)}
+KINDS = {'still, noise 0': (0, 0), 'still, noise 1.5': (1.5, 0), 'pan 2 px, noise 1.5': (1.5, 2)}
+OVER_FRAMES = 'Error over frames'       # start of the title of its table
+QUALITY = 'quality, one frame without noise'
+# {matcher: (colour, mark, words)}
+MARKS = {BASELINE: (ORANGE, '^', 'OpenCV 3WAY tuned'),
+         COLD: (LIGHT_BLUE, 's', 'ours, cold: each frame alone'),
+         WARM: (BLUE, 'o', 'ours, warm: with the frame before')}
+
+
+class Walk(NamedTuple):
+    """A scene that is seen for some frames, which stays, or pans, in one of KINDS."""
+
+    scene: Scene
+    kind: str
+
+    @property
+    def path(self):
+        """Kind and scene, as progress shows them."""
+        return f'{self.kind}, {self.scene.name}'
 
 
 def run(request):
@@ -23,9 +52,7 @@ def run(request):
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
     measured = request.each(sequences, 'warm', lambda sequence: measure(sequence, request))
-    walked = request.each(over_frames.walks(request, scenes), 'over frames',
-                          lambda one: over_frames.walk(request, one))
-    quality = over_frames.quality_errors(dict.fromkeys(one.scene for one in walked))
+    walked = request.each(walks(request, scenes), 'over frames', lambda one: walk(request, one))
     settings = {
         'ours': f'{request.subject}, filled; cold: reset before each frame',
         'baseline': '3WAY, tuned for the family, dense',
@@ -40,9 +67,9 @@ def run(request):
         'hard cut': 'two frames of one scene, then one of another, which counts',
         'object appears': 'the frame in which it is there for the first time and the next',
     }
-    found = [*tables(measured), over_frames.table(walked, quality)]
-    return report_of('warm', 'Warm start', settings, found, [*skipped, *missing],
-                     {'warm.svg': draw_warm, 'over_frames.svg': over_frames.draw})
+    return report_of('warm', 'Warm start', settings, [*tables(measured), frames_table(walked)],
+                     [*skipped, *missing],
+                     {'warm.svg': draw_warm, 'over_frames.svg': draw_over_frames})
 
 
 def measure(sequence, request):
@@ -55,17 +82,18 @@ def measure(sequence, request):
     frames, maps = sequence.read(), {name: [] for name in MATCHERS}
     matchers = {name: request.matcher(sequence.disparities, warm_start=True)
                 for name in (COLD, WARM)}
-    baseline = tuned_3way(sequence.family)
     for known in frames:
         matchers[COLD].reset()
         for name, matcher in matchers.items():
             maps[name].append(matcher.match(known.left, known.right,
                                             camera=sequence.camera).disparity)
-        maps[REFERENCE].append(dense(baseline.match(known.left, known.right,
-                                                    sequence.disparities)))
-    return {'kind': sequence.kind, 'path': sequence.path,
-            **{name: scored_error(sequence, frames, found) for name, found in maps.items()},
-            **{f'flicker, {name}': mean_flicker(sequence, found) for name, found in maps.items()}}
+        maps[BASELINE].append(dense(REFERENCE.match(
+            known.left, known.right, sequence.family, sequence.disparities)))
+    found = {name: figures_of_sequence(sequence, frames, several)
+             for name, several in maps.items()}
+    return {'kind': sequence.group, 'path': sequence.path,
+            **{name: figures['error'] for name, figures in found.items()},
+            **{f'flicker, {name}': figures['flicker'] for name, figures in found.items()}}
 
 
 def tables(measured):
@@ -84,3 +112,94 @@ def tables(measured):
             '*Worst warm - cold*: on a single sequence of the line, in points.'),
         Table.of('The sequences where the warm start costs most',
                  costly.head(MOST).set_index('path')[[COLD, WARM, MORE]])]
+
+
+def walks(request, scenes):
+    """Return a `Walk` for each kind and scene of a request."""
+    classic = [scene for scene in scenes if scene.group in GROUPS] or [
+        scene for scene in scenes if scene.family == MIDDLEBURY]
+    return [Walk(scene, kind) for scene in (classic[:1] if request.quick else classic)
+            for kind in KINDS]
+
+
+def walk(request, one):
+    """
+    Match the frames of a `Walk` warm, and return its group, scene, kind and errors as a dict.
+
+    Errors in percent: of the frames that are shown, and of the profile `quality` on one frame
+    without noise.
+    """
+    shown, scene = QUICK_FRAMES if request.quick else FRAMES, one.scene
+    matcher = request.matcher(scene.disparities, warm_start=True)
+    errors = {}
+    for number, known in enumerate(window(scene, *KINDS[one.kind], shown[-1]), 1):
+        match = matcher.match(known.left, known.right)
+        if number in shown:
+            errors[f'frame {number}'] = bad_percent(match.disparity, known, scene.limit)
+    errors[QUALITY] = None
+    if one.kind == next(iter(KINDS)):       # the others of the scene share it
+        known = scene.read()
+        match = Ours('quality', 'quality').matcher(scene.disparities).match(
+            known.left, known.right)
+        errors[QUALITY] = bad_percent(match.disparity, known, scene.limit)
+    return {'group': scene.group, 'scene': scene.path, 'kind': one.kind, **errors}
+
+
+def frames_table(walked):
+    """Return the table of a list of what `walk` returned."""
+    found = pd.DataFrame(walked)
+    found[QUALITY] = found.groupby('scene')[QUALITY].transform('first')
+    errors = counted(found).groupby(['group', 'kind'], sort=False).mean(numeric_only=True)
+    return Table.of(f'{OVER_FRAMES}, percent', errors.set_axis(map(', '.join, errors.index)))
+
+
+def draw_warm(tables):
+    """Return the Figure of the table of error and flicker: a line leads from cold to warm."""
+    table = titled(tables, 'Error and flicker')
+    kinds = [row[0] for row in table.rows]
+    figure = figure_of(8.4, 1.7 + 0.24 * len(kinds), 'With and without the frame before: lower is '
+                       'better')
+    panels = figure.subplots(1, 2, sharey=True)
+    for panel, (title, heading) in zip(panels, {
+            'error [% of pixels]': '{}', 'flicker [% of pixels that change]': 'flicker, {}'
+            }.items()):
+        figures = {name: column(table, heading.format(name)) for name in MARKS}
+        for place, kind in enumerate(kinds):
+            panel.plot([figures['cold'][kind], figures['warm'][kind]], [place, place], '-',
+                       color=LIGHT_BLUE, linewidth=2.5)
+        for name, (colour, mark, label) in MARKS.items():
+            panel.plot([figures[name][kind] for kind in kinds], range(len(kinds)), mark,
+                       color=colour, markersize=5.5, label=label)
+        panel.set_title(title, loc='left')
+        panel.grid(alpha=0.3)
+        panel.set_xlim(left=-1)
+    panels[0].set_yticks(range(len(kinds)), kinds)
+    panels[0].set_ylim(len(kinds) - 0.5, -0.5)
+    add_legend(figure)
+    return figure
+
+
+def draw_over_frames(tables):
+    """Return the Figure of the table of error over frames: a panel a group, a line a kind."""
+    found = titled(tables, OVER_FRAMES)
+    frames = [int(name.split()[1]) for name in found.columns[1:-1]]
+    groups = list(dict.fromkeys(row[0].split(',')[0] for row in found.rows))
+    figure = figure_of(4.2 * max(len(groups), 2), 3.6,
+                       'Each frame is a generation: error over frames')
+    panels = figure.subplots(1, len(groups), squeeze=False)[0]
+    for panel, group in zip(panels, groups):
+        rows = [row for row in found.rows if row[0].split(',')[0] == group]
+        for row, colour in zip(rows, (BLUE, LIGHT_BLUE, ORANGE)):
+            panel.plot(frames, row[1:-1], 'o-', color=colour, markersize=4,
+                       label=row[0].split(', ', 1)[1])
+        panel.axhline(rows[0][-1], color=GREY, linestyle=':', linewidth=1.2,
+                      label=found.columns[-1])
+        panel.set_xscale('log')
+        panel.set_xticks(frames, frames)
+        panel.set_title(group, loc='left')
+        panel.set_xlabel('frame')
+        panel.set_ylim(bottom=0)
+        panel.grid(alpha=0.3)
+    panels[0].set_ylabel('off by more than 1 px [%]')
+    add_legend(figure, 2)
+    return figure

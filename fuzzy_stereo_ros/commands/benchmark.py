@@ -11,8 +11,7 @@ from fuzzy_stereo_ros.commands.parts import for_json
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.progress import follow
 
-BENCHMARKS = ('accuracy', 'speed', 'warm', 'paper', 'balance', 'truth', 'ablation', 'anytime',
-              'cost', 'deadline', 'drift')
+BENCHMARKS = ('accuracy', 'speed', 'warm', 'paper', 'truth', 'ablation', 'drift')
 ALL = 'all'
 REPEATS, QUICK_REPEATS = 15, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
@@ -21,19 +20,15 @@ HELP = 'measure the matcher side by side with OpenCV'
 DESCRIPTION = (
     'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
     '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
-    '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads\n'
+    '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads;\n'
+    '            whether frames are out before deadlines; memory, first start\n'
     '  warm      with and without the previous frame: error and flicker on sequences; error\n'
     '            over 30 frames that stay or pan\n'
     '  paper     the tables and figure of the paper beside what is really reached\n'
-    '  balance   each profile without population, crossover, mutation, previous best; quality\n'
-    '            and paper taken apart\n'
     '  truth     whether quality prefers the truth: its fitness, where evolution from it ends\n'
-    '  ablation  each part of realtime removed or replaced: error, fitness, time; and\n'
-    '            whether a fitter map is a better one\n'
-    '  anytime   error and fitness against milliseconds, generation by generation, in each\n'
-    '            profile; with --output a picture beside the page\n'
-    '  cost      time over pixels and disparities, memory, threads, compiling\n'
-    '  deadline  whether frames are out in time\n'
+    '  ablation  each profile without population, crossover, mutation, previous best; each\n'
+    '            part removed or replaced: error, fitness, time; and whether a fitter map is\n'
+    '            a better one\n'
     '  drift     a calibration that no longer holds: what is found, what that costs\n'
     '  all       all of these, one after the other\n\n'
     'With --output each section of the page gets a picture of its figures beside it.\n\n'
@@ -56,7 +51,7 @@ def add_arguments(parser):
                         help='only scenes whose group/name contains this, for example made or '
                              'middv2/teddy')
     parser.add_argument('--repeats', metavar='N', type=int,
-                        help='turns of which the fastest counts (speed), or the median (cost); '
+                        help='turns of which the fastest counts (speed); '
                              f'default: {REPEATS}, with --quick {QUICK_REPEATS}')
     parser.add_argument('--quick', action='store_true',
                         help='small made scenes and few turns, to see that all runs: the figures '
@@ -76,14 +71,13 @@ def run(arguments, stream, progress_stream=None):
     """
     with libraries_needed():
         from fuzzy_stereo_ros.benchmarks import (
-            ablation, accuracy, anytime, balance, cost, deadline, drift, paper_tables, speed,
-            truth, warm)
+            ablation, accuracy, drift, paper_tables, speed, truth, warm)
         from fuzzy_stereo_ros.benchmarks.datasets import data_folder
         from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
         from fuzzy_stereo_ros.benchmarks.request import Request
         from fuzzy_stereo_ros.evaluation.report import markdown
-    suites = dict(zip(BENCHMARKS, (accuracy, speed, warm, paper_tables, balance, truth, ablation,
-                                   anytime, cost, deadline, drift)))
+    suites = dict(zip(BENCHMARKS, (accuracy, speed, warm, paper_tables, truth, ablation,
+                                   drift)))
     repeats = arguments.repeats
     if repeats is None:
         repeats = QUICK_REPEATS if arguments.quick else REPEATS
@@ -95,7 +89,7 @@ def run(arguments, stream, progress_stream=None):
         arguments.profile, matcher_changes(arguments), data_folder(arguments.data),
         arguments.only, repeats, partial(follow, stream=progress_stream or sys.stderr),
         arguments.quick)
-    request.config(disparities=16)
+    request.ours.config(disparities=16)
     request.scenes()
     reports = []
     for name in BENCHMARKS if ALL in arguments.names else dict.fromkeys(arguments.names):

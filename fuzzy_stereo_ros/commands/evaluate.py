@@ -9,7 +9,7 @@ import sys
 
 from fuzzy_stereo_ros.commands.parts import checked_outputs, for_json
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
-from fuzzy_stereo_ros.evaluation.layouts import search
+from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import (
     COLUMNS, mean_records, measure, NoSequence)

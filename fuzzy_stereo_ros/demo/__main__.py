@@ -6,9 +6,11 @@ The demo: the real node in its own process, a rig without cameras, a table and a
 Exit codes: 0 done; 1 a pair was lost without being counted, or the node failed; 2 bad input;
 130 interrupted by the user.
 """
-from contextlib import ExitStack
+from collections import deque
+from contextlib import closing, ExitStack
 from functools import partial
 import math
+import os
 from pathlib import Path
 import signal
 import sys
@@ -16,12 +18,18 @@ import time
 
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.commands.parts import warm_matcher
-from fuzzy_stereo_ros.demo.sequence import MotorcycleWindow
-from fuzzy_stereo_ros.demo.stage import NodeFailed, open_stage, ros_environment, running_node
-from fuzzy_stereo_ros.demo.table import table
+from fuzzy_stereo_ros.demo.observed_node import (
+    Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
+from fuzzy_stereo_ros.demo.phase import (
+    floats, MotorcycleWindow, PATIENCE, Phase, play, table)
+from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.parameters.table import profile_config, ros_name
+from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_panel
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from sensor_msgs.msg import Image
 from tqdm import tqdm
 
 CAMERA_RATE, FRAMES = 30.0, 90
@@ -62,16 +70,18 @@ def run(arguments):
                   **{ros_name(name): value for name, value in changes.items()}}
     sequence = MotorcycleWindow()
     warm_matcher(config, sys.stdout, always=True)
+    namespace = f'/demo_{os.getpid()}'      # two demos do not hear one another
+    words = [word for name, value in parameters.items() for word in (
+        '--param', f'{name}:={str(value).lower() if isinstance(value, bool) else value}')]
     try:
         with ExitStack() as stack:
             log = stack.enter_context(ros_environment())
-            process = stack.enter_context(running_node(parameters, log))
-            stage = stack.enter_context(open_stage(sequence, process))
+            process = stack.enter_context(running_module(
+                NODE, ['--ros-args', '--remap', f'__ns:={namespace}', *words], log))
+            stack.enter_context(ros_running())
+            listener = stack.enter_context(closing(Listener(process, namespace)))
             print('starting the node', flush=True)
-            started = time.monotonic()
-            stage.wait_until_ready()
-            print(f'ready after {time.monotonic() - started:.1f} s')
-            phases, last = _play(stage, sequence, config, arguments)
+            phases, last = _play(listener, sequence, config, arguments)
     except NodeFailed as failure:
         print(f'demo: {failure}', file=sys.stderr)
         return FAILED
@@ -89,22 +99,55 @@ def run(arguments):
     return FAILED if lost else 0
 
 
-def _play(stage, sequence, config, arguments):
+def _play(listener, sequence, config, arguments):
     """Return the phases, judged, and the last of the first: frame, disparity, confidence."""
-    seconds = min(stage.probe() for _ in range(2))
-    frames, rate = _pace(seconds, arguments)
+    started, confidence = time.monotonic(), deque(maxlen=1)
+    cameras = SimulatedCameras('demo_cameras', sequence.focal, sequence.baseline, sequence.offset,
+                               namespace=listener.node.get_namespace())
+    listener.executor.add_node(cameras)
+    listener.subscribe()
+    listener.node.create_subscription(
+        Image, 'confidence', lambda image: confidence.append(image), 10)
+    # The node subscribes once its kernels are warm.
+    listener.spin(until=cameras.subscribed, otherwise='the node did not become ready')
+    print(f'ready after {time.monotonic() - started:.1f} s')
+    listener.news()
+    frames, rate = _pace(min(_probe(listener, cameras, sequence) for _ in range(2)), arguments)
     phases, last = [], None
     for name, warm in (('warm', True), ('cold', False)):
         if warm and not config.warm_start:
             continue
-        stage.set_parameter('warm_start', warm)
+        _set_warm_start(listener, warm)
+        phase = Phase(name)
         with tqdm(total=frames, desc=name, unit='pair', file=sys.stdout) as bar:
-            phase, received = stage.play(name, frames, rate, partial(_show, bar))
+            received = play(listener, cameras, sequence, phase, frames, rate,
+                            partial(_show, bar, phase))
         if received and last is None:
-            last = (*received[-1], stage.confidence())
+            listener.spin(PATIENCE, lambda: confidence and stamp_of(
+                confidence[0].header) == listener.stamp, 'no confidence came with a disparity')
+            last = (*received[-1], floats(confidence[0]))
         phase.judge(received, sequence)
         phases.append(phase)
     return phases, last
+
+
+def _probe(listener, cameras, sequence):
+    """Return the latency of a single pair in s; the very first may be lost in discovery."""
+    for _ in range(3):
+        phase = Phase('probe')
+        if play(listener, cameras, sequence, phase, 1, CAMERA_RATE):
+            return phase.latencies[0] / 1000
+    raise NodeFailed('the node did not answer three single pairs')
+
+
+def _set_warm_start(listener, warm):
+    """Change this parameter of the node; NodeFailed where it refuses."""
+    client = AsyncParameterClient(listener.node, 'disparity_node')
+    answer = client.set_parameters([Parameter('warm_start', value=warm)])
+    listener.spin(PATIENCE, answer.done, 'the node did not take warm_start')
+    result, = answer.result().results
+    if not result.successful:
+        raise NodeFailed(f'the node refused warm_start: {result.reason}')
 
 
 def _show(bar, phase):

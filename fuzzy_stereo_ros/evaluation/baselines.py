@@ -17,7 +17,6 @@ import numpy as np
 MODES = {'SGBM': cv2.STEREO_SGBM_MODE_SGBM, '3WAY': cv2.STEREO_SGBM_MODE_SGBM_3WAY,
          'HH4': cv2.STEREO_SGBM_MODE_HH4}
 ALGORITHMS = ('BM', *MODES)
-REFERENCE = '3WAY'    # of the benchmarks that compare with one baseline
 STEP = 16  # OpenCV stores a disparity in sixteenths and searches a multiple of 16
 MEDIAN = 5
 
@@ -26,9 +25,9 @@ MEDIAN = 5
 class Settings:
     """Settings of a baseline, in the words of stereo_image_proc; p1 and p2 are absolute."""
 
-    block: int
-    p1: int = 0
-    p2: int = 0
+    block: int = 15
+    p1: int = 200
+    p2: int = 400
     cap: int = 31
     uniqueness: int = 15
     left_right: int = 0
@@ -40,20 +39,23 @@ class Settings:
 @dataclass(frozen=True)
 class Baseline:
     """
-    One of OpenCV's matchers with its settings.
+    One of OpenCV's matchers, at the defaults of stereo_image_proc or tuned for a family of scenes.
 
-    padded: the left border is repeated. rejects_zero: a disparity of 0 is invalid, too.
+    rejects_zero: a disparity of 0 is invalid, too: better where nothing is infinitely far.
     """
 
     name: str
     algorithm: str
-    settings: Settings
-    padded: bool
+    tuned: bool = False
     rejects_zero: bool = False
 
-    def matcher(self, disparities):
+    def settings(self, family):
+        """Return its `Settings` for a family; None where it was not tuned for it."""
+        return TUNED_SETTINGS[family].get(self.algorithm) if self.tuned else Settings()
+
+    def matcher(self, family, disparities):
         """Return OpenCV's object; it searches the next multiple of 16 from 0 upwards."""
-        chosen, labels = self.settings, searched(disparities)
+        chosen, labels = self.settings(family), searched(disparities)
         if self.algorithm != 'BM':
             return cv2.StereoSGBM_create(
                 0, labels, chosen.block, chosen.p1, chosen.p2, chosen.left_right, chosen.cap,
@@ -69,37 +71,31 @@ class Baseline:
         matcher.setSpeckleRange(chosen.speckle_range)
         return matcher
 
-    def match(self, left, right, disparities):
+    def match(self, left, right, family, disparities):
         """Return the disparities that OpenCV finds: float32 (R, C), pixels, NaN = invalid."""
-        padding = searched(disparities) if self.padded else 0
+        padding = searched(disparities) if self.tuned else 0
         left, right = (cv2.copyMakeBorder(grey(image), 0, 0, padding, 0, cv2.BORDER_REPLICATE)
                        for image in (left, right))
-        found = self.matcher(disparities).compute(left, right)[:, padding:]
+        found = self.matcher(family, disparities).compute(left, right)[:, padding:]
         valid = found > 0 if self.rejects_zero else found >= 0
         return np.where(valid, found / np.float32(STEP), np.nan).astype(np.float32)
 
 
-def default_baselines():
-    """Return OpenCV's matchers at the defaults of stereo_image_proc's parameters."""
-    defaults = Settings(block=15, p1=200, p2=400)
-    return [Baseline(f'{name} default', name, defaults, padded=False) for name in ALGORITHMS]
+def _tuned(block, p1, p2, cap, uniqueness):
+    return Settings(block, p1 * block**2, p2 * block**2, cap, uniqueness, left_right=1,
+                    speckle_range=2, texture=0)
 
 
-def tuned_baselines(family):
-    """Return the matchers that are tuned for a family of scenes."""
-    return [Baseline(f'{name} tuned', name, settings, padded=True)
-            for name, settings in TUNED[family].items()]
-
-
-def tuned_3way(family):
-    """Return 3WAY, tuned: the baseline of the benchmarks that take one."""
-    return Baseline(f'{REFERENCE} tuned', REFERENCE, TUNED[family][REFERENCE], padded=True)
-
-
-def strictest_baseline(family):
-    """Return HH4, tuned, without disparities of 0: better where nothing is infinitely far."""
-    return Baseline('HH4 tuned, 0 refused', 'HH4', TUNED[family]['HH4'], padded=True,
-                    rejects_zero=True)
+# Chosen by their errors on these families. BM and SGBM were not tuned for KITTI.
+TUNED_SETTINGS = {
+    MIDDLEBURY: {'BM': _tuned(13, 0, 0, 15, 0), 'SGBM': _tuned(5, 2, 16, 15, 0),
+                 '3WAY': _tuned(3, 4, 32, 15, 5), 'HH4': _tuned(3, 8, 32, 15, 10)},
+    KITTI: {'3WAY': _tuned(7, 8, 64, 31, 0), 'HH4': _tuned(5, 16, 128, 31, 0)},
+}
+DEFAULT = [Baseline(f'{name} default', name) for name in ALGORITHMS]
+TUNED = [Baseline(f'{name} tuned', name, tuned=True) for name in ALGORITHMS]
+REFERENCE = Baseline('3WAY tuned', '3WAY', tuned=True)      # of benchmarks that take one
+STRICTEST = Baseline('HH4 tuned, 0 refused', 'HH4', tuned=True, rejects_zero=True)
 
 
 @contextmanager
@@ -146,16 +142,3 @@ def _last_valid(disparity):
     last = np.maximum.accumulate(np.where(np.isfinite(disparity), columns, -1), axis=1)
     found = np.take_along_axis(disparity, np.maximum(last, 0), axis=1)
     return np.where(last >= 0, found, np.nan)
-
-
-def _tuned(block, p1, p2, cap, uniqueness):
-    return Settings(block, p1 * block**2, p2 * block**2, cap, uniqueness, left_right=1,
-                    speckle_range=2, texture=0)
-
-
-# Chosen by their errors on these families. BM and SGBM were not tuned for KITTI.
-TUNED = {
-    MIDDLEBURY: {'BM': _tuned(13, 0, 0, 15, 0), 'SGBM': _tuned(5, 2, 16, 15, 0),
-                 '3WAY': _tuned(3, 4, 32, 15, 5), 'HH4': _tuned(3, 8, 32, 15, 10)},
-    KITTI: {'3WAY': _tuned(7, 8, 64, 31, 0), 'HH4': _tuned(5, 16, 128, 31, 0)},
-}

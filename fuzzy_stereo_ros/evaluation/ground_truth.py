@@ -1,18 +1,20 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs with ground truth: which pixels count, which both cameras see, how many are bad."""
+"""Pairs with ground truth: their files, which pixels count, which both cameras see."""
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
-from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
+from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
 MIDDLEBURY, KITTI = 'Middlebury', 'KITTI'
 LIMITS = {MIDDLEBURY: 1.0, KITTI: 3.0}      # px; an error above the limit of its family is bad
 NUMBERS = ('.pfm', '.npy', '.npz')          # suffixes of files that hold pixels, not grey levels
 MASKS = NONOCC, ALL, DISC = 'nonocc', 'all', 'disc'      # the one that counts most first
+WHOLE_PIXEL_TRUTH = {'tsukuba'}
 TOLERANCE = 1.0     # px between the truths of a pixel and of its match in the other image
 
 
@@ -38,6 +40,77 @@ class GroundTruthPair:
     def as_scored(self, disparity):
         """Return a disparity map as it is scored: rounded where the truth is whole."""
         return np.rint(disparity) if self.whole_pixel else disparity
+
+
+@dataclass(frozen=True)
+class PairFiles:
+    """
+    Where the files of a pair are.
+
+    family: KITTI's truth has gaps everywhere, so that nothing about hidden pixels follows from it.
+    truth: of the left image, None = there is none. scale: see `read_truth`.
+    visible_truth: the truth of the pixels that both cameras see. right_truth: of the right image.
+    masks: {name: path} of pictures in which 255 counts.
+    """
+
+    left: Path
+    right: Path
+    family: str
+    truth: Path | None = None
+    scale: float | None = None
+    visible_truth: Path | None = None
+    right_truth: Path | None = None
+    masks: dict = field(default_factory=dict)
+
+    @property
+    def whole_pixel(self):
+        """Whether the truth has whole pixels only."""
+        return self.left.resolve().parent.name.lower() in WHOLE_PIXEL_TRUTH
+
+    @property
+    def derives_visibility(self):
+        """Whether the pixels that both cameras see are found from the truth itself."""
+        return (self.truth is not None and self.family != KITTI and NONOCC not in self.masks
+                and self.visible_truth is None)
+
+    def check_scale(self):
+        """Raise ValueError where the truth is in grey levels whose scale is not known."""
+        grey = self.truth.suffix.lower() not in NUMBERS
+        if (grey and self.family != KITTI and self.scale is None
+                and read_image(self.truth).dtype == np.uint8):
+            raise ValueError(f'{self.truth} has 8 bits: say with --truth-scale how many grey '
+                             'levels one pixel of disparity is')
+
+    def read(self):
+        """
+        Return the `GroundTruthPair`, with all masks that are known.
+
+        Raises ValueError where a file cannot be read, or is of another size than the images.
+        """
+        left, right = read_pair(self.left, self.right)
+        if self.truth is None:
+            return GroundTruthPair(left, right, None)
+
+        def checked(array, path):
+            if array.shape != left.shape[:2]:
+                raise ValueError(f'{path} is {width_by_height(array)}, the images are '
+                                 f'{width_by_height(left)}')
+            return array
+
+        def truth_of(path):
+            return checked(read_truth(path, self.scale), path)
+
+        truth = truth_of(self.truth)
+        masks = {name: checked(read_mask(path), path) for name, path in self.masks.items()}
+        if self.truth != self.visible_truth:
+            masks.setdefault(ALL, np.isfinite(truth))
+        if self.visible_truth is not None:
+            masks[NONOCC] = np.isfinite(truth_of(self.visible_truth))
+        elif self.derives_visibility:
+            masks[NONOCC] = (seen_by_both(truth) if self.right_truth is None
+                             else agreeing(truth, truth_of(self.right_truth)))
+        masks = {name: masks[name] for name in MASKS if name in masks}
+        return GroundTruthPair(left, right, truth, masks.get(NONOCC), self.whole_pixel, masks)
 
 
 def bad_percent(disparity, pair, limit):

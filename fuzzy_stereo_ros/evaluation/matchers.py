@@ -9,13 +9,13 @@ and its `GroundTruthPair` that returns `Maps`, or None where the matcher has no 
 ValueError for a frame that cannot be matched.
 """
 from dataclasses import dataclass, field
+import glob
 from pathlib import Path
 import time
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.evaluation.baselines import (
-    ALGORITHMS, default_baselines, dense, tuned_baselines)
+from fuzzy_stereo_ros.evaluation.baselines import ALGORITHMS, Baseline, dense
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
@@ -115,30 +115,20 @@ class Ours:
 
 
 @dataclass(frozen=True)
-class OpenCV:
-    """One of OpenCV's matchers, at the defaults of stereo_image_proc or tuned for a family."""
+class OpenCV(Baseline):
+    """One of OpenCV's matchers, on grey images of 8 bits; a frame depends on no other."""
 
-    name: str
-    algorithm: str
-    tuned: bool
     starts = ('',)
 
-    def baseline(self, family):
-        """Return the `Baseline`; None where it was not tuned for the family."""
-        baselines = tuned_baselines(family) if self.tuned else default_baselines()
-        return next((one for one in baselines if one.algorithm == self.algorithm), None)
-
     def begin(self, task, start):
-        """Return the function that matches frames; a frame depends on no other."""
-        baseline = self.baseline(task.family)
-        if baseline is None:
-            return lambda name, pair: None
-
+        """Return the function that matches frames; None where it has no settings."""
         def match(_, pair):
+            if self.settings(task.family) is None:
+                return None
             images = in_eight_bits_alike(pair.left, pair.right)
             try:
-                found, milliseconds = fastest(lambda: baseline.match(*images, task.disparities),
-                                              task.repeats)
+                found, milliseconds = fastest(
+                    lambda: self.match(*images, task.family, task.disparities), task.repeats)
             except cv2.error as error:
                 raise ValueError(
                     f'OpenCV cannot match {width_by_height(images[0])} pixels with '
@@ -203,17 +193,15 @@ class ResultFiles:
 
     def _file_of(self, name):
         """Return the path of the result of a name, None if there is none."""
-        for suffix in RESULT_SUFFIXES:
-            path = self.folder / (name + suffix)
-            if path.is_file():
-                return path
-        for suffix in RESULT_SUFFIXES:
-            files = sorted((self.folder / name).glob(f'*{suffix}'))
-            if len(files) > 1:
-                raise ValueError(f'{self.folder / name} has {len(files)} files that end with '
-                                 f'{suffix}; one is allowed')
-            if files:
-                return files[0]
+        for end in ('', '/*'):
+            for suffix in RESULT_SUFFIXES:
+                files = sorted(filter(Path.is_file, self.folder.glob(
+                    glob.escape(name) + end + suffix)))
+                if len(files) > 1:
+                    raise ValueError(f'{self.folder / name} has {len(files)} files that end with '
+                                     f'{suffix}; one is allowed')
+                if files:
+                    return files[0]
         return None
 
 
@@ -227,7 +215,7 @@ def matcher_named(word, profile, changes):
         raise ValueError(f"matcher is '{word}'; allowed are {', '.join(ALLOWED)}")
     kind, *rest = word.split(':')
     if kind == OPENCV:
-        return OpenCV(word, rest[0].upper(), rest[1:] == [TUNED])
+        return OpenCV(word, rest[0].upper(), tuned=rest[1:] == [TUNED])
     made = Ours(word, rest[0] if rest else profile, changes)
     made.config(1)
     return made

@@ -151,12 +151,12 @@ def _settings(results, sequences, matchers, settings):
             "grey images, at the defaults of stereo_image_proc or tuned for the scenes' family "
             '(left border padded; settings in evaluation/baselines.py); gaps filled '
             'from the background side on their row, then a 5x5 median')
-    derived = [one.subject.path for one in results if one.subject.files.derives_visibility]
+    derived = [one.subject.path for one in results if one.subject.files[''].derives_visibility]
     if derived:
         told['nonocc'] = (f'found from the truth where no mask comes with it ({_some(derived)}): '
                           'its match lies inside the right image, and nothing nearer hides it '
                           'there')
-    whole = [one.subject.path for one in results if one.subject.files.whole_pixel]
+    whole = [one.subject.path for one in results if one.subject.files[''].whole_pixel]
     if whole:
         told['rounded'] = f'{_some(whole)}: the truth has whole pixels'
     return told
@@ -168,7 +168,7 @@ def _left_out(results, matchers, families):
     for matcher in matchers:
         if isinstance(matcher, OpenCV):
             sentences += [f'{matcher.name} has no settings for {family}: it takes no part there'
-                          for family in families if matcher.baseline(family) is None]
+                          for family in families if matcher.settings(family) is None]
         if isinstance(matcher, ResultFiles):
             missing = [one.subject.path for one in results if one.record(matcher.name) is None]
             if missing:

@@ -3,6 +3,7 @@
 """A node that publishes pairs as two cameras do."""
 from array import array
 from functools import partial
+from itertools import cycle
 import sys
 
 import cv2
@@ -29,27 +30,23 @@ class SimulatedCameras(Node):
     """
     Publishes <side>/image_rect and <side>/camera_info of both sides, with equal stamps.
 
-    sent: the stamps published so far, ns. finished: whether the last frame is out.
+    sent: the stamps published so far, ns.
     """
 
-    def __init__(self, node_name, namespace, frames, focal, baseline, rate, reliable=False,
-                 offset=0.0, repeat=False, compressed=False, depth=10,
-                 frame_id='left_camera_optical_frame', **options):
+    def __init__(self, node_name, focal, baseline, offset=0.0, reliable=False, compressed=False,
+                 depth=10, frame_id='left_camera_optical_frame', **options):
         """
-        Advertise the topics; nothing is sent before `start` or `publish`.
+        Advertise the topics; nothing is sent before `publish`.
 
-        frames: list of (left, right), each uint8 or uint16, (R, C) or (R, C, 3) BGR.
-        focal: px. baseline: m. rate: pairs/s. offset: px, cx of the left camera minus that of the
-        right one. reliable: QoS of the topics, else best effort as cameras do it.
-        repeat: begin again after the last frame, with stamps that go on.
-        compressed: send PNG on <side>/image_rect/compressed, not raw images.
-        depth: messages of a topic kept for a reliable subscriber that is behind.
+        focal: px. baseline: m. offset: px, cx of the left camera minus that of the right one.
+        reliable: QoS of the topics, else best effort as cameras do it. compressed: send PNG on
+        <side>/image_rect/compressed, not raw images. depth: messages of a topic kept for a
+        reliable subscriber that is behind. options: of rclpy's Node.
         """
-        super().__init__(node_name, namespace=namespace, **options)
-        self.sent, self.finished = [], False
-        self._frames, self._rate, self._repeat = frames, rate, repeat
+        super().__init__(node_name, **options)
+        self.sent = []
         self._focal, self._baseline, self._offset = focal, baseline, offset
-        self._frame_id, self._next, self._timer = frame_id, 0, None
+        self._frame_id = frame_id
         self._message_of = compressed_message if compressed else image_message
         profile = QoSProfile(
             history=HistoryPolicy.KEEP_LAST, depth=depth,
@@ -71,17 +68,6 @@ class SimulatedCameras(Node):
         """Return whether any of the four topics has a subscriber."""
         return any(publisher.get_subscription_count()
                    for publisher in self._outputs.values())
-
-    def start(self):
-        """Publish the frames at the rate from now on, by the steady clock."""
-        self._timer = self.create_timer(
-            1 / self._rate, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
-
-    def stop(self):
-        """Publish no more frames by itself."""
-        if self._timer is not None:
-            self.destroy_timer(self._timer)
-            self._timer = None
 
     def publish(self, left, right, stamp=None, change=None):
         """
@@ -111,17 +97,6 @@ class SimulatedCameras(Node):
             self._focal, self._baseline, self._offset, *shape[:2])
         cameras = rectified_cameras(calibration, *shape[:2])
         return {f'{side}/camera_info': info_message(camera) for side, camera in cameras.items()}
-
-    def _tick(self):
-        if self._next >= len(self._frames):
-            self.finished = True
-            self.stop()
-            return
-        self.publish(*self._frames[self._next])
-        self._next += 1
-        if self._repeat:
-            self._next %= len(self._frames)
-        self.finished = self._next >= len(self._frames)
 
 
 def info_message(camera):
@@ -165,14 +140,15 @@ def run(chosen, ros_arguments):
     try:
         ros_arguments, warning = log_arguments(ros_arguments)
         rclpy.init(args=ros_arguments)
-        cameras = SimulatedCameras(
-            'simulated_cameras', '', scene + scene[-2:0:-1], calibration.focal,
-            calibration.baseline, values['rate'], chosen.reliable, calibration.offset, repeat=True)
+        cameras = SimulatedCameras('simulated_cameras', calibration.focal, calibration.baseline,
+                                   calibration.offset, chosen.reliable)
         if warning:
             cameras.get_logger().warning(warning)
         cameras.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
                                   f"{values['rate']:g} pairs/s")
-        cameras.start()
+        to_and_fro = cycle(scene + scene[-2:0:-1])
+        cameras.create_timer(1 / values['rate'], lambda: cameras.publish(*next(to_and_fro)),
+                             clock=Clock(clock_type=ClockType.STEADY_TIME))
         rclpy.spin(cameras)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass

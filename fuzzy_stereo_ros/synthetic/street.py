@@ -77,25 +77,26 @@ def pose(rig, frame, drive, pan):
     return turned, np.array([aside * rig.height, up * rig.height, drive * frame])
 
 
-def street(rig, disparities, frames, drive, seed, *, objects, motion, contrast, colour):
+def street(rig, disparities, frames, seed, options):
     """
     Return the planes of a street that is as long as the drive.
 
-    objects: upright planes beside the way; motion: their largest speed, px a frame where they are
-    seen first; contrast, colour: of the textures
+    options: `SceneOptions`; objects stand upright beside the way, motion is their largest speed,
+    px a frame where they are seen first.
     """
     random = np.random.default_rng([seed, 4])
     nearest = 2 * rig.focal * rig.height / rig.rows     # m, where the road is seen first
     grain = FINEST * nearest / rig.focal
     clearance = rig.baseline * rig.columns / 2 / (NEAREST * max(disparities - 1, 1))
-    end = DISTANT * nearest + drive * (frames - 1)
+    end = DISTANT * nearest + options.drive * (frames - 1)
     wall = SIDE_WALL * clearance
     x, y, z = np.eye(3)
 
     def plane(shape, centre, axes, half, velocity=(0.0, 0.0, 0.0)):
-        channels = 3 if colour else 1
+        channels = 3 if options.colour else 1
         layers = random.standard_normal((OCTAVES, GRAIN, GRAIN, channels), np.float32)
-        layers = np.pad(STRENGTH * contrast * layers, ((0, 0), (2, 3), (2, 3), (0, 0)), 'wrap')
+        layers = np.pad(STRENGTH * options.contrast * layers,
+                        ((0, 0), (2, 3), (2, 3), (0, 0)), 'wrap')
         return Plane(shape, np.array(centre), np.array(axes), half, np.array(velocity), layers,
                      random.uniform(70, 180, channels), grain)
 
@@ -106,7 +107,7 @@ def street(rig, disparities, frames, drive, seed, *, objects, motion, contrast, 
         turn = random.uniform(-0.6, 0.6)
         where = (side * random.uniform(inner, max(inner, wall - half[0])),
                  rig.height - half[1], random.uniform(1.2 * nearest, 0.8 * end))
-        speed = random.uniform(-motion, motion) * where[2] / rig.focal
+        speed = random.uniform(-options.motion, options.motion) * where[2] / rig.focal
         return plane(SHAPES[number % 2], where, (np.cos(turn) * x + np.sin(turn) * z, y), half,
                      (0.0, 0.0, speed))
 
@@ -115,7 +116,7 @@ def street(rig, disparities, frames, drive, seed, *, objects, motion, contrast, 
                 plane('box', (0, 0, end), (x, y), (far, far))]
     surfaces += [plane('box', (side * wall, rig.height * (1 - WALL_HEIGHT / 2), 0), (z, y),
                        (far, WALL_HEIGHT / 2 * rig.height)) for side in (-1, 1)]
-    return surfaces + [standing_object(number) for number in range(objects)]
+    return surfaces + [standing_object(number) for number in range(options.objects)]
 
 
 def look(rig, surfaces, frame, seen_from, x, y, by_left):

@@ -37,86 +37,96 @@ class World(NamedTuple):
     """
     What the surfaces of a scene share.
 
-    span: x in pixels, from and to, over which the left image moves. motion: largest speed of an
-    object, pixels per frame. contrast, colour: of the textures.
+    span: x in pixels, from and to, over which the left image moves. options: `SceneOptions`.
     """
 
     rows: int
     columns: int
-    span: tuple
-    min_disparity: int
     disparities: int
-    motion: float
-    contrast: float
-    colour: bool
+    span: tuple
+    options: tuple
 
 
-def background(chance, world):
+def surfaces_of(world, seed):
+    """Return the surfaces of a scene: background, objects, poles, fence."""
+    options = world.options
+    random, random_of_thin = (np.random.default_rng([seed, word]) for word in (0, 2))
+    return [background(random, world),
+            *(standing_object(random, SHAPES[index % 3], world)
+              for index in range(options.objects)),
+            *(thin_pole(random_of_thin, world) for _ in range(options.poles)),
+            *([fence_of(np.random.default_rng([seed, 3]), world, options.fence)]
+              if options.fence else [])]
+
+
+def background(random, world):
     """Return the plane behind everything: the lowest 40 % of the range, slanted over all of it."""
-    last = world.min_disparity + world.disparities - 1
-    reach = max(abs(world.min_disparity), abs(last))
+    last = world.options.min_disparity + world.disparities - 1
+    reach = max(abs(world.options.min_disparity), abs(last))
     low, high = world.span[0] - reach, world.span[1] + reach
     half = ((high - low) / 2, world.rows / 2)
     spread = 0.4 * (world.disparities - 1) / 2
-    share = chance.uniform(0.3, 0.7)
-    slope = (chance.choice((-1, 1)) * share * spread / half[0],
-             chance.choice((-1, 1)) * (1 - share) * spread / half[1])
+    share = random.uniform(0.3, 0.7)
+    slope = (random.choice((-1, 1)) * share * spread / half[0],
+             random.choice((-1, 1)) * (1 - share) * spread / half[1])
     return Surface('background', ((low + high) / 2, (world.rows - 1) / 2), half, 0.0,
-                   world.min_disparity + spread, slope, (0.0, 0.0), _texture(chance, half, world))
+                   world.options.min_disparity + spread, slope, (0.0, 0.0),
+                   _texture(random, half, world))
 
 
-def standing_object(chance, shape, world):
+def standing_object(random, shape, world):
     """Return a plane of one of the SHAPES in the highest 60 % of the range."""
     rows, columns = world.rows, world.columns
     half = {'pole': (max(1.5, 0.006 * columns), 0.45 * rows),
-            'ellipse': (chance.uniform(0.08, 0.2) * columns, chance.uniform(0.12, 0.3) * rows),
-            'box': (chance.uniform(0.08, 0.2) * columns, chance.uniform(0.12, 0.3) * rows)}[shape]
-    return _upright(chance, shape, half, world)
+            'ellipse': (random.uniform(0.08, 0.2) * columns, random.uniform(0.12, 0.3) * rows),
+            'box': (random.uniform(0.08, 0.2) * columns, random.uniform(0.12, 0.3) * rows)}[shape]
+    return _upright(random, shape, half, world)
 
 
-def thin_pole(chance, world):
+def thin_pole(random, world):
     """Return a pole of 1 to 3 pixels in the highest 60 % of the range."""
-    return _upright(chance, 'pole', (chance.uniform(*THIN), 0.45 * world.rows), world)
+    return _upright(random, 'pole', (random.uniform(*THIN), 0.45 * world.rows), world)
 
 
-def _upright(chance, shape, half, world):
-    """Return a plane of a shape and size where chance puts it."""
+def _upright(random, shape, half, world):
+    """Return a plane of a shape and size where random puts it."""
     slack = 0.1 * (world.disparities - 1)
-    low = world.min_disparity + 0.4 * (world.disparities - 1)
-    high = world.min_disparity + world.disparities - 1
-    tilt = chance.uniform(-0.15, 0.15)
+    low = world.options.min_disparity + 0.4 * (world.disparities - 1)
+    high = world.options.min_disparity + world.disparities - 1
+    tilt = random.uniform(-0.15, 0.15)
     extent = half[0] + abs(tilt) * half[1]
-    share = chance.uniform(0.2, 0.8)
-    slope = (chance.choice((-1, 1)) * min(STEEPEST, share * slack / extent),
-             chance.choice((-1, 1)) * (1 - share) * slack / half[1])
-    return Surface(shape, (chance.uniform(*world.span), chance.uniform(0.2, 0.8) * world.rows),
-                   half, tilt, chance.uniform(low + slack, high - slack), slope,
-                   tuple(chance.uniform(-world.motion, world.motion, 2)),
-                   _texture(chance, (extent, half[1]), world))
+    share = random.uniform(0.2, 0.8)
+    slope = (random.choice((-1, 1)) * min(STEEPEST, share * slack / extent),
+             random.choice((-1, 1)) * (1 - share) * slack / half[1])
+    return Surface(shape, (random.uniform(*world.span), random.uniform(0.2, 0.8) * world.rows),
+                   half, tilt, random.uniform(low + slack, high - slack), slope,
+                   tuple(random.uniform(-world.options.motion, world.options.motion, 2)),
+                   _texture(random, (extent, half[1]), world))
 
 
-def fence(chance, world, bars):
+def fence_of(random, world, bars):
     """Return bars on two rails that come nearer from one side to the other; they stand still."""
     half = (0.35 * world.columns, 0.25 * world.rows)
     slope = min(STEEPEST, 0.25 * (world.disparities - 1) / half[0])
     return Surface('fence', (np.mean(world.span), 0.6 * world.rows), half, 0.0,
-                   world.min_disparity + 0.7 * (world.disparities - 1),
-                   (chance.choice((-1, 1)) * slope, 0.0), (0.0, 0.0),
-                   _texture(chance, half, world), bars)
+                   world.options.min_disparity + 0.7 * (world.disparities - 1),
+                   (random.choice((-1, 1)) * slope, 0.0), (0.0, 0.0),
+                   _texture(random, half, world), bars)
 
 
-def _texture(chance, half, world):
+def _texture(random, half, world):
     """Return noise of five octaves, float32 (2 half + margin, 3 or 1), in 8-bit grey levels."""
     width, height = (int(np.ceil(2 * side)) + 16 for side in half)
-    channels = 3 if world.colour else 1
+    channels = 3 if world.options.colour else 1
     total = np.zeros((height, width, channels), np.float32)
     for octave in range(1, 6):
-        coarse = chance.standard_normal(
+        coarse = random.standard_normal(
             (height // 2**octave + 2, width // 2**octave + 2, channels), np.float32)
         fine = cv2.resize(coarse, None, fx=2**octave, fy=2**octave,
                           interpolation=cv2.INTER_CUBIC)
         total += fine.reshape(*fine.shape[:2], channels)[:height, :width]
-    return chance.uniform(70, 180, channels).astype(np.float32) + 15 * world.contrast * total
+    return (random.uniform(70, 180, channels).astype(np.float32)
+            + 15 * world.options.contrast * total)
 
 
 def place(surface, frame, world):

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.benchmarks.page import QUOTE, requoted, table_of
 from fuzzy_stereo_ros.commands import command_line
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.demo.table import Phase, table
+from fuzzy_stereo_ros.demo.phase import Phase, table
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity

@@ -7,8 +7,7 @@ import signal
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.demo.sequence import COLUMNS, MotorcycleWindow, ROWS
-from fuzzy_stereo_ros.demo.table import Phase, table
+from fuzzy_stereo_ros.demo.phase import COLUMNS, MotorcycleWindow, Phase, ROWS, table
 from fuzzy_stereo_ros.pairs.image_files import read_image
 import numpy as np
 import pytest
@@ -26,7 +25,7 @@ def sequence():
 def start_demo(folder, *arguments, before=''):
     """Start the demo as a process in a folder, after some lines of Python of our own."""
     pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
-    script = '\n'.join(('import sys', 'from fuzzy_stereo_ros.demo import __main__ as demo, stage',
+    script = '\n'.join(('import sys', 'from fuzzy_stereo_ros.demo import __main__ as demo, phase',
                         before, 'sys.exit(demo.main())'))
     return subprocess.Popen(
         [sys.executable, '-c', script, *arguments], cwd=folder, text=True,
@@ -78,13 +77,13 @@ def test_the_paper_profile_can_be_tried_and_has_no_warm_column(tmp_path):
 def test_a_pair_that_is_lost_without_being_counted_makes_the_demo_fail(tmp_path):
     """The right image of the fourth pair (two are probes) gets a stamp that no other has."""
     before = """
-class TornRig(stage.SimulatedCameras):
+class TornRig(demo.SimulatedCameras):
     def publish(self, left, right):
         def tear(messages):
             messages['right/image_rect'].header.stamp.sec += 1
         return super().publish(left, right, change=tear if len(self.sent) == 3 else None)
 
-stage.SimulatedCameras, stage.PATIENCE = TornRig, 1.0"""
+demo.SimulatedCameras, phase.PATIENCE = TornRig, 1.0"""
     code, out, err = run_demo(tmp_path, *QUICK, before=before)
     assert code == 1
     assert rows_of(out)['pairs lost'] == ('1', '0')
@@ -92,7 +91,7 @@ stage.SimulatedCameras, stage.PATIENCE = TornRig, 1.0"""
 
 
 def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
-    code, _, err = run_demo(tmp_path, before="stage.NODE = 'no_such_node'")
+    code, _, err = run_demo(tmp_path, before="demo.NODE = 'no_such_node'")
     assert code == 1
     assert 'demo: the node ended with code 1; it said:' in err
     assert 'No module named no_such_node' in err
@@ -103,9 +102,9 @@ def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
 def test_a_signal_ends_the_demo_and_its_node_without_a_traceback(tmp_path, number, expected):
     process = start_demo(tmp_path, before="""
 play = demo._play
-def tell_and_play(stage, *rest):
-    print('node', stage._process.pid, flush=True)
-    return play(stage, *rest)
+def tell_and_play(listener, *rest):
+    print('node', listener.process.pid, flush=True)
+    return play(listener, *rest)
 demo._play = tell_and_play""")
     (node,) = (int(line.split()[1]) for line in iter(process.stdout.readline, '')
                if line.startswith('node') and not process.send_signal(number))
@@ -177,7 +176,7 @@ def test_the_table_has_the_figures_that_a_person_would_count():
     first[:, 10:] = 13
     second[:, 8:] = 13
     second[0] = np.nan
-    phase = Phase('warm', published=5, dropped=2, seconds=0.5, latencies=[0.02, 0.04])
+    phase = Phase('warm', published=5, dropped=2, seconds=0.5, latencies=[20.0, 40.0])
     phase.judge([(0, first), (1, second)], Flat())
     rows = rows_of(table([phase, Phase('cold')]))
     assert rows['pairs lost'] == ('1', '0')

@@ -151,7 +151,7 @@ def test_best_available_takes_what_cameras_that_start_later_offer(make_bench):
         bench.connect()
         bench.first_match(*PAIR)
         assert subscribed_with(bench, '/left/image_rect')[0] == 'RELIABLE'
-        late = SimulatedCameras('late', '', [], 200.0, 0.12, 30.0, context=bench.context)
+        late = SimulatedCameras('late', 200.0, 0.12, context=bench.context)
         bench.until(lambda: late.publish(*PAIR) and set(late.sent) & set(bench.disparities),
                     'a pair of the later cameras')
         late.destroy_node()

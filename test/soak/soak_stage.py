@@ -30,8 +30,8 @@ class SoakStage(SoakBench):
         self.executor.remove_node(self.rig)
         self.rig.destroy_node()
         self.rig = SimulatedCameras(
-            f'rig_{self._domain}', '', [], FOCAL, BASELINE, self._rate,
-            reliable=not self._best_effort, depth=DEPTH, context=self.context)
+            f'rig_{self._domain}', FOCAL, BASELINE, reliable=not self._best_effort, depth=DEPTH,
+            context=self.context)
         self.executor.add_node(self.rig)
         self.until(self.rig.subscribed, 'the node finds the camera again')
         self.meet()

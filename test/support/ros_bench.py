@@ -27,8 +27,7 @@ class Surroundings:
         """Join a domain; rig: options of the SimulatedCameras."""
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
-        self.rig = SimulatedCameras(f'rig_{domain}', '', [], FOCAL, BASELINE, 30.0,
-                                    context=self.context, **rig)
+        self.rig = SimulatedCameras(f'rig_{domain}', FOCAL, BASELINE, context=self.context, **rig)
         self.listener = rclpy.create_node(f'listener_{domain}', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.rig)

@@ -3,10 +3,9 @@
 """Scenes with ground truth that are matched in no time, and requests of benchmarks for them."""
 from functools import partial
 
-from fuzzy_stereo_ros.benchmarks.datasets import known_pair
 from fuzzy_stereo_ros.benchmarks.request import Request
-from fuzzy_stereo_ros.evaluation.datasets import Scene
-from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.catalogue import Scene
+from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, MIDDLEBURY
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16
@@ -14,7 +13,7 @@ ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 
 def known(seed=1, size=(ROWS, COLUMNS, DISPARITIES), **options):
     """Return a `GroundTruthPair`; size: rows, columns, disparities."""
-    return known_pair(made_pair(*size, seed, **options))
+    return GroundTruthPair(*made_pair(*size, seed, **options))
 
 
 def small_scene(seed=1, group='small', name=None, size=(ROWS, COLUMNS, DISPARITIES), **options):

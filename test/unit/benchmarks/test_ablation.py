@@ -5,11 +5,13 @@ from dataclasses import replace
 from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import ablation, variants
-from fuzzy_stereo_ros.benchmarks.ablation import DEFAULT, on_scene, on_sequence, REALTIME
+from fuzzy_stereo_ros.benchmarks.ablation import (
+    balance_table, DEFAULT, Evolution, evolution_table, evolutions, evolve, noisy, on_scene,
+    on_sequence, REALTIME)
 from fuzzy_stereo_ros.benchmarks.datasets import available_sequences, window
 from fuzzy_stereo_ros.benchmarks.truth import (
     correlation_table, fittest, genes_of, spearman, truth_beside_result)
-from fuzzy_stereo_ros.evaluation.datasets import Sequence
+from fuzzy_stereo_ros.evaluation.catalogue import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.possibility import matching_possibility
@@ -50,7 +52,12 @@ def crossed(crossover):
 
 # The variants.
 
-CROSSOVERS = [variants.WholeMember, variants.line, variants.cut]
+CROSSOVER, MUTATION, PREVIOUS_BEST = (
+    next(variant for variant in REALTIME if variant.part == part)
+    for part in ('crossover', 'mutation', 'previous best'))
+WHOLE, LINE, CUT = CROSSOVERS = [one.stages.crossover for one in REALTIME if one.name in (
+    'no crossover: the fitter chromosome as a whole', "the paper's line crossover",
+    'minimum cut')]
 
 
 @pytest.mark.parametrize('crossover', CROSSOVERS)
@@ -67,19 +74,19 @@ def test_a_child_is_no_less_fit_than_its_parents_and_what_it_gained_is_told(cros
 def test_a_minimum_cut_is_the_fittest_child_and_a_whole_member_the_least_fit():
     fitness_of = matched()[0].algorithm.fitness_of
     whole, regions, cut = (fitness_of(child) for child in (
-        crossed(variants.WholeMember), best(), crossed(variants.cut)))
+        crossed(WHOLE), best(), crossed(CUT)))
     assert whole < regions < cut
 
 
 def test_a_whole_member_is_taken_as_it_is_or_not_at_all():
     seeds = matched(generations=0)[0].algorithm.population.genes
-    fitness_of, child = matched()[0].algorithm.fitness_of, crossed(variants.WholeMember)
+    fitness_of, child = matched()[0].algorithm.fitness_of, crossed(WHOLE)
     fitter = max(seeds, key=fitness_of)
     np.testing.assert_array_equal(child, fitter)
 
 
 def test_a_cut_child_is_one_parent_above_a_line_and_the_other_below():
-    algorithm = matched(Stages(crossover=variants.line), generations=0)[0].algorithm
+    algorithm = matched(Stages(crossover=LINE), generations=0)[0].algorithm
     fitter, other = algorithm.population.genes
     child = algorithm.child_of(other, fitter)
     assert not any(np.array_equal(child, parent) for parent in (fitter, other))
@@ -145,10 +152,11 @@ def test_the_correlation_is_one_where_fitter_is_better_and_minus_one_where_it_is
 
 
 def test_scenes_are_pooled_by_rank_and_as_they_are():
-    points = {'low': [(step, 10 - step) for step in range(5)],
-              'high': [(100 + step, 90 - step) for step in range(5)]}
-    rows = {row[0]: row for row in correlation_table(points, {
-        'low': (4.5, 3.0), 'high': (NAN, NAN)}).rows}
+    points = pd.DataFrame([('low', step, 10 - step) for step in range(5)]
+                          + [('high', 100 + step, 90 - step) for step in range(5)],
+                          columns=['scene', 'fitness', 'error'])
+    truths = pd.DataFrame({'scene': ['low', 'high'], 'truth': [4.5, NAN], 'left': [3.0, NAN]})
+    rows = {row[0]: row for row in correlation_table(points, truths).rows}
     assert rows['low'][2] == rows['mean of scenes'][2] == pytest.approx(1)
     assert rows['all, ranked within their scene'][2] == pytest.approx(1)
     assert rows['all, as they are'][2] < 0
@@ -160,12 +168,13 @@ def test_a_truth_is_taken_where_it_is_fitter_and_left_where_it_is_not():
     scene, known, matcher = noisy_scene(), made_known(), matched()[0]
     algorithm, fittest = matcher.algorithm, matcher.algorithm.population.genes[0]
     before = bad_percent(fittest.astype(np.float32), known, 1.0)
-    fitness, left = truth_beside_result(scene, known, matcher)
+    fitness, left = truth_beside_result(scene, known, matcher).values()
     assert fitness == algorithm.fitness_of(genes_of(known.truth, matcher))
     assert 0 < left < before
     unknown = replace(known, truth=np.full_like(known.truth, np.nan))
-    assert truth_beside_result(scene, unknown, matcher)[0] == algorithm.fitness_of(fittest)
-    assert np.isnan(truth_beside_result(replace(scene, family=KITTI), known, matcher)).all()
+    assert truth_beside_result(scene, unknown, matcher)['truth'] == algorithm.fitness_of(fittest)
+    of_kitti = truth_beside_result(replace(scene, family=KITTI), known, matcher)
+    assert np.isnan(list(of_kitti.values())).all()
 
 
 def test_a_map_becomes_genes_that_the_matcher_can_have():
@@ -183,42 +192,104 @@ def few(monkeypatch):
 
 
 def test_the_trial_of_the_default_is_what_the_matcher_finds(few):
-    trials, points, _ = on_scene(noisy_scene(), SmallRequest())
+    trials, points, _ = map(pd.DataFrame, on_scene(noisy_scene(), SmallRequest()))
+    trials = trials.set_index('name')
     matcher, match = matched(fill=True, population=1)
-    trial = trials[DEFAULT.name]
+    trial = trials.loc[DEFAULT.name]
     fittest = matcher.algorithm.population.genes[0]
     assert trial.fitness == matcher.algorithm.fitness_of(fittest)
     assert trial.error == bad_percent(match.disparity, made_known(), 1.0)
-    assert trial.fitness < trials['population of 2, filled in two ways'].fitness
+    assert trial.fitness < trials.fitness['population of 2, filled in two ways']
     assert trial.milliseconds > 0
-    assert len(set(points)) > 0.9 * len(points)     # few are alike by chance
-    assert any(fitness == trial.fitness for fitness, _ in points)
+    assert len(points.drop_duplicates()) > 0.9 * len(points)     # few are alike by chance
+    assert trial.fitness in set(points.fitness)
 
 
 def test_on_a_drive_the_matcher_that_follows_no_camera_errs_more():
     sequence, = (one for one in available_sequences(None, [noisy_scene()])[0]
-                 if (one.kind, one.name) == ('made, drive, noise 6', 'seed 1'))
-    found = on_sequence(sequence, SmallRequest())
-    assert found[DEFAULT.name][0].error < 0.9 * found[variants.NOT_FOLLOWED][0].error
+                 if (one.group, one.name) == ('made, drive, noise 6', 'seed 1'))
+    found = pd.DataFrame(on_sequence(sequence, SmallRequest())).set_index('name').error
+    assert found[DEFAULT.name] < 0.9 * found[variants.NOT_FOLLOWED]
 
 
 def test_a_sequence_is_scored_with_and_without_the_previous_best():
     frames = window(noisy_scene(), 6, 0, frames=4)
     sequence = Sequence('window, noise 6, pan 0', 'one', MIDDLEBURY, DISPARITIES, lambda: frames,
-                        range(2, 4))
-    found = on_sequence(sequence, SmallRequest())
-    errors = {name: trial.error for name, (trial, _) in found.items()}
+                        scored=range(2, 4))
+    errors = {one['name']: one['error'] for one in on_sequence(sequence, SmallRequest())}
     assert errors['no previous frames'] != errors[DEFAULT.name]
     assert set(errors) == {one.name for one in REALTIME if one.moving}
 
 
-def test_the_report_has_errors_fitness_times_and_correlations_of_all_variants(few):
+# What each part earns.
+
+def measured(profile, *scenes):
+    """Return a DataFrame of trials: of each scene, errors {name of a variant: percent}."""
+    return pd.DataFrame([
+        {'profile': profile, 'scene': f'made/{number}', 'name': name, 'error': error,
+         'fitness': 0.5, 'milliseconds': 1000.0}
+        for number, errors in enumerate(scenes) for name, error in errors.items()])
+
+
+@pytest.mark.parametrize(('variant', 'errors', 'row'), [
+    (CROSSOVER, ([1.0, 1.0], [5.0, 5.0]), (2, 3.0, 3.0, '+0.00')),
+    (MUTATION, ([1.0, 2.0], [5.0, 6.0]), (2, 3.0, 4.0, '+25.00')),
+    (MUTATION, ([5.0, 4.0],), (1, 5.0, 4.0, '-25.00')),
+    (PREVIOUS_BEST, ([4.0, 5.0],), (1, 4.0, 5.0, '+20.00'))])
+def test_a_part_earns_what_the_mean_error_without_it_is_larger_in_percent_of_it(
+        variant, errors, row):
+    found = measured('realtime', {DEFAULT.name: 9.0}, *(
+        dict(zip((DEFAULT.name, variant.name), both)) for both in errors))
+    rows = [one for one in balance_table(found).rows if one[0] == 'realtime']
+    assert [one[2:] for one in rows if one[2] != 'has none'] == [(variant.name, *row)]
+
+
+def test_the_previous_best_is_told_by_windows_with_noise_and_all_else_by_scenes():
+    moving = pd.DataFrame([{'scene': scene, 'name': one.name} for one in REALTIME
+                           for scene in ('window, noise 6, pan 0, teddy', 'hard cut, a to b')])
+    told = noisy(moving)
+    assert set(told.scene) == {'window, noise 6, pan 0, teddy'}
+    assert set(told.name) == {DEFAULT.name, *(
+        one.name for one in REALTIME if one.part == 'previous best')}
+
+
+def test_what_takes_seconds_is_taken_apart_on_few_scenes():
+    scenes = [small_scene(1, *names) for names in (
+        ('middv2', 'teddy'), ('midd2006_third', 'Midd1'), ('midd2006_third', 'Aloe'))]
+    assert evolutions(scenes, False) == [
+        *(('quality', scene) for scene in scenes[:2]), ('paper', scenes[0])]
+    assert [one.scene for one in evolutions(scenes, True)] == scenes[:1] * 2
+
+
+def test_a_trial_of_an_evolution_is_what_the_matcher_of_a_variant_finds(monkeypatch):
+    monkeypatch.setitem(ablation.PROFILES, 'realtime', (DEFAULT, CROSSOVER))
+    for variant, trial in zip((DEFAULT, CROSSOVER), evolve(
+            Evolution('realtime', noisy_scene())), strict=True):
+        matcher, match = matched(variant.stages, population=1, fill=True)
+        assert (trial['name'], trial['scene']) == (variant.name, 'small/seed1')
+        assert trial['error'] == bad_percent(match.disparity, made_known(), 1.0)
+        assert trial['fitness'] == matcher.algorithm.population.fitness[0]
+        assert trial['milliseconds'] > 0
+
+
+def test_the_table_of_a_profile_holds_each_scene_and_the_difference():
+    table = evolution_table('quality', measured(
+        'quality', *({DEFAULT.name: error, 'other': error + 1} for error in (1.0, 3.0))))
+    assert table.columns[:4] == ('', '0', '1', 'mean')
+    assert table.rows == [(DEFAULT.name, 1, 3, 2, None, 1, '0.5000'),
+                          ('other', 2, 4, 3, '+1.00', 1, '0.5000')]
+
+
+@pytest.mark.slow
+def test_the_report_has_what_parts_earn_errors_fitness_times_and_correlations(few):
     report = ablation.run(SmallRequest(follow=lambda items, title: (
         items if title == 'scenes' else items[:2])))
     titles = [table.title.split(':')[0] for table in report.tables]
-    assert titles == ['Scenes'] * 4 + ['Sequences'] * 2 + ['Rank correlation of fitness and error']
+    assert titles == ['What each part of each profile earns', 'quality', 'paper'] + [
+        'Scenes'] * 4 + ['Sequences'] * 2 + ['Rank correlation of fitness and error']
     assert_columns_have_names_of_their_own(report)
-    errors = report.tables[0]
-    assert [row[0] for row in errors.rows] == [
+    assert {row[:2] for row in report.tables[0].rows} == {
+        (profile, part) for profile in ablation.PROFILES for part in ablation.PARTS}
+    assert [row[0] for row in report.tables[3].rows] == [
         *(one.name for one in REALTIME if one.still), '3WAY tuned']
     assert report.skipped[0] == 'a group'

@@ -4,10 +4,8 @@
 import re
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros.benchmarks import accuracy, pictures, warm
-from fuzzy_stereo_ros.benchmarks.cost import QUICK, race_table
-from fuzzy_stereo_ros.benchmarks.pictures import as_svg, titled
-from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.benchmarks import ablation, accuracy, page, warm
+from fuzzy_stereo_ros.benchmarks.page import as_svg
 from fuzzy_stereo_ros.evaluation.report import Table
 import pytest
 
@@ -21,66 +19,23 @@ def texts(content):
         f'{SVG}text')]
 
 
-def measured(group, family, error):
-    """Return what is `Measured` where matchers are each worse than the one before by a percent."""
-    scene = {'group': group, 'scene': f'{group}/one', 'family': family}
-    names = ['ours', 'ours, profile quality',
-             *(baseline.name for baseline in accuracy.baselines(family))]
-    return accuracy.Measured(
-        [{**scene, 'noise': noise, 'matcher': name, 'bad': error + place, 'fine': 1.0,
-          'raw_bad': None, 'raw_fine': None, 'sparse': 1.0, 'density': 100.0}
-         for noise in accuracy.NOISES for place, name in enumerate(names)],
-        [{**scene, 'noise': noise, 'matcher': name, 'confidence': confidence, 'number': 1,
-          'right': 1} for noise in accuracy.NOISES for name in names[:2]
-         for confidence in accuracy.CONFIDENCES],
-        [{**scene, **dict.fromkeys([
-            'seconds of quality', 'area, confidence', 'area, left-right difference',
-            'area, ideal', 'wrong of all', 'of the surest 80 %', 'by left-right difference',
-            *(f'{heading}, {what}' for heading, _ in accuracy._presets()
-              for what in ('kept', 'wrong'))], 1.0)}])
-
-
-def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups():
-    several = [measured('made', MIDDLEBURY, 1.5), measured('kitti', KITTI, 4.25),
-               measured('middv2', MIDDLEBURY, 2.75)]
-    panel, = pictures.draw_accuracy(accuracy.tables(several)).axes
+def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups_where_there_are_some():
+    rows = [('made (1)', *[2.0, 3.0, 4.5, 5.0, 6.0, 7.0]), ('kitti (2)', None, *[3.5] * 5)]
+    panel, = accuracy.draw_accuracy([Table('Groups', ('', *accuracy.BARS), rows)]).axes
     drawn = {bars.get_label().removeprefix('OpenCV '): [bar.get_height() for bar in bars]
              for bars in panel.containers}
-    expected = {name: [row['bad'] for one in several for row in one.figures
-                       if (row['matcher'], row['noise']) == (name, 0)] for name in pictures.BARS}
-    assert drawn == expected
+    assert drawn == {name: [error for error in errors if error is not None]
+                     for name, *errors in zip(accuracy.BARS, *(row[1:] for row in rows))}
     places = [bar.get_x() for bars in panel.containers for bar in bars]
-    assert len({round(place, 6) for place in places}) == 18
-    assert [label.get_text() for label in panel.get_xticklabels()] == [
-        'made\n(1)', 'kitti\n(1)', 'middv2\n(1)']
-
-
-def test_who_was_not_measured_has_no_bar():
-    table = Table('Groups', ('', *pictures.BARS),
-                  [('one (1)', *[2.0] * 6), ('two (1)', None, *[3.0] * 5)])
-    panel, = pictures.draw_accuracy([table]).axes
-    assert [len(bars) for bars in panel.containers] == [1, 2, 2, 2, 2, 2]
-
-
-def test_the_lines_of_cost_are_the_times_over_pixels_and_over_disparities():
-    found = [{size: {'ours, cold': 1.0 + place, 'ours, warm': 2.0 + place, '3WAY': 9.0 - place}
-              for place, size in enumerate(sizes)} for sizes in (QUICK.pixels, QUICK.disparities)]
-    panels = pictures.draw_cost([race_table('Over pixels, x', found[0]),
-                                race_table('Over disparities, x', found[1])]).axes
-    for panel, races, what in zip(panels, found, ('pixels', 'disparities')):
-        assert [list(line.get_xdata()) for line in panel.lines] == [
-            [getattr(size, what) for size in races]] * 3
-        assert [list(line.get_ydata()) for line in panel.lines] == [
-            [times[name] for times in races.values()]
-            for name in ('ours, cold', 'ours, warm', '3WAY')]
-    assert [label.get_text() for label in panels[0].get_xticklabels()] == ['72x40', '144x80']
+    assert len({round(place, 6) for place in places}) == 11
+    assert [label.get_text() for label in panel.get_xticklabels()] == ['made\n(1)', 'kitti\n(2)']
 
 
 def test_the_marks_of_the_warm_start_are_errors_and_flickers_and_a_line_joins_cold_and_warm():
     measured = [{'kind': kind, 'path': kind, '3WAY': 8.0 + place, 'cold': 4.0, 'warm': 3.0 - place,
                  'flicker, 3WAY': 7.0, 'flicker, cold': 5.0 + place, 'flicker, warm': 1.0}
                 for place, kind in enumerate(('still', 'moving'))]
-    for panel, start in zip(pictures.draw_warm(warm.tables(measured)).axes, ('', 'flicker, ')):
+    for panel, start in zip(warm.draw_warm(warm.tables(measured)).axes, ('', 'flicker, ')):
         *joined, baseline, cold, warmed = (list(line.get_xdata()) for line in panel.lines)
         expected = [[one[start + name] for one in measured] for name in ('3WAY', 'cold', 'warm')]
         assert [baseline, cold, warmed] == expected
@@ -100,12 +55,12 @@ def ablation_report():
 
 
 def test_the_bars_of_the_ablation_are_as_long_as_the_figures_and_what_is_too_long_is_cut():
-    figure = pictures.draw_ablation(ablation_report())
+    figure = ablation.draw_ablation(ablation_report())
     names = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert names == ['as it is', 'no frames', 'no crossover', 'grey classes', '3WAY tuned']
     lengths = [{names[round(bar.get_y() + bar.get_height() / 2)]: bar.get_width()
                 for bars in panel.containers for bar in bars} for panel in figure.axes]
-    room = pictures.ROOM
+    room = ablation.ROOM
     assert lengths == [
         {'as it is': 2.0, 'no crossover': 2.5, 'grey classes': 2 * room, '3WAY tuned': 4.0},
         {'as it is': 3.0, 'no frames': 6.0, 'grey classes': 3 * room},
@@ -117,13 +72,13 @@ def test_the_bars_of_the_ablation_are_as_long_as_the_figures_and_what_is_too_lon
 
 
 def test_without_sequences_the_ablation_shows_scenes_and_times():
-    figure = pictures.draw_ablation(ablation_report()[:2])
+    figure = ablation.draw_ablation(ablation_report()[:2])
     assert [panel.get_title(loc='left') for panel in figure.axes] == [
         'error on scenes [%]', 'time on scenes, as it is: 1']
 
 
 def test_a_picture_is_the_same_file_every_time_and_its_words_are_text():
-    first, again = (as_svg('ablation.svg', lambda: pictures.draw_ablation(ablation_report()))
+    first, again = (as_svg('ablation.svg', lambda: ablation.draw_ablation(ablation_report()))
                     for _ in range(2))
     assert first == again
     (content,) = first[0].values()
@@ -134,10 +89,5 @@ def test_a_picture_is_the_same_file_every_time_and_its_words_are_text():
 
 
 def test_without_matplotlib_the_picture_is_said_to_be_missing(monkeypatch):
-    monkeypatch.setattr(pictures, 'find_spec', lambda name: None)
-    assert as_svg('cost.svg', None) == ({}, ['cost.svg: matplotlib is not installed'])
-
-
-def test_a_table_is_found_by_the_start_of_its_title():
-    report = ablation_report()
-    assert titled(report, 'Scenes: mean time') is report[1]
+    monkeypatch.setattr(page, 'find_spec', lambda name: None)
+    assert as_svg('warm.svg', None) == ({}, ['warm.svg: matplotlib is not installed'])

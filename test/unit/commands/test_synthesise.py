@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
 from fuzzy_stereo_ros.synthetic.scenes import (
-    BASELINE, CAMERA, FOCAL, made_sequence, SCENE_PARAMETERS)
+    BASELINE, CAMERA, FOCAL, made_sequence, SCENE_PARAMETERS, SceneOptions)
 import numpy as np
 import pytest
 from repository import ROOT
@@ -103,7 +103,8 @@ def test_a_bag_holds_the_same_scene_with_equal_stamps_at_the_rate(words, options
 
 
 def test_every_option_of_a_made_sequence_is_one_of_the_command():
-    assert set(SCENE_PARAMETERS) - set(CAMERA) == set(inspect.signature(made_sequence).parameters)
+    named = {*inspect.signature(made_sequence).parameters, *SceneOptions._fields} - {'options'}
+    assert set(SCENE_PARAMETERS) - set(CAMERA) == named
 
 
 def test_what_to_do_next_works_as_it_is_printed(capsys):

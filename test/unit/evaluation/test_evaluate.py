@@ -10,9 +10,9 @@ import sys
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation import matchers as matchers_module
-from fuzzy_stereo_ros.evaluation.baselines import default_baselines, dense, tuned_baselines
+from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, TUNED
+from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, KITTI, MIDDLEBURY
-from fuzzy_stereo_ros.evaluation.layouts import search
 from fuzzy_stereo_ros.evaluation.matchers import (
     ALLOWED, in_eight_bits_alike, matcher_named, Task)
 from fuzzy_stereo_ros.evaluation.measuring import (
@@ -66,8 +66,8 @@ def ours(made, profile='realtime', **changes):
 
 def of_opencv(made, name, family=MIDDLEBURY):
     """Return a baseline's map as it comes, and filled."""
-    baselines = {one.name: one for one in (*default_baselines(), *tuned_baselines(family))}
-    found = baselines[name].match(made.left, made.right, DISPARITIES)
+    baselines = {one.name: one for one in (*DEFAULT, *TUNED)}
+    found = baselines[name].match(made.left, made.right, family, DISPARITIES)
     return found, dense(found)
 
 
@@ -148,9 +148,10 @@ def test_ours_takes_the_profile_that_is_named_and_the_others_their_own():
 @pytest.mark.parametrize('family', [MIDDLEBURY, KITTI])
 def test_a_word_of_opencv_names_a_matcher_at_its_defaults_or_tuned_for_the_family(word, family):
     _, algorithm, *tuned = word.split(':')
-    baselines = tuned_baselines(family) if tuned else default_baselines()
-    wanted = {baseline.algorithm.lower(): baseline for baseline in baselines}.get(algorithm)
-    assert matcher_named(word, 'realtime', {}).baseline(family) == wanted
+    wanted = {one.algorithm.lower(): one for one in (TUNED if tuned else DEFAULT)}[algorithm]
+    named = matcher_named(word, 'realtime', {})
+    assert (named.algorithm, named.tuned) == (wanted.algorithm, wanted.tuned)
+    assert named.settings(family) == wanted.settings(family)
 
 
 def test_images_of_16_bits_become_8_by_one_factor_for_both():

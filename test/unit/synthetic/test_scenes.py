@@ -15,13 +15,22 @@ def warp_right_to_left(pair):
     return cv2.remap(pair.right, x - pair.truth, y, cv2.INTER_CUBIC)
 
 
-@pytest.mark.parametrize('seed', range(4))
-def test_the_right_image_moved_by_the_truth_is_the_left_image_where_visible(seed):
-    pair = made_pair(150, 201, 40, seed, colour=True)
-    difference = abs(warp_right_to_left(pair).astype(int) - pair.left).max(axis=2)
+def driven(frames, seed, **options):
+    return list(made_sequence(120, 160, 32, frames, seed, drive=0.1, pan=2.0, **options))
+
+
+@pytest.mark.parametrize('pair', [
+    *(made_pair(150, 201, 40, seed, colour=True) for seed in range(4)),
+    *(pair for seed in range(3) for pair in driven(5, seed, colour=True, objects=8)[::4])])
+def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_where_visible(pair):
+    difference, less, more = (abs(warp_right_to_left(pair._replace(
+        truth=pair.truth + shift)).astype(int) - pair.left).max(axis=2) for shift in (0, -1, 1))
     assert np.median(difference[pair.visible]) <= 2
     assert np.percentile(difference[pair.visible], 95) <= 12
-    assert np.median(difference[~pair.visible]) > 20
+    assert np.median(difference[~pair.visible]) > 12
+    for wrong in (less, more):
+        assert wrong[pair.visible].mean() > 3 * difference[pair.visible].mean()
+    assert 0.6 < pair.visible.mean() < 0.99
 
 
 @pytest.mark.parametrize('options', [{'poles': 6}, {'fence': 9}])
@@ -36,18 +45,9 @@ def test_the_right_image_moved_by_the_truth_shows_the_thin_objects_too(options):
     assert wrong > 5 * right
 
 
-def test_a_truth_off_by_one_pixel_fits_worse():
-    pair = made_pair(120, 160, 24, seed=5)
-    right = abs(warp_right_to_left(pair).astype(int) - pair.left)[pair.visible].mean()
-    for shift in (-1, 1):
-        shifted = pair._replace(truth=pair.truth + shift)
-        wrong = abs(warp_right_to_left(shifted).astype(int) - pair.left)[pair.visible].mean()
-        assert wrong > 3 * right
-
-
 def test_visible_is_what_a_count_over_the_right_image_says():
     """A left pixel is hidden where another one, nearer, lands on the same right pixel."""
-    pair = made_pair(90, 130, 30, seed=1)
+    pair = made_pair(90, 130, 30, seed=3)
     rows, columns = pair.truth.shape
     wrong = 0
     for row in range(rows):
@@ -56,7 +56,7 @@ def test_visible_is_what_a_count_over_the_right_image_says():
         nearer = pair.truth[row][None, :] > pair.truth[row][:, None] + 1.5
         hidden = (near & nearer).any(axis=1) | (target < 0)
         wrong += np.count_nonzero(hidden == pair.visible[row])
-    assert wrong < 0.02 * rows * columns
+    assert wrong < 0.01 * rows * columns
 
 
 @settings(deadline=None, max_examples=25)
@@ -77,14 +77,12 @@ def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits
     assert low - 1e-4 <= pair.truth.min() <= pair.truth.max() <= low + disparities - 1 + 1e-4
 
 
-def test_the_same_seed_gives_the_same_bits_and_another_seed_does_not():
-    options = {'pan': 2.5, 'motion': 3, 'noise': 4, 'flicker': 0.2, 'colour': True}
+@pytest.mark.parametrize('drive', [0.0, 0.1])
+def test_the_same_seed_gives_the_same_bits_and_another_seed_does_not(drive):
+    options = {'drive': drive, 'pan': 2.5, 'motion': 3, 'noise': 4, 'flicker': 0.2, 'colour': True}
     first, again = (list(made_sequence(40, 60, 16, 3, 7, **options)) for _ in range(2))
-    other = made_pair(40, 60, 16, 8)
-    for one, two in zip(first, again):
-        for left, right in zip(one, two):
-            assert np.array_equal(left, right)
-    assert not np.array_equal(first[0].truth, other.truth)
+    assert all(map(np.array_equal, sum(first, ()), sum(again, ())))
+    assert not np.array_equal(first[0].truth, made_pair(40, 60, 16, 8, drive=drive).truth)
 
 
 def test_a_pan_moves_the_whole_scene_by_its_pixels():
@@ -155,30 +153,6 @@ def test_exposure_changes_the_right_image_and_flicker_both():
     assert still[2].right.mean() > 1.15 * still[0].right.mean()
 
 
-@pytest.mark.parametrize('arguments, options, words', [
-    ((0, 10, 4), {}, 'rows, columns and frames are 0, 10 and 1'),
-    ((10, 10, 11), {}, 'disparities is 11; allowed are 1 to the 10 columns'),
-    ((10, 10, 4), {'bits': 17}, 'bits is 17; allowed are 8 to 16'),
-])
-def test_what_cannot_be_made_is_refused_with_a_sentence(arguments, options, words):
-    with pytest.raises(ValueError, match=words):
-        made_pair(*arguments, **options)
-
-
-def driven(frames, seed, **options):
-    return list(made_sequence(120, 160, 32, frames, seed, drive=0.1, pan=2.0, **options))
-
-
-@pytest.mark.parametrize('seed', range(3))
-def test_on_a_drive_the_right_image_moved_by_the_truth_is_the_left_image_where_visible(seed):
-    for pair in driven(5, seed, colour=True, objects=8)[::4]:
-        difference = abs(warp_right_to_left(pair).astype(int) - pair.left).max(axis=2)
-        assert np.median(difference[pair.visible]) <= 2
-        assert np.percentile(difference[pair.visible], 95) <= 12
-        assert pair.truth.min() > 0 and pair.truth.max() <= 31
-        assert 0.7 < pair.visible.mean() < 0.99
-
-
 def test_on_a_drive_the_next_frame_shows_what_the_true_motion_says():
     rig = rig_of(120, 160, 32, FOCAL * 160, BASELINE)
     first, second = driven(2, 1, objects=0)
@@ -214,15 +188,15 @@ def test_objects_beside_the_way_move_only_where_asked():
     still, moving = (driven(4, 3, motion=motion) for motion in (0.0, 6.0))
     assert np.array_equal(still[0].truth, moving[0].truth)
     assert 0.005 < (still[3].truth != moving[3].truth).mean() < 0.5
+    assert all(pair.truth.min() > 0 and pair.truth.max() <= 31 for pair in (*still, *moving))
 
 
-def test_a_drive_is_the_same_bits_again():
-    for one, two in zip(driven(2, 4, noise=3.0), driven(2, 4, noise=3.0)):
-        assert all(map(np.array_equal, one, two))
-
-
-@pytest.mark.parametrize('options', [{'poles': 2}, {'fence': 5}, {'min_disparity': -3}])
-def test_what_a_street_has_not_is_refused_with_a_sentence(options):
-    name, = options
-    with pytest.raises(ValueError, match=f'{name} is .* and drive is 0.1; a street has no {name}'):
-        driven(1, 0, **options)
+@pytest.mark.parametrize('arguments, options, words', [
+    ((0, 10, 4), {}, 'rows, columns and frames are 0, 10 and 1'),
+    ((10, 10, 11), {}, 'disparities is 11; allowed are 1 to the 10 columns'),
+    ((10, 10, 4), {'bits': 17}, 'bits is 17; allowed are 8 to 16'),
+    *(((10, 10, 4), {name: value, 'drive': 0.1}, f'{name} is {value} and drive is 0.1; a street '
+       f'has no {name}') for name, value in (('poles', 2), ('fence', 5), ('min_disparity', -3)))])
+def test_what_cannot_be_made_is_refused_with_a_sentence(arguments, options, words):
+    with pytest.raises(ValueError, match=words):
+        made_pair(*arguments, **options)

@@ -1,26 +1,101 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Scenes and sequences below folders, each recognised by what its folder holds.
+The catalogue of scenes and sequences, each recognised by what its folder holds.
 
 To add a data set, add a line to LAYOUTS.
 """
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 import os
 from pathlib import Path
 import re
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.evaluation.datasets import PairFiles, scale_of, Scene, Sequence
-from fuzzy_stereo_ros.evaluation.ground_truth import ALL, DISC, KITTI, MIDDLEBURY, NONOCC, NUMBERS
+from fuzzy_stereo_ros.evaluation.ground_truth import (
+    ALL, DISC, KITTI, LIMITS, MIDDLEBURY, NONOCC, NUMBERS, PairFiles)
 from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.pairs.image_files import read_image
 
+# group: {scene: (grey levels per pixel of disparity, disparities)}
+MIDDLEBURY_FOLDERS = {
+    'middv2': {'tsukuba': (16, 16), 'venus': (8, 20), 'teddy': (4, 60), 'cones': (4, 60)},
+    'midd2001': {'bull': (8, 21), 'sawtooth': (8, 19)},
+    'midd2006_third': {
+        'Aloe': (3, 72), 'Baby1': (3, 47), 'Bowling1': (3, 78), 'Cloth1': (3, 59),
+        'Cloth3': (3, 57), 'Flowerpots': (3, 62), 'Lampshade1': (3, 66), 'Midd1': (3, 70),
+        'Rocks1': (3, 58), 'Wood1': (3, 73)},
+    'midd2006_half': {'Cloth3': (2, 84)},
+}
+OF_2001 = {'barn1', 'barn2', 'bull', 'poster', 'sawtooth', 'venus'}     # 8 grey levels a pixel
+LEVELS_OF_2003 = {450: 4, 900: 2, 1800: 1}      # {columns: grey levels} of teddy and cones
+LEVELS_OF_2005 = {370: 3, 555: 2, 1110: 1}      # {rows: grey levels} of the sets of 2005, 2006
+BY_NAME = 'the name of the scene'
 PICTURES = ('.png', '.ppm', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
 EVERY, VISIBLE = ('disp_occ', 'disp_occ_0'), ('disp_noc', 'disp_noc_0')     # KITTI's
 TRUTHS = ('groundtruth', 'truth', *EVERY, *VISIBLE)
 MASKS = {NONOCC: (NONOCC, 'nonocc_derived', 'visible', 'mask0nocc'), ALL: (ALL,), DISC: (DISC,)}
 NDISP = re.compile(r'^ndisp\s*=\s*(\d+)', re.MULTILINE)
 NUMBER = re.compile(r'(.*?)_?(\d+)')
+
+
+@dataclass(frozen=True)
+class Scene:
+    """
+    A pair with ground truth; `read()` returns its `GroundTruthPair`.
+
+    group: of the benchmarks, '' for others. family: whose tuned settings the baselines take.
+    disparities: searched from 0, None where nothing says it; told_by: who says it.
+    files: {number of a frame as it is written: its `PairFiles`}, empty for a synthetic scene.
+    """
+
+    group: str
+    name: str
+    family: str
+    disparities: int | None
+    read: Callable
+    told_by: str = ''
+    layout: str = ''
+    files: dict = field(default_factory=dict, hash=False)
+
+    @property
+    def limit(self):
+        """Errors above so many pixels are bad."""
+        return LIMITS[self.family]
+
+    @property
+    def path(self):
+        """Group and name, as they are written in tables."""
+        return '/'.join(filter(None, (self.group, self.name)))
+
+    @property
+    def named_files(self):
+        """The `PairFiles` of its frames, as {path and number: files}."""
+        return {'/'.join(filter(None, (self.path, number))): files
+                for number, files in self.files.items()}
+
+
+@dataclass(frozen=True)
+class Sequence(Scene):
+    """
+    Frames in their order; `read()` returns an iterable of their `GroundTruthPair`s.
+
+    group: sequences of one kind share a line of a table of the benchmarks; '' for others.
+    scored: numbers of the frames whose error counts, those without truth left out. pan: pixels
+    per frame that the window moves to the right. flickers: whether changes between frames tell
+    anything. camera: the `Camera`, where it moves in space; None where it is not known.
+    """
+
+    scored: range = range(0)
+    pan: int = 0
+    flickers: bool = True
+    camera: Camera | None = None
+
+    @property
+    def path(self):
+        """Group and name, as progress shows them."""
+        return ', '.join(filter(None, (self.group, self.name)))
 
 
 class Layout(NamedTuple):
@@ -95,10 +170,11 @@ def search(folders, truth_scale=None, only=''):
     if not named:
         raise ValueError(f"no scene is called like '{only}'; there are "
                          f'{", ".join(dict.fromkeys(each.name for each in every))}')
-    scenes = [each for each in named if isinstance(each, Scene)]
+    sequences = [each for each in named if isinstance(each, Sequence)]
+    scenes = [each for each in named if not isinstance(each, Sequence)]
     for scene in scenes:
-        scene.files.check_scale()
-    return Search(scenes, [each for each in named if isinstance(each, Sequence)], skipped)
+        scene.files[''].check_scale()
+    return Search(scenes, sequences, skipped)
 
 
 def _below(folder, truth_scale, seen):
@@ -110,14 +186,11 @@ def _below(folder, truth_scale, seen):
         found = next(filter(None, (_found(folder, layout, truth_scale) for layout in LAYOUTS)), [])
     except NoTruth as without:
         return [], [str(without)]
-    if found:
-        return found, []
     skipped = []
-    for inner in sorted(folder.iterdir()):
+    for inner in [] if found else sorted(folder.iterdir()):
         if inner.is_dir() and not inner.name.startswith('.'):
-            below, without_truth = _below(inner, truth_scale, seen)
-            found += below
-            skipped += without_truth
+            for every, more in zip((found, skipped), _below(inner, truth_scale, seen)):
+                every += more
     return found, skipped
 
 
@@ -135,13 +208,14 @@ def _found(folder, layout, truth_scale):
         runs.setdefault(start, {})[digits] = files
         if files.truth is not None:
             found.append((folder / number, Scene(
-                '', '', files.family, read=files.read, layout=layout.name, files=files, **told)))
+                '', '', files.family, read=files.read, layout=layout.name, files={'': files},
+                **told)))
     for start, frames in runs.items():
         if len(frames) > 1:
             family = KITTI if any(one.family == KITTI for one in frames.values()) else MIDDLEBURY
             found.append((folder / start, Sequence(
                 '', '', family, read=lambda frames=frames: (one.read() for one in frames.values()),
-                layout=layout.name, frames=frames, **told)))
+                layout=layout.name, files=frames, **told)))
     if runs and not found:
         truth = layout.pattern.format(layout.truths[0])
         raise NoTruth(f'{folder} has images but no ground truth: there is no {truth}')
@@ -193,3 +267,31 @@ def files_of(folder, layout, number='', scale=None):
         files = PairFiles(left, right, MIDDLEBURY, truth, levels, masks=masks, right_truth=first(
             filter(None, [layout.right_truth]), (*NUMBERS, *PICTURES)))
     return files, {'disparities': disparities, 'told_by': told_by}
+
+
+def scale_of(folder, left, given=None):
+    """
+    Return (levels, disparities, told_by) of a folder: what its grey levels and its name tell.
+
+    levels: grey levels per pixel of disparity, given where nothing tells it, None = not known.
+    disparities: to search, None = not known; told_by: who says so. left: path of the left image,
+    whose size tells the scale of some.
+    """
+    stated = folder / 'info.txt'
+    numbers = re.fullmatch(r'\s*(\d+)\s+(\d+)\s*', stated.read_text(
+        encoding='utf-8', errors='replace')) if stated.is_file() else None
+    if numbers:     # grey levels, largest disparity
+        return int(numbers[1]), int(numbers[2]) + 1, 'info.txt'
+    group, name = ('', '', *folder.resolve().parts)[-2:]
+    if name in MIDDLEBURY_FOLDERS.get(group, ()):
+        return *MIDDLEBURY_FOLDERS[group][name], BY_NAME
+    name = name.lower()
+    if name in ('teddy', 'cones'):
+        levels = LEVELS_OF_2003.get(read_image(left).shape[1])
+        return (levels, 240 // levels, BY_NAME) if levels else (given, None, '')
+    for known in (MIDDLEBURY_FOLDERS['middv2'], MIDDLEBURY_FOLDERS['midd2001']):
+        if name in known:
+            return *known[name], BY_NAME
+    if left.stem == 'view1':
+        given = LEVELS_OF_2005.get(read_image(left).shape[0], given)
+    return 8 if name in OF_2001 else given, None, ''

@@ -3,9 +3,9 @@
 """Scenes are recognised by what their folders hold, and read as their data sets mean them."""
 from types import SimpleNamespace
 
+from fuzzy_stereo_ros.evaluation.catalogue import KNOWN, search
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, KITTI, MIDDLEBURY, seen_by_both, warped_to_right)
-from fuzzy_stereo_ros.evaluation.layouts import KNOWN, search
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 import numpy as np
@@ -20,7 +20,7 @@ TRUTHS_2012 = 'disp_occ', 'disp_noc'
 
 def expected(truth, masks, family=MIDDLEBURY, disparities=None, told_by='', **more):
     return SimpleNamespace(truth=truth, masks=masks, family=family, disparities=disparities,
-                           told_by=told_by, whole_pixel=False, **{'name': 'scene', **more})
+                           told_by=told_by, **{'name': 'scene', 'whole_pixel': False, **more})
 
 
 def v2_with_masks(folder):
@@ -28,6 +28,13 @@ def v2_with_masks(folder):
     truth = write_v2(folder / 'venus', made, 8)
     return expected(truth, write_masks(folder / 'venus', made), disparities=20,
                     told_by='the name of the scene', name='venus')
+
+
+def v2_of_whole_pixels(folder):
+    made = pair()
+    truth = write_v2(folder / 'tsukuba', made, 16)
+    return expected(truth, write_masks(folder / 'tsukuba', made), disparities=16,
+                    told_by='the name of the scene', name='tsukuba', whole_pixel=True)
 
 
 def v2_without_masks(folder):
@@ -165,10 +172,11 @@ def made_frame(folder):
 
 
 CASES = [
-    v2_with_masks, v2_without_masks, v2_of_2003, sets_of_2006, of_2014_with_a_mask,
-    of_2014_without_a_mask, of_2014_with_the_truth_of_the_right_image, kitti_2015, kitti_2012,
-    kitti_2012_in_colour, kitti_without_hidden_pixels, named_with_a_scale, named_by_its_group,
-    named_in_pixels, named_like_kitti, one_numbered_frame, made_frame]
+    v2_with_masks, v2_of_whole_pixels, v2_without_masks, v2_of_2003, sets_of_2006,
+    of_2014_with_a_mask, of_2014_without_a_mask, of_2014_with_the_truth_of_the_right_image,
+    kitti_2015, kitti_2012, kitti_2012_in_colour, kitti_without_hidden_pixels,
+    named_with_a_scale, named_by_its_group, named_in_pixels, named_like_kitti,
+    one_numbered_frame, made_frame]
 
 
 @pytest.mark.parametrize('write', CASES)
@@ -185,7 +193,7 @@ def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path
     for name, mask in wanted.masks.items():
         np.testing.assert_array_equal(known.masks[name], mask, err_msg=name)
     assert known.left.shape[:2] == known.right.shape[:2] == known.truth.shape
-    assert not known.whole_pixel
+    assert known.whole_pixel == wanted.whole_pixel
 
 
 @pytest.mark.parametrize('ndisp', [0, 4097, 10**30])
@@ -196,14 +204,6 @@ def test_a_number_of_disparities_that_cannot_be_searched_is_refused_by_file(tmp_
         search([tmp_path])
 
 
-def test_only_tsukuba_has_a_truth_of_whole_pixels(tmp_path):
-    write_v2(tmp_path / 'tsukuba', pair(), 16)
-    (scene,) = search([tmp_path]).scenes
-    known = scene.read()
-    assert known.whole_pixel
-    assert known.as_scored(np.float32([[2.4]]))[0, 0] == 2
-
-
 def test_a_truth_of_8_bits_that_nothing_explains_takes_the_scale_that_is_given(tmp_path):
     made = pair()
     truth = write_v2(tmp_path / 'mine', made, 5)
@@ -211,8 +211,8 @@ def test_a_truth_of_8_bits_that_nothing_explains_takes_the_scale_that_is_given(t
     with pytest.raises(ValueError, match='disp2.png has 8 bits: say with --truth-scale'):
         search([tmp_path])
     mine, venus = search([tmp_path], truth_scale=5).scenes
-    np.testing.assert_array_equal(mine.files.read().truth, truth)
-    assert venus.files.scale == 8
+    np.testing.assert_array_equal(mine.read().truth, truth)
+    assert venus.files[''].scale == 8
 
 
 def test_all_files_of_kitti_are_found_and_the_frames_before_make_a_sequence(tmp_path):
@@ -225,8 +225,8 @@ def test_all_files_of_kitti_are_found_and_the_frames_before_make_a_sequence(tmp_
     found = search([tmp_path])
     assert [scene.name for scene in found.scenes] == ['000001_10', '000003_10']
     (sequence,) = found.sequences
-    assert (sequence.name, list(sequence.frames)) == ('000003', ['08', '09', '10', '11'])
-    assert [files.truth is not None for files in sequence.frames.values()] == [
+    assert (sequence.name, list(sequence.files)) == ('000003', ['08', '09', '10', '11'])
+    assert [files.truth is not None for files in sequence.files.values()] == [
         False, False, True, False]
 
 
@@ -236,11 +236,11 @@ def test_numbered_frames_are_a_sequence_and_those_with_a_truth_are_scenes(tmp_pa
     write_frames(tmp_path / 'drive', several, known=[8, 10], in_folders=in_folders)
     found = search([tmp_path])
     (sequence,) = found.sequences
-    numbers = list(sequence.frames)
+    numbers = list(sequence.files)
     assert [int(number) for number in numbers] == [7, 8, 9, 10]
     assert sequence.name == 'drive'
     assert [scene.name for scene in found.scenes] == [f'drive/{numbers[1]}', f'drive/{numbers[3]}']
-    for made, files in zip(several, sequence.frames.values()):
+    for made, files in zip(several, sequence.files.values()):
         known = files.read()
         np.testing.assert_array_equal(known.left, made.left)
         np.testing.assert_array_equal(known.right, made.right)
@@ -251,7 +251,7 @@ def test_frames_are_ordered_by_number_and_not_by_letter(tmp_path):
     for number in (9, 10, 100):
         write_images(tmp_path, pair(), f'left_{number}.png', f'right_{number}.png')
     (sequence,) = search([tmp_path]).sequences
-    assert list(sequence.frames) == ['9', '10', '100']
+    assert list(sequence.files) == ['9', '10', '100']
 
 
 def test_scenes_are_named_by_their_place_below_what_holds_all(tmp_path):
