@@ -27,11 +27,13 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items):
-    """Mark the tests of slow folders as slow, but those that are marked as quick."""
+    """Mark the tests of slow folders as slow, but those marked as quick; launches take longer."""
     for item in items:
         folder = item.path.relative_to(HERE).parts[0]
         if folder in SLOW_FOLDERS and not item.get_closest_marker('quick'):
             item.add_marker(pytest.mark.slow)
+        if item.path.name == 'test_launch.py':      # one item that launches one case after another
+            item.add_marker(pytest.mark.timeout(3 * 600))
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,27 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the README and the architecture page say exists, and is what the code says."""
-from importlib.util import find_spec
 import re
 
 from fuzzy_stereo_ros.benchmarks.page import QUOTE, requoted, table_of
-from fuzzy_stereo_ros.commands import command_line
-from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
-from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.demo.phase import Phase, table
-from fuzzy_stereo_ros.pairs.camera_files import (
-    centred_calibration, rectified_cameras, write_camera)
-from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
-from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
+from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.page import renewed
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
-from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pages
 from pages import ROOT, text_of
 import pytest
-from saved_scene import running
-import written_scenes
 
 README = text_of('README.md')
 PARAMETERS, BAGS, NODE = (text_of(f'docs/{name}.md') for name in ('parameters', 'bags', 'node'))
@@ -76,104 +65,9 @@ def test_make_has_every_target_that_is_named():
             assert f"$({setting.split('=')[0]})" in makefile
 
 
-@pytest.fixture
-def pair(tmp_path, monkeypatch):
-    """Return a MadePair that lies as left.png and right.png in the folder one is in."""
-    monkeypatch.chdir(tmp_path)
-    pair = made_pair(60, 100, 64)
-    write_image('left.png', pair.left)
-    write_image('right.png', pair.right)
-    return pair
-
-
-def test_every_match_example_works_as_it_is_written(pair):
-    write_saved_pair('report', running()[2])
-    for words in commands('fuzzy-stereo match'):
-        assert main(words[1:]) == 0
-    assert read_disparity('disparity.pfm').shape == pair.truth.shape
-
-
-@pytest.mark.slow
-def test_every_evolve_example_works_as_it_is_written(pair, tmp_path):
-    for words in commands('fuzzy-stereo evolve'):
-        assert main(words[1:]) == 0
-    assert (tmp_path / 'evolution.png').stat().st_size > 1000
-    assert (tmp_path / 'evolution.mp4').stat().st_size > 1000
-
-
-@pytest.mark.slow
-def test_every_evaluate_example_works_as_it_is_written(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    made = written_scenes.pair()
-    written_scenes.write_named(tmp_path / 'datasets' / 'scene', made)
-    (tmp_path / 'results').mkdir()
-    write_disparity('results/scene.pfm', made.truth)
-    examples = commands('fuzzy-stereo evaluate')
-    assert examples
-    for words in examples:
-        assert main(words[1:]) == 0
-        for name in words[1:]:
-            assert not name.endswith(('.html', '.csv')) or (tmp_path / name).stat().st_size > 1000
-    assert '| other ' in capsys.readouterr().out
-
-
-def test_every_convert_example_works_as_it_is_written(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    pair = made_pair(20, 70, 64)
-    write_image('left.png', pair.left)
-    write_disparity('disparity.pfm', pair.truth)
-    right = rectified_cameras(centred_calibration(63.0, 0.12, 0.0, 20, 70), 20, 70)['right']
-    write_camera('right.yaml', right, 'right')
-    for words in commands('fuzzy-stereo convert'):
-        assert main(words[1:]) == 0
-    assert {file.name for file in tmp_path.iterdir()} >= {
-        'disparity_kitti.png', 'depth.png', 'cloud.ply'}
-
-
-def test_every_synthesise_example_works_as_it_is_written(tmp_path, monkeypatch):
-    pytest.importorskip('rosbags')
-    monkeypatch.chdir(tmp_path)
-    examples = commands('fuzzy-stereo synthesise')
-    for words in examples:
-        assert main([*words[1:], '--columns', '70', '--rows', '20', '--frames', '1']) == 0
-    assert len(list(tmp_path.iterdir())) == len(examples) > 1
-
-
-def test_every_replay_example_works_as_it_is_written(tmp_path, monkeypatch):
-    made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
-    monkeypatch.chdir(tmp_path)
-    pairs = made_bags.scene(2, columns=80)
-    made_bags.write_bag(tmp_path / 'recorded', pairs=pairs)
-    made_bags.write_bag(tmp_path / 'recorded.bag', 'ros1', pairs)
-    examples = commands('fuzzy-stereo replay')
-    if find_spec('distributed') is None:
-        examples = [words for words in examples if '--workers' not in words]
-    for words in examples:
-        assert main(words[1:]) == 0
-    assert len(examples) > 1
-    assert list(made_bags.disparities(tmp_path / 'matched')) == made_bags.stamps(2)
-    assert len(made_bags.content(tmp_path / 'matched_1', '/points2')) == 2
-    assert (tmp_path / 'matched.mp4').stat().st_size > 1000
-
-
 def test_segments_are_as_long_as_the_page_says():
     assert (f'segments of {SEGMENT_PAIRS} pairs, each warmed over the {WARM_PAIRS} before it'
             in ' '.join(BAGS.split()))
-
-
-def test_the_benchmarks_that_are_named_exist_and_no_other_does():
-    named = [words[1:] for words in commands('fuzzy-stereo benchmark')]
-    assert {tuple(words) for words in named} == {('benchmark', name) for name in BENCHMARKS}
-
-
-def test_every_warm_up_example_works_as_it_is_written(capsys):
-    for words in commands('fuzzy-stereo warm-up'):
-        assert main(words[1:]) == 0
-        assert 'are ready after' in capsys.readouterr().out
-
-
-def test_every_command_that_exists_is_shown():
-    assert {words[1] for words in commands('fuzzy-stereo ')} == set(command_line.commands())
 
 
 @pytest.mark.parametrize('page', [README, ALGORITHM], ids=['README.md', 'algorithm.md'])
@@ -181,11 +75,6 @@ def test_a_page_quotes_the_page_of_benchmarks(page):
     assert len(QUOTE.findall(page)) == page.count('<!-- quote ') > 0
     assert requoted(page, FIGURES) == page, \
         'renew them: python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md'
-
-
-def test_the_benchmarks_that_the_algorithm_page_names_exist():
-    for name in re.findall(r'`fuzzy-stereo benchmark (\w+)`', ALGORITHM):
-        assert name in BENCHMARKS
 
 
 def test_a_table_is_quoted_from_the_section_of_its_benchmark():

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The page of troubles speaks of sentences, parameters and topics that there are."""
+import ast
 from collections import Counter
 from dataclasses import replace
 from functools import cache
 import re
 from unittest.mock import Mock
 
-from code_sentences import missing_parts
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.result_messages import TOPICS
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
@@ -19,11 +19,40 @@ import pytest
 
 INPUTS = 'image_rect', 'camera_info'
 NAME = 'docs/troubleshooting.md'
+CODE = [ROOT / name for name in ('fuzzy_stereo_ros', 'launch')]
 PARAMETERS = {row.name for row in ROS_PARAMETERS}
 # Of ROS, numba and Fast DDS, not of this package.
 FOREIGN = {'__pycache__', '~/.cache/fuzzy_stereo_ros', 'image_proc', 'point_cloud_node',
            'image_raw', 'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST',
            'valid_window', 'delta_d', 't', 'f', 'f * t / d', 'camera_info', 'false'}
+
+
+def _text(node):
+    """Return the text of a constant or an f-string, None for anything else."""
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else None
+    if isinstance(node, ast.JoinedStr):
+        return ''.join(part.value if isinstance(part, ast.Constant) else '…'
+                       for part in node.values)
+    return None
+
+
+@cache
+def texts():
+    """Return all texts in the code, in one string, parted by lines."""
+    found = []
+    for file in (file for folder in CODE for file in folder.rglob('*.py')):
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+            text = _text(node)
+            if text:
+                found.append(' '.join(text.split()))
+    return '\n'.join(found)
+
+
+def missing_parts(sentence):
+    """Return the parts of a sentence, parted by …, that stand nowhere in the code."""
+    parts = [part.strip() for part in re.split('…', sentence)]
+    return [part for part in parts if part and part not in texts()]
 
 
 @cache

@@ -1,15 +1,32 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The real node lives on whatever its topics bring over DDS, counts it, and still matches."""
+from array import array
+from contextlib import suppress
+import time
+
 from drawn_messages import BENT_INFOS, COLUMNS, FILES, FORMATS, IMAGES, INFOS, ROWS
 from fuzzed import damages, examples
 from hypothesis import given, Phase, settings, strategies as st
 from made_messages import compressed
-from node_process import shifted_pair
+from node_process import shifted_pair, values_of
+import numpy as np
 import pytest
-from soak_figures import broken_sums, faults_of, losses_of, losses_told
+from soak_figures import (
+    broken_sums, faults_of, is_under_way, losses_of, losses_told, whole_numbers)
 from soak_script import TOPICS
 
+pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
+from rclpy.serialization import serialize_message  # noqa: E402, I100
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2  # noqa: E402
+
+SHIFT = 3
+GOOD = shifted_pair(SHIFT, 24, 40)
+PAUSE = 0.01        # s after a pair, so that the next one seldom takes its place
+EACH = 'each'
+NOT_EMPTY = b'\0'
+OTHER_OUTPUTS = {'depth/image_rect': Image, 'depth/camera_info': CameraInfo,
+                 'points2': PointCloud2, 'preview': Image}
 SMALL = shifted_pair(3, ROWS, COLUMNS)      # as small as what is drawn
 DEPTH = 1000        # messages; more than are sent before an answer is awaited
 QUEUE_SIZE = 5
@@ -20,6 +37,95 @@ CAMERA_INFOS = st.one_of(INFOS, BENT_INFOS, BENT_INFOS, damages())
 RAW = st.one_of(IMAGES, IMAGES, IMAGES, damages())
 FORMED = st.builds(compressed, FILES, FORMATS)
 COMPRESSED = st.one_of(FORMED, FORMED, FORMED, damages())
+
+
+class SpoiltPairs:
+    """
+    Sends pairs and counts their messages.
+
+    sent: {topic: messages sent while the node was subscribed}. pairs: since the last `settle`.
+    """
+
+    def __init__(self, bench):
+        """Subscribe to all outputs of the node on a Bench, and have a first pair matched."""
+        self._bench, self.sent, self.pairs = bench, dict.fromkeys(TOPICS, 0), 0
+        bench.listen()
+        for topic, kind in OTHER_OUTPUTS.items():
+            bench.collect(kind, topic, {})
+        bench.connect()
+        bench.first_match(*GOOD)
+        self.match()        # what was sent before it has arrived, too, or never will
+        counts = self._counts()
+        self.sent = {topic: counts[f'received {topic}'] + counts[f'lost {topic}']
+                     for topic in TOPICS}
+
+    def send(self, pair, moment, spoilt):
+        """
+        Send a pair of images.
+
+        moment: (s, ns), the stamp of all four; None is now; `EACH`, that of each stand-in.
+        spoilt: {topic: stand-in of a message, or a function of its bytes that returns others};
+        what is not there is sound.
+        """
+        def spoil(messages):
+            if moment not in (None, EACH):
+                for message in messages.values():
+                    stamp(message, *moment)
+            for topic, what in spoilt.items():
+                if callable(what):
+                    # After one of no bytes Fast DDS delivers nothing more of its publisher.
+                    messages[topic] = what(serialize_message(messages[topic])) or NOT_EMPTY
+                else:
+                    put(what, messages[topic], moment == EACH)
+            self._count(messages)
+
+        self._bench.rig.publish(*pair, change=spoil)
+        self.pairs += 1
+        next_one = time.monotonic() + PAUSE
+        while (rest := next_one - time.monotonic()) > 0:
+            self._bench.executor.spin_once(timeout_sec=rest)
+
+    def match(self):
+        """Send a sound pair and see that it is matched."""
+        found = values_of(self._bench.match(*GOOD, change=self._count).image)
+        assert np.mean(np.abs(found[:, 8:] - SHIFT) < 0.5) > 0.9
+
+    def settle(self):
+        """Return the counts of diagnostics when all that was sent has come to something."""
+        def settled():
+            counts = self._counts()
+            return None if is_under_way(counts, self.sent) else counts
+
+        self.pairs = 0
+        return self._bench.until(settled, f'{self.sent} are received or lost')
+
+    def _count(self, messages):
+        for topic in messages:
+            self.sent[topic] += 1
+
+    def _counts(self):
+        return whole_numbers(self._bench.counts())
+
+
+def put(drawn, message, stamped):
+    """Give a ROS message the fields of a stand-in, as far as its type can hold them."""
+    for name, value in vars(drawn).items():
+        if name == 'header':
+            message.header.frame_id = value.frame_id
+            if stamped:
+                stamp(message, value.stamp.sec, value.stamp.nanosec)
+        elif name == 'roi':
+            message.roi = type(message.roi)(**vars(value))
+        elif name == 'data':
+            message.data = array('B', value)
+        else:
+            with suppress(AssertionError):      # k, r and p have one length
+                setattr(message, name, [*map(float, value)] if name in 'dkrp' else value)
+
+
+def stamp(message, second, nanosecond):
+    """Give a message a stamp."""
+    message.header.stamp.sec, message.header.stamp.nanosec = second, nanosecond
 
 
 def spoilt_pairs(images):
@@ -37,8 +143,6 @@ def spoilt_pairs(images):
     ids=['raw', 'compressed and rectified'])
 def test_whatever_the_topics_bring_is_counted_and_the_next_sound_pair_is_matched(
         make_bench, images, suffix, parameters):
-    from spoilt_pairs import SpoiltPairs
-
     depths = {f"qos_overrides./{topic}{suffix if 'image' in topic else ''}.subscription.depth":
               DEPTH for topic in TOPICS}
     values = {'disparity_range': 8, 'queue_size': QUEUE_SIZE, **parameters, **depths}

@@ -38,9 +38,7 @@ CHANGES = st.one_of(st.sampled_from([row for row in ROWS if not row.read_only]),
 def bench(make_bench):
     """Return a node that has matched a pair."""
     with make_bench('--ros-args', '-p', 'disparity_range:=16') as it:
-        it.listen()
-        it.connect()
-        it.first_match(*PAIR)
+        it.begin(*PAIR)
         yield it
 
 

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Source archive and wheel are built, installed into a clean folder, and work there."""
+"""Archive and wheel are built and work in a clean folder; colcon; the matrix of versions."""
+import ast
 import json
 import os
 import shutil
@@ -8,13 +9,15 @@ import subprocess
 import sys
 import tarfile
 import time
+from xml.etree import ElementTree
 import zipfile
 
-from pages import ROOT
+from packaging.requirements import Requirement
+from packaging.version import Version
+from pages import commands, ROOT, text_of
 from processors import has_level
 import pytest
 
-pytest.importorskip('setuptools', '70.1', reason='older ones cannot build wheels by themselves')
 FIRST_DISPARITY = """
 import json, time
 import fuzzy_stereo_ros
@@ -47,6 +50,7 @@ def built(kind, source, target, **variables):
 @pytest.fixture(scope='module')
 def archives(tmp_path_factory):
     """Return the source archive, and the wheel that is built of it in a clean folder."""
+    pytest.importorskip('setuptools', '70.1', reason='older ones build no wheels by themselves')
     place = tmp_path_factory.mktemp('built')
     source = place / 'source'
     source.mkdir()
@@ -144,3 +148,59 @@ def test_a_wheel_with_kernels_gives_a_disparity_in_5_s_and_compiles_nothing(arch
     assert [path for path in home.rglob('*') if path.is_file()] == []
     assert [path.name for path in packages.rglob('kernels_*') if not path.is_relative_to(
         packages / 'fuzzy_stereo_ros' / 'matching' / 'kernels' / 'brought')] == []
+
+
+NEEDS_COLCON = pytest.mark.skipif(
+    shutil.which('colcon') is None,
+    reason='colcon is not installed: pip install colcon-common-extensions')
+IGNORED = shutil.ignore_patterns(
+    '.*', '__pycache__', '*.egg-info', 'build', 'dist', 'install', 'log', '_build')
+
+
+@NEEDS_COLCON
+def test_colcon_builds_the_package_and_runs_its_tests(tmp_path):
+    shutil.copytree(ROOT, tmp_path / 'src' / 'fuzzy_stereo_ros', ignore=IGNORED)
+    environment = {name: value for name, value in os.environ.items()
+                   if name != 'PYTHONPATH' and not name.startswith('PYTEST')}
+    for words in commands('docs/develop.md', 'colcon'):
+        done = subprocess.run(words, cwd=tmp_path, env=environment, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        assert done.returncode == 0, f"{' '.join(words)}:\n{done.stdout}"
+    installed = tmp_path / 'install' / 'fuzzy_stereo_ros'
+    for place in ('bin/fuzzy-stereo', 'lib/fuzzy_stereo_ros/disparity_node',
+                  'share/fuzzy_stereo_ros/launch/rigs.launch.py'):
+        assert (installed / place).is_file(), place
+    suite = ElementTree.parse(tmp_path / 'build' / 'fuzzy_stereo_ros' / 'pytest.xml')
+    (figures,) = suite.getroot().iter('testsuite')
+    assert int(figures.get('tests')) > 5
+    assert [figures.get(bad) for bad in ('errors', 'failures', 'skipped')] == ['0', '0', '0']
+
+
+def matrix():
+    """Return what pyproject.toml says of tox."""
+    tomllib = pytest.importorskip('tomllib', reason='comes with Python 3.11')
+    return tomllib.loads(text_of('pyproject.toml'))['tool']['tox']
+
+
+def said_in_setup(name):
+    """Return what setup.py gives for a keyword."""
+    return next(ast.literal_eval(node.value) for node in ast.walk(ast.parse(text_of('setup.py')))
+                if isinstance(node, ast.keyword) and node.arg == name)
+
+
+def test_the_oldest_python_of_the_matrix_is_the_oldest_that_is_allowed():
+    pythons = [Version(name) for name in matrix()['env_list'] if '-' not in name]
+    assert said_in_setup('python_requires') == f'>={min(pythons)}'
+
+
+@pytest.mark.parametrize('name', ['3.11-jazzy', '3.12-jazzy'])
+def test_what_jazzy_has_is_within_the_bounds_and_the_oldest_of_it_at_them(name):
+    allowed = {one.name: one.specifier
+               for one in map(Requirement, said_in_setup('install_requires'))}
+    tried = {one.name: next(iter(one.specifier)).version
+             for one in map(Requirement, matrix()['env'][name]['deps'])}
+    assert len(tried) == 3
+    for library, version in tried.items():
+        assert version in allowed[library]
+        least = next(one.version for one in allowed[library] if one.operator == '>=')
+        assert library == 'numba' and name == '3.12-jazzy' or version.startswith(f'{least}.')

@@ -242,26 +242,15 @@ def test_a_user_without_home_and_name_has_no_cache_and_no_folder_called_tilde(cl
     assert [*here.iterdir()] == []
 
 
-def test_a_home_that_may_not_be_written_to_is_no_folder(closed, tmp_path):
-    (tmp_path / 'home').mkdir()
-    reasons = no_folder(run(closed, before=as_stranger(), HOME=tmp_path / 'home'))
-    assert reasons.endswith('home/.cache/fuzzy_stereo_ros: Permission denied')
-
-
-def test_a_read_only_file_system_is_no_folder(package, tmp_path):
-    places = [tmp_path / 'home', package / '__pycache__']
-    for place in places:
-        place.mkdir()
-    before = mounting(dict.fromkeys(places, READ_ONLY))
-    assert no_folder(run(package, before=before, HOME=tmp_path / 'home')).count(
-        ': Read-only file system') == 2
-
-
-def test_a_disk_that_is_full_at_the_start_is_no_folder(closed, tmp_path):
-    (tmp_path / 'disk').mkdir()
-    reasons = no_folder(run(closed, before=mounting({tmp_path / 'disk': 'size=16k'}),
-                            HOME='/dev/null', NUMBA_CACHE_DIR=tmp_path / 'disk'))
-    assert 'disk/fuzzy_stereo_ros: No space left on device, ' in reasons
+@pytest.mark.parametrize('kind, reason', [
+    ('forbidden', 'Permission denied'), (READ_ONLY, 'Read-only file system'),
+    ('size=16k', 'No space left on device')])
+def test_a_home_that_cannot_be_written_to_is_no_folder(closed, tmp_path, kind, reason):
+    home = tmp_path / 'home'
+    home.mkdir()
+    before = as_stranger() if kind == 'forbidden' else mounting({home: kind})
+    reasons = no_folder(run(closed, before=before, HOME=home))
+    assert reasons.endswith(f'home/.cache/fuzzy_stereo_ros: {reason}')
 
 
 def test_a_disk_that_gets_full_is_told_once_and_kernels_are_kept_when_there_is_room(

@@ -18,16 +18,18 @@ from numba._dispatcher import compute_fingerprint
 from numba.core.dispatcher import Dispatcher
 import pytest
 
-# Blocks too small to be mapped one by one; the last one keeps those below from being let go.
-SCATTERED = """
+MEASURING = """
+import fuzzy_stereo_ros.node
+from fuzzy_stereo_ros.memory import give_back_memory
 import threading
 import psutil
-from fuzzy_stereo_ros.memory import give_back_memory
 
 def own_megabytes():
     memory = psutil.Process().memory_info()
     return (memory.rss - memory.shared) / 1e6
-
+"""
+# Blocks too small to be mapped one by one; the last one keeps those below from being let go.
+SCATTERED = MEASURING.replace('.node', '') + """
 kept = []
 
 def scatter():
@@ -41,17 +43,8 @@ before = own_megabytes()
 give_back_memory()
 print(before - own_megabytes())
 """
-# What is free at the end of an arena; the first lines are those with which the node begins.
-AT_THE_END = """
-import fuzzy_stereo_ros.node
-from fuzzy_stereo_ros import memory
-import threading
-import psutil
-
-def own_megabytes():
-    memory = psutil.Process().memory_info()
-    return (memory.rss - memory.shared) / 1e6
-
+# What is free at the end of an arena; the first line is that with which the node begins.
+AT_THE_END = MEASURING + """
 def fill():
     blocks = [bytearray(b'x' * 100_000) for _ in range(300)]
     filled.set()
@@ -69,7 +62,7 @@ thread.start()
 filled.wait()
 free.set()
 freed.wait()
-memory.give_back_memory()
+give_back_memory()
 print(own_megabytes() - before)
 end.set()
 thread.join()
@@ -92,33 +85,23 @@ for _ in range(2):
 HAS_TRIM = hasattr(ctypes.CDLL(None), 'malloc_trim')
 
 
-@pytest.mark.skipif(not HAS_TRIM, reason='the C library has no malloc_trim')
-def test_what_another_thread_has_freed_goes_back_to_the_system():
-    done = subprocess.run([sys.executable, '-c', SCATTERED], cwd=ROOT, text=True,
+def printed(program):
+    """Return the numbers that a program prints in a process of its own."""
+    done = subprocess.run([sys.executable, '-c', program], cwd=ROOT, text=True,
                           capture_output=True, check=True)
-    assert float(done.stdout) > 30
+    return [float(number) for number in done.stdout.split()]
 
 
 @pytest.mark.skipif(not HAS_TRIM, reason='the C library has no malloc_trim')
-def test_what_a_thread_of_the_node_has_freed_goes_back_though_it_is_the_last():
-    done = subprocess.run([sys.executable, '-c', AT_THE_END], cwd=ROOT, text=True,
-                          capture_output=True, check=True)
-    assert abs(float(done.stdout)) < 10
+def test_what_another_thread_has_freed_goes_back_to_the_system_and_though_it_is_the_last():
+    assert printed(SCATTERED)[0] > 30
+    assert abs(printed(AT_THE_END)[0]) < 10
 
 
 def test_without_such_a_call_nothing_happens(monkeypatch):
     monkeypatch.setattr(memory.ctypes, 'CDLL', lambda name: object())
     assert give_back_memory() is None
     assert share_free_memory() is None
-
-
-def test_every_matcher_that_is_prepared_gives_back_what_was_freed(monkeypatch):
-    called = []
-    monkeypatch.setattr(pair_matcher, 'give_back_memory', lambda: called.append(True))
-    made = pair_matcher.PairMatcher(MatcherConfig(disparities=8))
-    made.warm_up()
-    assert called == [True]
-    assert made.close()
 
 
 def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(monkeypatch):
@@ -200,7 +183,5 @@ def test_kernels_are_called_with_no_tuple_that_older_numba_would_keep_for_ever(
 @pytest.mark.skipif(not hasattr(ctypes.CDLL(None), 'mallinfo2'),
                     reason='the C library does not tell what is in use')
 def test_a_match_leaves_nothing_behind():
-    done = subprocess.run([sys.executable, '-c', MATCHING], cwd=ROOT, text=True,
-                          capture_output=True, check=True)
-    before, after = map(float, done.stdout.split())
+    before, after = printed(MATCHING)
     assert (after - before) * 1e6 < 100 * MATCHES

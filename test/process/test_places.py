@@ -97,12 +97,6 @@ def run(*words, before=()):
     return done.returncode, done.stdout, done.stderr
 
 
-def test_help_tells_nothing_of_places(bare):
-    code, printed, said = run('--help', before=as_stranger())
-    assert (code, said) == (0, '')
-    assert 'match two images' in printed
-
-
 @pytest.mark.parametrize('words', [
     ('match', 'left.png', 'right.png', '--disparities', '16', '--output', 'never.pfm'),
     ('replay', 'no_bag', '--disparities', '16', '--output', 'never')])

@@ -25,82 +25,66 @@ def matching_possibility(first, second, sigma):
     return max(black, average, white)
 
 
-def target_column(column, index, min_disparity, columns, reference):
-    """Return the column of the match in the target image, or None outside of it."""
-    disparity = min_disparity + index
-    seen = column - disparity if reference == 'left' else column + disparity
+def target_column(column, index, min_disparity, columns):
+    """Return the column of the match in the right image, or None outside of it."""
+    seen = column - min_disparity - index
     return seen if 0 <= seen < columns else None
 
 
-def possibility_volume(left, right, disparities, min_disparity, sigma, reference='left'):
+def possibility_volume(left, right, disparities, min_disparity, sigma):
     """Return Eq. 2 of every (r, c, d): float64 (R, C, D)."""
-    image, target = (left, right) if reference == 'left' else (right, left)
     volume = np.zeros((*left.shape, disparities))
     for row, column, index in np.ndindex(volume.shape):
-        seen = target_column(column, index, min_disparity, left.shape[1], reference)
+        seen = target_column(column, index, min_disparity, left.shape[1])
         if seen is not None:
             volume[row, column, index] = matching_possibility(
-                int(image[row, column]), int(target[row, seen]), sigma)
+                int(left[row, column]), int(right[row, seen]), sigma)
     return volume
 
 
 def chosen_possibility(volume, chromosome):
     """Return what the volume holds for the choices of a chromosome: (R, C)."""
-    chosen = np.zeros(chromosome.shape, volume.dtype)
-    for row, column in np.ndindex(chromosome.shape):
-        chosen[row, column] = volume[row, column, chromosome[row, column]]
-    return chosen
+    return np.take_along_axis(volume, chromosome[..., np.newaxis].astype(np.int64), axis=2)[..., 0]
+
+
+def mirrored_around(values, width):
+    """Return an array (R, C) with its pixels mirrored about those of the border around it."""
+    for axis, size in enumerate(values.shape):
+        margin = [(0, 0), (0, 0)]
+        margin[axis] = width, width
+        values = np.pad(values, margin, 'reflect' if size > 1 else 'edge')
+    return values
 
 
 def sobel_norm(grey):
     """Return the Sobel gradient norm, whole, with the image mirrored about its border pixels."""
-    rows, columns = grey.shape
-    across = ((-1, 0, 1), (-2, 0, 2), (-1, 0, 1))
+    around = mirrored_around(grey.astype(np.int64), 1)
     norm = np.zeros(grey.shape, np.int64)
     for row, column in np.ndindex(grey.shape):
-        x = y = 0
-        for i, j in np.ndindex(3, 3):
-            value = int(grey[_mirrored(row + i - 1, rows), _mirrored(column + j - 1, columns)])
-            x += across[i][j] * value
-            y += across[j][i] * value
+        window = around[row:row + 3, column:column + 3]
+        x, y = ((each * ((-1, 0, 1), (-2, 0, 2), (-1, 0, 1))).sum() for each in (window, window.T))
         norm[row, column] = math.floor(math.hypot(x, y) + 0.5)
     return norm
 
 
-def _mirrored(place, size):
-    if size == 1:
-        return 0
-    return -place if place < 0 else 2 * (size - 1) - place if place >= size else place
-
-
-def fitness(volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood,
-            reference='left'):
+def fitness(volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood):
     """Return Eq. 3 with the weight of Eq. 4, in the unit of the volume."""
-    return sum(row_fitness(volume, chromosome, left_norm, right_norm, min_disparity,
-                           neighbourhood, reference))
+    return sum(row_fitness(
+        volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood))
 
 
-def row_fitness(volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood,
-                reference='left'):
+def row_fitness(volume, chromosome, left_norm, right_norm, min_disparity, neighbourhood):
     """Return the inner sums of Eq. 3 for each row: a list of R numbers."""
     rows, columns = chromosome.shape
-    own, other = (left_norm, right_norm) if reference == 'left' else (right_norm, left_norm)
     half = neighbourhood // 2
-    sums = []
-    for r in range(rows):
-        total = 0
-        for c in range(columns):
-            seen = target_column(c, int(chromosome[r, c]), min_disparity, columns, reference)
-            if seen is None:
-                continue
-            significance = own[r, c].item() * other[r, seen].item()
-            support = 0
-            for i in range(-half, half + 1):
-                for j in range(-half, half + 1):
-                    if 0 <= r + i < rows and 0 <= c + j < columns:
-                        support += volume[r + i, c + j, chromosome[r + i, c + j]].item()
-            total += significance * support
-        sums.append(total)
+    chosen = chosen_possibility(volume, chromosome)
+    sums = [0] * rows
+    for row, column in np.ndindex(rows, columns):
+        seen = target_column(column, int(chromosome[row, column]), min_disparity, columns)
+        if seen is not None:
+            support = chosen[max(row - half, 0):row + half + 1,
+                             max(column - half, 0):column + half + 1].sum().item()
+            sums[row] += left_norm[row, column].item() * right_norm[row, seen].item() * support
     return sums
 
 

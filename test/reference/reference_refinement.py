@@ -4,6 +4,7 @@
 import math
 
 import numpy as np
+from reference import mirrored_around
 
 CONSISTENT, OUTSIDE, INVALID = 0, 1, 2
 
@@ -158,21 +159,11 @@ def certainty(sums, margins, validity):
 
 def confidence(certain, validity, side=9):
     """Return the mean certainty of a square, mirrored at the border; 0 where not consistent."""
-    half = side // 2
-    rows, columns = ([_mirrored(place, size) for place in range(-half, size + half)]
-                     for size in certain.shape)
-    around = certain[rows][:, columns]
+    around = mirrored_around(certain, side // 2)
     sure = np.zeros(certain.shape)
     for row, column in zip(*np.nonzero(validity == CONSISTENT)):
         sure[row, column] = around[row:row + side, column:column + side].mean()
     return sure
-
-
-def _mirrored(place, size):
-    """Return the place inside that lies as far from the border's pixel, the other way."""
-    while size > 1 and not 0 <= place < size:
-        place = -place if place < 0 else 2 * (size - 1) - place
-    return place if size > 1 else 0
 
 
 def disparities_of(fine, validity, sure, min_disparity, disparities, fill, threshold):

@@ -146,14 +146,6 @@ def test_it_can_be_shut_down_from_every_state_and_a_signal_ends_the_process_with
     assert 'Traceback' not in bench.node.log() and 'ERROR' not in bench.node.log()
 
 
-def test_a_signal_while_it_is_configured_ends_it_with_0(start):
-    bench = start()
-    manager_of(bench).ask('configure')
-    bench.node.logged('loading the kernels')
-    assert bench.node.finish() == 0
-    assert 'Traceback' not in bench.node.log()
-
-
 def test_what_cannot_be_configured_is_said_and_leaves_it_unconfigured(start):
     bench = start('-p', 'qos_overrides./disparity.publisher.reliability:=maybe')
     manager = manager_of(bench)

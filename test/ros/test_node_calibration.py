@@ -12,9 +12,7 @@ PAIR = made_pair(240, 320, 32, seed=2, objects=6, noise=2.0)
 def bench(make_bench):
     """Return a node that has matched a pair whose rows fit."""
     with make_bench('--ros-args', '-p', 'disparity_range:=32') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(PAIR.left, PAIR.right)
+        bench.begin(PAIR.left, PAIR.right)
         yield bench
 
 

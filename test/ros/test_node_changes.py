@@ -102,21 +102,6 @@ def test_pairs_are_matched_with_the_old_value_until_the_new_one_is_prepared(benc
         assert after[lost] == before[lost]
 
 
-def test_a_second_change_takes_the_place_of_the_one_that_is_prepared(bench, gate):
-    bench.set_parameters(disparity_range=24)
-    assert gate.begun.get(timeout=SOON)[0] == 24
-    bench.set_parameters(disparity_range=40)
-    bench.set_parameters(disparity_range=32, min_disparity=-2)
-    gate.let.put(None)
-    assert gate.begun.get(timeout=SOON)[0] == 32
-    assert largest_disparities(bench, 3) == {15.0}
-    assert bench.counts()['change of parameters'] == (
-        'being prepared: disparity_range = 32 (in use: 16), min_disparity = -2 (in use: 0)')
-    gate.let.put(None)
-    bench.said('from the next pair on')
-    assert largest_disparities(bench, 3) == {29.0}
-
-
 def test_a_change_that_cannot_be_prepared_leaves_the_old_value_in_use(bench, gate):
     gate.let.put(MemoryError('no more'))
     bench.set_parameters(disparity_range=24)

@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the real node: one declaration, files that load, changes whole or not at all."""
+import ast
+import re
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.parameters.page import parameter_file
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, nearest, ROS_PARAMETERS
-from migration_page import block
 from node_process import shifted_pair, values_of
 import numpy as np
+from pages import block, CAMERAS, MIGRATION
 import pytest
 from repository import ROOT
 
@@ -20,9 +22,7 @@ def bench(make_bench):
     """Return a node with the package's own file of parameters."""
     file = ROOT / 'config' / 'fuzzy_stereo.yaml'
     with make_bench('--ros-args', '--params-file', str(file), '-p', 'disparity_range:=16') as it:
-        it.listen()
-        it.connect()
-        it.first_match(*PAIR)
+        it.begin(*PAIR)
         yield it
 
 
@@ -59,30 +59,6 @@ def test_a_change_is_in_force_once_it_is_prepared(bench):
     near = np.abs(values_of(message.image)[:, 19:] - 7) < 0.5
     assert near.mean() > 0.95
     assert bench.change(disparity_range=16, min_disparity=0) == (True, '')
-
-
-def test_while_a_change_is_prepared_pairs_are_matched_with_the_old_value_and_none_is_lost(bench):
-    assert bench.match(*PAIR).max_disparity == 15.0
-    before, mark = bench.counts(), bench.node.mark()
-    assert before['disparity_range in use'] == '16'
-    assert before['change of parameters'] == 'none'
-    assert bench.set_parameters(disparity_range=32) == (True, '')
-    assert bench.parameters('disparity_range') == [32]
-    found = []
-    while not found or found[-1] == 15.0:
-        prepared = 'prepared, from the next pair on' in bench.node.log(mark)
-        found.append(bench.match(*PAIR).max_disparity)
-        assert found[-1] == 31.0 or not prepared
-    found += [bench.match(*PAIR).max_disparity for _ in range(3)]
-    assert found == sorted(found)
-    assert set(found) <= {15.0, 31.0}
-    after = bench.counts()
-    assert after['disparity_range in use'] == '32'
-    assert after['change of parameters'] == 'none'
-    assert int(after['pairs matched']) - int(before['pairs matched']) == len(found)
-    for lost in ('pairs dropped', 'pairs refused', 'pairs waiting'):
-        assert after[lost] == before[lost]
-    assert bench.change(disparity_range=16) == (True, '')
 
 
 def test_a_change_that_is_not_allowed_changes_nothing(bench):
@@ -124,9 +100,7 @@ def test_a_file_written_for_the_peer_loads_and_what_is_ignored_is_said_once(make
     file.write_text(block('yaml'))
     with make_bench('--ros-args', '--params-file', str(file), best_effort=True,
                     reliable=True) as bench:
-        bench.listen()
-        bench.connect()
-        message = bench.first_match(*PAIR)
+        message = bench.begin(*PAIR)
         assert (message.min_disparity, message.max_disparity) == (2.0, 33.0)
         assert bench.parameters('speckle_size', 'queue_size', 'P1', 'confidence_threshold') == [
             50, 7, 200.0, 0.0]
@@ -147,25 +121,10 @@ def test_a_parameter_of_the_peer_s_that_is_set_later_is_said_to_be_ignored(bench
     bench.node.logged('mean nothing here are ignored: P1, uniqueness_ratio', after=mark)
 
 
-def test_the_paper_s_profile_at_start_gives_left_referenced_disparities(make_bench):
-    arguments = ('profile:=paper', 'population:=8', 'generations:=2', 'disparity_range:=16')
-    with make_bench('--ros-args', *(word for one in arguments for word in ('-p', one))) as bench:
-        bench.listen()
-        bench.connect()
-        message = bench.first_match(*PAIR)
-        assert (message.max_disparity, message.delta_d) == (15.0, 1.0)
-        assert bench.parameters('algorithm', 'population') == ['paper', 8]
-
-
 @pytest.mark.parametrize('argument, sentence', [
     ('disparity_range:=0', 'disparity_range is 0; allowed are whole numbers from 1 to 4096'),
-    ('disparity_range:=wide', "disparity_range is 'wide'; allowed are whole numbers from 1"),
-    ('profile:=fast', "profile is 'fast'; allowed are "),
     ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),
-    ('queue_size:=0', 'queue_size is 0; allowed are numbers from 1 to'),
     ('approximate_sync:=1', 'approximate_sync is 1; allowed are values like False'),
-    ('scale:=0.3', "scale is '0.3'; allowed are 1, 0.5, 0.25"),
-    ('input_qos:=best', "input_qos is 'best'; allowed are sensor_data, reliable, best_available"),
     ('outputs:=disparity mesh',
      "outputs is 'disparity mesh'; allowed are disparity, confidence, depth, points2, preview"),
 ])
@@ -201,3 +160,40 @@ def test_every_parameter_of_the_matcher_but_the_reference_is_one_of_the_node():
     fields = set(MatcherConfig.__dataclass_fields__) - {'reference', 'disparities'}
     assert fields | {'disparity_range'} <= names
     assert 'reference' not in names
+
+
+# ---- the page of those who come from stereo_image_proc ----
+
+
+def test_the_page_names_a_test_for_every_claim_and_each_of_them_exists():
+    rows = MIGRATION.split('## What is better')[1].split('\n\n')[1].splitlines()[2:]
+    assert len(rows) > 10
+    tests = '\n'.join(file.read_text(encoding='utf-8')
+                      for file in (ROOT / 'test').rglob('test_*.py'))
+    for row in rows:
+        names = re.findall(r'`(test_\w+)`', row)
+        assert names, f'no test is named: {row}'
+        assert [name for name in names if f'def {name}(' not in tests] == []
+
+
+def arguments_of_launched_node():
+    """Return the node's command line as launch makes it of the page's launch file."""
+    calls = [node for node in ast.walk(ast.parse(block('python')))
+             if isinstance(node, ast.Call) and getattr(node.func, 'id', '') == 'Node']
+    options = {word.arg: ast.literal_eval(word.value) for word in calls[0].keywords}
+    assert (options['package'], options['executable']) == ('fuzzy_stereo_ros', 'disparity_node')
+    rules = [('__ns', f"/{options['namespace']}"), ('__node', options['name']),
+             *options['remappings']]
+    return ['--ros-args', *(word for name, value in rules for word in ('-r', f'{name}:={value}')),
+            *(word for name, value in options['parameters'][0].items()
+              for word in ('-p', f'{name}:={str(value).lower()}'))]
+
+
+def test_the_node_of_the_page_s_launch_file_matches_with_its_remappings_and_parameters(make_bench):
+    with make_bench(*arguments_of_launched_node(),
+                    cli_args=['--ros-args', *CAMERAS]) as bench:
+        message = bench.begin(*PAIR, namespace='/stereo/')
+        assert (message.min_disparity, message.max_disparity) == (0.0, 31.0)
+        assert np.mean(np.abs(values_of(message.image)[:, 31:] - 7) < 0.5) > 0.95
+        assert ('are ignored: correlation_window_size, stereo_algorithm, uniqueness_ratio'
+                in bench.node.log())

@@ -56,22 +56,11 @@ def test_use_system_default_qos_leaves_the_inputs_to_the_middleware(ros):
         assert asked == 4 * [QoSPresetProfiles.SYSTEM_DEFAULT.value]
 
 
-def test_inputs_are_sensor_data_and_outputs_reliable_unless_told_otherwise(make_bench):
-    with make_bench(*SMALL, best_effort=True) as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*PAIR)
-        assert published_with(bench, '/disparity') == ('RELIABLE', 'VOLATILE')
-        assert subscribed_with(bench, '/right/camera_info')[:2] == ('BEST_EFFORT', 'VOLATILE')
-
-
 def test_latched_outputs_reach_who_comes_later(make_bench):
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from stereo_msgs.msg import DisparityImage
     with make_bench(*SMALL, '-p', 'output_qos:=latched') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*PAIR)
+        bench.begin(*PAIR)
         late = {}
         bench.collect(DisparityImage, 'disparity', late,
                       QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
@@ -113,9 +102,7 @@ def test_a_calibration_that_is_kept_is_not_reported_as_missing(make_bench):
 
     with make_bench(*SMALL, '-p', 'cache_camera_info:=true', '-p',
                     'no_pair_seconds:=3.0') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*PAIR)
+        bench.begin(*PAIR)
         mark = bench.node.mark()
         bench.match(*PAIR)
         bench.until(lambda: bench.rig.publish(*PAIR, change=left_image_alone)
@@ -147,9 +134,7 @@ def test_best_available_takes_what_cameras_that_start_later_offer(make_bench):
     from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
     with make_bench(*SMALL, '-p', 'input_qos:=best_available', best_effort=True,
                     reliable=True) as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*PAIR)
+        bench.begin(*PAIR)
         assert subscribed_with(bench, '/left/image_rect')[0] == 'RELIABLE'
         late = SimulatedCameras('late', 200.0, 0.12, context=bench.context)
         bench.until(lambda: late.publish(*PAIR) and set(late.sent) & set(bench.disparities),

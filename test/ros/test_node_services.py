@@ -32,9 +32,7 @@ def bench(make_bench, tmp_path):
 def test_a_saved_pair_is_matched_again_bit_for_bit(bench, tmp_path, capsys):
     bench.node.logged('ready')
     assert bench.trigger('save') == (False, 'no pair has been matched yet; nothing is saved')
-    bench.listen()
-    bench.connect()
-    bench.first_match(*noisy(0))
+    bench.begin(*noisy(0))
     for seed in range(1, 5):
         message = bench.match(*noisy(seed))
     done, sentence = bench.trigger('save')
@@ -61,9 +59,7 @@ def test_a_pair_is_saved_where_the_node_runs_too(make_bench, tmp_path, monkeypat
         partial(NodeProcess, before=['env', f'--chdir={tmp_path}'])))
     with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
                     'save_directory:=.') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(LEFT, RIGHT)
+        bench.begin(LEFT, RIGHT)
         done, sentence = bench.trigger('save')
     assert done, sentence
     (folder,) = tmp_path.glob('disparity_node_*')
@@ -74,9 +70,7 @@ def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, t
     (tmp_path / 'file').write_text('')
     with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
                     f'save_directory:={tmp_path / "file" / "saved"}') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(LEFT, RIGHT)
+        bench.begin(LEFT, RIGHT)
         done, sentence = bench.trigger('save')
         assert not done
         assert 'cannot be saved' in sentence
@@ -136,9 +130,7 @@ def test_one_pair_is_saved_at_a_time_and_the_next_caller_is_told(asked, monkeypa
 
 
 def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
-    bench.listen()
-    bench.connect()
-    bench.first_match(LEFT, RIGHT)
+    bench.begin(LEFT, RIGHT)
     stamp = 2_000_000_000_000
     before = stamp - 33_000_000
 

@@ -26,9 +26,7 @@ def bench(make_bench, tmp_path_factory):
     folder = tmp_path_factory.mktemp('saved')
     with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p',
                     f'save_directory:={folder}') as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*PAIR)
+        bench.begin(*PAIR)
         yield bench
 
 

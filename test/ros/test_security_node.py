@@ -41,9 +41,7 @@ def bench(ros, place):
             patch.delenv('ROS_LOG_DIR')
             bench = Audited(domain)
         try:
-            bench.listen()
-            bench.connect()
-            bench.first_match(*PAIR)
+            bench.begin(*PAIR)
             yield bench
         finally:
             bench.close()

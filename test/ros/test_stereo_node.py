@@ -18,9 +18,7 @@ ARGUMENTS = ('--ros-args', '-p', 'disparity_range:=16', '-p', 'no_pair_seconds:=
 def bench(make_bench):
     """Return one node for the tests of this module, connected and known to answer."""
     with make_bench(*ARGUMENTS) as bench:
-        bench.listen()
-        bench.connect()
-        bench.first_match(*PAIR)
+        bench.begin(*PAIR)
         yield bench
 
 
@@ -94,16 +92,6 @@ def test_twelve_bits_colour_and_a_change_of_size_are_matched_as_they_come(bench)
         values = values_of(bench.match(*pair).image)
         assert values.shape == pair[0].shape[:2]
         assert share_near(values[:, 15:], SHIFT) > 0.95
-
-
-def test_a_calibration_that_is_hardly_right_is_used_and_told_once(bench):
-    mark = bench.node.mark()
-    for focal in (210.0, 211.0):
-        message = bench.match(*PAIR, change=change_projection('right', 0, focal))
-        assert message.f == focal
-    bench.match(*PAIR)
-    bench.node.logged('fx is 200 in the left and 210 in the right camera_info', mark)
-    assert bench.node.log(mark).count('fx is 200') == 1
 
 
 def test_confidence_comes_with_the_stamp_of_the_pair(bench):
@@ -259,3 +247,65 @@ def test_diagnostics_tell_times_and_what_the_match_was_like(bench):
         assert f'{key}, 95th percentile' in counts
     for topic in ('left/image_rect', 'left/camera_info', 'right/image_rect', 'right/camera_info'):
         assert int(counts[f'received {topic}']) > 0
+
+
+# ---- what stereo_image_proc gets wrong ----
+
+
+def test_cameras_with_frames_and_focal_lengths_of_their_own_are_matched_in_the_left_frame(bench):
+    def differ(messages):
+        for topic in ('right/image_rect', 'right/camera_info'):
+            messages[topic].header.frame_id = 'right_camera_optical_frame'
+        messages['left/camera_info'].p[0] = 201.0
+
+    mark = bench.node.mark()
+    message = bench.match(*PAIR, change=differ)
+    assert message.header.frame_id == 'left_camera_optical_frame'
+    assert message.f == 200.0
+    bench.node.logged('fx is 201 in the left and 200 in the right camera_info', mark)
+
+
+@pytest.mark.parametrize('value', [0.0, float('nan')])
+def test_an_uncalibrated_camera_is_refused_with_a_sentence_and_nothing_is_published(bench, value):
+    def uncalibrate(messages):
+        for side in ('left', 'right'):
+            messages[f'{side}/camera_info'].p = [value] * 12
+            messages[f'{side}/camera_info'].k = [value] * 9
+
+    def refusals():
+        return int(bench.counts().get('refused: calibration', 0))
+
+    before = refusals()
+    refused = bench.rig.publish(*PAIR, change=uncalibrate)
+    bench.until(lambda: refusals() > before, 'a refusal')
+    assert 'left camera_info: ' in bench.node.log()
+    bench.match(*PAIR)
+    assert refused not in bench.disparities
+
+
+def test_the_header_is_the_left_image_s_whatever_stands_in_the_camera_info(bench):
+    def rename(messages):
+        for side in ('left', 'right'):
+            messages[f'{side}/camera_info'].header.frame_id = 'somewhere_else'
+
+    message = bench.match(*PAIR, stamp=77_000_000_001, change=rename)
+    assert stamp_of(message.header) == stamp_of(message.image.header) == 77_000_000_001
+    assert message.header.frame_id == message.image.header.frame_id == 'left_camera_optical_frame'
+
+
+def test_a_binned_region_keeps_metres(bench):
+    """Of a full image of 300x200 the region of 240x120 at (40, 30), binned by two, comes out."""
+    def bin_a_region(messages):
+        for side in ('left', 'right'):
+            info = messages[f'{side}/camera_info']
+            info.width, info.height, info.binning_x, info.binning_y = 300, 200, 2, 2
+            info.roi.x_offset, info.roi.y_offset = 40, 30
+            info.roi.width, info.roi.height = 240, 120
+            info.p = [400.0, 0, 150, -48.0 if side == 'right' else 0, 0, 400.0, 100, 0, 0, 0, 1, 0]
+
+    mark = bench.node.mark()
+    message = bench.match(*PAIR, change=bin_a_region)
+    assert (message.f, message.t) == pytest.approx((200.0, 0.12))
+    assert message.min_disparity == 0.0
+    assert share_near(values_of(message.image)[:, 15:], SHIFT) > 0.95
+    assert 'expects' not in bench.node.log(mark)

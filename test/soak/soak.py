@@ -13,11 +13,10 @@ from tempfile import TemporaryDirectory
 import time
 
 from node_process import own_domain, ros_environment
-from soak_faults import FAULT, FAULTS
-from soak_figures import broken_sums, promises_of, Run
+from soak_bench import SoakBench
+from soak_figures import broken_sums, promises_of, Run, Waits
 from soak_script import DECK, events_of, TOPICS
-from soak_stage import SoakStage
-from soak_waits import Waits
+from soaked_node import FAULT, FAULTS
 
 SHOWN = 'pairs ', 'refused: ', 'unmatched ', 'lost ', 'stamps went'
 FIRST = TOPICS[0]
@@ -29,7 +28,7 @@ def soak(arguments, folder):
     """Let events happen for a time; return a Run and how many they were."""
     say = print if arguments.verbose else lambda *words: None
     samples, broken, happened, number = [], [], 0, 0
-    with own_domain() as domain, closing(SoakStage(
+    with own_domain() as domain, closing(SoakBench(
             domain, folder, arguments.rows, arguments.columns, arguments.disparities,
             arguments.rate, arguments.best_effort)) as stage:
         stage.begin()
@@ -67,30 +66,29 @@ def table(run, happened, promises):
               for one in promises)]
 
 
+OPTIONS = {     # name: type, default, unit, what it is
+    'minutes': (float, 60.0, None, 'after the warm-up, in which everything happens once'),
+    'seed': (int, 1, None, 'of what happens'),
+    'columns': (int, 640, None, 'of the images'),
+    'rows': (int, 480, None, 'of the images'),
+    'disparities': (int, 64, None, 'that are searched'),
+    'rate': (int, 30, None, 'pairs/s'),
+    'between': (float, 3.0, 'SECONDS', 'for how long pairs come between what happens'),
+    'memory': (float, 1.0, 'PERCENT', 'by less than which memory in use may grow'),
+    'resident': (float, 5.0, 'PERCENT', 'by less than which resident memory may grow'),
+    'latency': (float, 50.0, 'PERCENT', 'by less than which latency may grow'),
+    'work': (float, 50.0, 'PERCENT', "by less than which a pair's processor time may grow"),
+    'wait': (float, 10.0, 'SECONDS', 'for how long nobody may wait for a pair or diagnostics')}
+
+
 def parser():
     """Return the parser of the arguments."""
     made = argparse.ArgumentParser(prog='make soak', description=__doc__.strip().splitlines()[0])
-    made.add_argument('--minutes', type=float, default=60.0,
-                      help='after the warm-up, in which everything happens once; default: 60')
-    made.add_argument('--seed', type=int, default=1, help='of what happens; default: 1')
-    made.add_argument('--columns', type=int, default=640, help='of the images; default: 640')
-    made.add_argument('--rows', type=int, default=480, help='of the images; default: 480')
-    made.add_argument('--disparities', type=int, default=64, help='default: 64')
-    made.add_argument('--rate', type=int, default=30, help='pairs/s; default: 30')
-    made.add_argument('--between', type=float, default=3.0, metavar='SECONDS',
-                      help='for how long pairs come between what happens; default: 3')
+    for name, (kind, default, unit, sentence) in OPTIONS.items():
+        made.add_argument(f'--{name}', type=kind, default=default, metavar=unit,
+                          help=f'{sentence}; default: {default:g}')
     made.add_argument('--best-effort', action='store_true',
                       help='inputs as the node has them by default: the middleware may lose some')
-    made.add_argument('--memory', type=float, default=1.0, metavar='PERCENT',
-                      help='by less than which memory in use may grow; default: 1')
-    made.add_argument('--resident', type=float, default=5.0, metavar='PERCENT',
-                      help='by less than which resident memory may grow; default: 5')
-    made.add_argument('--latency', type=float, default=50.0, metavar='PERCENT',
-                      help='by less than which latency may grow; default: 50')
-    made.add_argument('--work', type=float, default=50.0, metavar='PERCENT',
-                      help="by less than which a pair's processor time may grow; default: 50")
-    made.add_argument('--wait', type=float, default=10.0, metavar='SECONDS',
-                      help='for how long nobody may wait for a pair or diagnostics; default: 10')
     made.add_argument('--fault', choices=FAULTS, default='',
                       help='plant a fault in the node, to see that it is found')
     made.add_argument('--log', metavar='FILE', help='write what the node logged')

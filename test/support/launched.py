@@ -3,15 +3,12 @@
 """What tests with the real launch share; importing it skips where there is no launch."""
 import atexit
 from contextlib import contextmanager, ExitStack
-from functools import partial
 import os
 from pathlib import Path
 import shutil
 import tempfile
-import time
-import unittest
 
-from node_process import own_domain, ros_environment, shifted_pair, START, values_of
+from node_process import own_domain, ros_environment, shifted_pair, values_of
 import numpy as np
 import pytest
 from repository import ROOT
@@ -27,8 +24,6 @@ FOLDER = ROOT / 'launch'
 PROFILES_FILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 SHIFT = 7
 PAIR = shifted_pair(SHIFT)
-MILLISECOND = 1_000_000
-SECOND = 1000 * MILLISECOND
 held = ExitStack()      # what a launch test holds on to from its start to its end
 # Launch opens its own log before a test can say where.
 launch.logging.launch_config.log_dir = tempfile.mkdtemp()
@@ -90,82 +85,6 @@ def check_disparity(message, shift=SHIFT, disparities=16):
     assert message.max_disparity - message.min_disparity == disparities - 1
     values = values_of(message.image)[:, disparities - 1:]
     assert np.mean(np.abs(values - shift) < 0.5) > 0.95
-
-
-class Launched(unittest.TestCase):
-    """Tests of a launched node; self.around is a `Surroundings` with the options in `rig`."""
-
-    rig = {}
-    begun = 'ready: the kernels are warm'   # what the node logs before a test
-    wanted = ''     # namespace of the outputs, with a / at its end
-
-    def setUp(self, proc_output, proc_info):
-        """Wait for the node, then connect the cameras that are not there."""
-        self.output, self.processes = proc_output, proc_info
-        self.logged(self.begun)
-        stack = ExitStack()
-        self.addCleanup(stack.close)
-        self.around = stack.enter_context(surroundings(**self.rig))
-        self.around.check = self.check
-
-    def check(self):
-        """See that every process lives."""
-        for process in self.processes:
-            assert not hasattr(process, 'returncode'), f'{process.process_name} has ended'
-
-    def connect(self):
-        """Subscribe to the outputs and wait until the node has subscribed to the rig."""
-        self.around.listen(namespace=self.wanted)
-        self.around.until(self.around.rig.subscribed, 'the node subscribes to the rig')
-
-    def logged(self, text):
-        """Wait for a text in what the processes print."""
-        deadline = time.monotonic() + START
-        with self.output.io_event:
-            while text not in b''.join(event.text for event in self.output).decode():
-                assert time.monotonic() < deadline, f'never logged: {text}'
-                self.check()
-                self.output.io_event.wait(1)
-
-    def parameters(self, node, *names):
-        """Return the values of parameters of a node, None for those that are not set."""
-        from rcl_interfaces.srv import GetParameters
-        from rclpy.parameter import parameter_value_to_python
-        client = self.around.listener.create_client(GetParameters, f'{node}/get_parameters')
-        self.around.until(client.service_is_ready, f'parameters of {node}')
-        future = client.call_async(GetParameters.Request(names=names))
-        self.around.until(future.done, f'parameters of {node}')
-        return [parameter_value_to_python(value) for value in future.result().values]
-
-    def answer(self, stamp):
-        """Return the DisparityImage with a stamp once it comes."""
-        answered = partial(self.around.disparities.pop, stamp, None)
-        return self.around.until(answered, f'disparity of {stamp}')
-
-
-class IncludedAndPlain(Launched):
-    """Tests of a launch file in another language: our file included, and our executable."""
-
-    def test_both_nodes_match_with_what_they_were_given(self):
-        """See the disparities and the name of each."""
-        for namespace, name in (('included', 'stereo'), ('plain', 'disparity_node')):
-            self.around.listen(namespace=f'/{namespace}/')
-            check_disparity(self.around.first_match(*PAIR))
-            self.around.leave()
-            assert self.parameters(f'/{namespace}/{name}', 'disparity_range', 'fill') == [16, True]
-
-
-class Ended(unittest.TestCase):
-    """What holds after each launch; make it a post_shutdown_test."""
-
-    def test_every_process_ended_with_code_0(self, proc_info):
-        """See the exit codes."""
-        asserts.assertExitCodes(proc_info, [0])
-
-    @classmethod
-    def tearDownClass(cls):
-        """Leave the surroundings."""
-        held.close()
 
 
 def visited(file, **arguments):

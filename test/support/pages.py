@@ -41,3 +41,15 @@ def said(name):
 def in_code_style(name):
     """Return what a page sets in code style inside its sentences."""
     return re.findall(r'`([^`\n]+)`', FENCE.sub('', text_of(name)))
+
+
+# ---- the migration page ----
+
+MIGRATION = text_of('docs/from_stereo_image_proc.md')
+CAMERAS = [word for side in ('left', 'right') for topic in ('image_rect', 'camera_info')
+           for word in ('-r', f'{side}/{topic}:=/camera/{side}/{topic}')]
+
+
+def block(language):
+    """Return the first block of a language of the migration page, which tests start."""
+    return next(code for kind, code in FENCE.findall(MIGRATION) if kind == language)

@@ -144,6 +144,12 @@ class Bench(Surroundings):
         self.node.logged('ready', timeout=START)
         self.until(self.rig.subscribed, 'the node subscribes to the rig')
 
+    def begin(self, left, right, **topics):
+        """Subscribe as `listen` does, and return the DisparityImage of a first pair."""
+        self.listen(**topics)
+        self.connect()
+        return self.first_match(left, right)
+
     def counts(self):
         """
         Return a dict of the values of diagnostics when all pairs have come to something.

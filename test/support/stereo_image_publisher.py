@@ -35,6 +35,7 @@ def main(files):
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
+        node.destroy_node()
         rclpy.try_shutdown()
 
 

@@ -3,9 +3,9 @@
 """What candidates cost: census and gradient, priors, labels that do not exist, box sums."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import (
-    beyond, box_row, cost_rows, match_cost, raw_row)
-from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, store
-from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
+    box_row, cost_rows, match_cost, raw_row)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.realtime.possibility import HALF_SIZE
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
 from hypothesis import given, settings, strategies as st
 from numba import njit
@@ -45,19 +45,6 @@ def costs_of_row(possibility, priors, row, begin, end, low, blocks):
     return costs_of_rows(possibility, priors, row, 1, begin, end, low, blocks)[0]
 
 
-@njit
-def not_existing(label, disparities, out):
-    store(out, 0, beyond(load(out, 0), label, disparities))
-
-
-@pytest.mark.parametrize('label', [0, 31, 32, 64])
-@pytest.mark.parametrize('disparities', [1, 31, 32, 33, 63, 64, 65, 96, 512])
-def test_labels_that_do_not_exist_are_masked(label, disparities):
-    out = np.full(LANES, 7, np.uint8)
-    not_existing(label, disparities, out)
-    assert out.tolist() == [0 if label + lane < disparities else 255 for lane in range(LANES)]
-
-
 @pytest.mark.parametrize('disparities', DISPARITIES)
 def test_the_costs_of_every_label_are_those_of_the_twin(disparities):
     left, right = small_pair(3, min(disparities, 70) + 5, channels=3)
@@ -69,25 +56,6 @@ def test_the_costs_of_every_label_are_those_of_the_twin(disparities):
         found = costs_of_row(possibility, priors, row, 0, shape[1], 0, blocks)
         np.testing.assert_array_equal(found[:, :disparities], expected[row])
         assert np.all(found[:, disparities:] == 255)
-
-
-@pytest.mark.parametrize('min_disparity', [-2048, -200, -40, -20, -4, -3, -1, 0, 5, 40])
-def test_costs_from_another_smallest_disparity_are_those_of_the_moved_right_image(min_disparity):
-    """Where the right image moves to the left, both are seen with columns before the first."""
-    left, right = small_pair(3, 30)
-    before = max(-min_disparity, 0)
-    moved = right[:, np.clip(np.arange(-before, 30) - min_disparity, 0, 29)]
-    possibility = seen(left, right, 9, min_disparity)
-    found = costs_of_row(possibility, [no_prior((3, 30), 9)] * 2, 1, 0, 30, 0, 1)
-    wide = np.pad(left, ((0, 0), (before, 0)), 'edge')
-    expected = twin_costs(wide, moved, 9)[1, before:]
-    known = np.ones(expected.shape, bool)
-    if before:
-        # the gradient of first columns is not known, and what is before them does not exist
-        known = np.arange(30)[:, None] - np.arange(9) > -before
-        known[0] = False
-    np.testing.assert_array_equal(found[:, :9][known], expected[known])
-    np.testing.assert_array_equal(found[:, :9], twin_costs(left, right, 9, min_disparity)[1])
 
 
 @settings(max_examples=60, deadline=None)
@@ -124,14 +92,6 @@ def test_both_priors_are_added_by_weight_and_distance(disparities):
         np.testing.assert_array_equal(found[..., :disparities], expected[row:row + count])
 
 
-def test_a_prior_says_nothing_in_its_dead_zone_and_no_more_beyond_its_cut():
-    prior = prior_of(np.zeros((1, 1)), np.zeros((1, 1)), 64, (1, 4), (0, 2))
-    table = prior.table.reshape(3, 2 * prior.reach)[:, prior.reach - 8:]
-    assert not table[0].any()
-    assert table[1, :17].tolist() == [4, 4, 4, 4, 3, 2, 1, 0, 0, 0, 1, 2, 3, 4, 4, 4, 4]
-    assert table[2, 5:12].tolist() == [2, 2, 1, 0, 1, 2, 2]
-
-
 @njit
 def candidate_costs(features, costs):
     """Write what `match_cost` says of all candidates: (R, C, D)."""
@@ -146,17 +106,6 @@ def test_the_cost_of_one_candidate_is_that_of_its_row(min_disparity):
     possibility = seen(left, right, 40, min_disparity)
     candidate_costs(possibility.features, costs)
     np.testing.assert_array_equal(costs, twin_costs(left, right, 40, min_disparity))
-
-
-def test_equal_pixels_cost_nothing_and_no_candidate_more_than_the_largest():
-    left, right = small_pair(6, 50, disparity=0)
-    possibility = seen(left, left, 50)
-    costs = np.stack([costs_of_row(possibility, [no_prior((6, 50), 50)] * 2, row, 0, 50, 0, 2)
-                      for row in range(6)])[..., :50]
-    assert not costs[..., 0].any()
-    assert costs.max() == FULL_SIZE.largest
-    possibility = seen(left, right, 50)
-    assert costs_of_row(possibility, [no_prior((6, 50), 50)] * 2, 2, 0, 50, 0, 2)[:, 0].any()
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (1, 9), (2, 2), (3, 8), (5, 33)])

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Crossover by a line, by regions and by a minimum cut, over exchanges made up."""
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST, Line, Regions
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import given, settings, strategies as st
 import networkx
 import numpy as np
 import pytest
@@ -85,16 +85,6 @@ def test_regions_are_taken_as_by_trying_each(exchange, advantage):
 
 
 @pytest.mark.parametrize('neighbours', [4, 8])
-@pytest.mark.parametrize('cells', [(2, 3), (2, 6), (3, 5)])
-def test_cells_at_opposite_ends_of_rows_are_no_neighbours(cells, neighbours):
-    exchange = Exchange(3, 3, neighbours)
-    exchange.all_cells[:2] = cells
-    exchange.hold(2)
-    exchange.alone[:], exchange.pairs[:] = (-5, 9), 0
-    np.testing.assert_array_equal(crossed(Regions(3, 3), exchange), [True, False])
-
-
-@pytest.mark.parametrize('neighbours', [4, 8])
 @pytest.mark.parametrize('shape', [(1, 1), (1, 2), (2, 1), (3, 3), (7, 9), (8, 8)])
 def test_the_memory_is_enough_for_regions_of_one_cell(shape, neighbours):
     exchange = Exchange(*shape, neighbours)
@@ -119,13 +109,6 @@ def test_a_cut_is_the_cheapest_of_all_choices_and_of_these_that_of_the_fewest_ce
 @given(exchanges(side=st.integers(1, 14)))
 def test_a_cut_costs_what_another_maximum_flow_says(exchange):
     assert twins.change_of(exchange, cut(exchange)) == least_cost_by_flow(exchange)
-
-
-@settings(max_examples=100, deadline=None)
-@given(exchanges())
-def test_a_cut_gains_at_least_what_regions_gain(exchange):
-    by_regions = crossed(Regions(*exchange.shape), exchange)
-    assert twins.change_of(exchange, cut(exchange)) <= twins.change_of(exchange, by_regions)
 
 
 @settings(max_examples=200, deadline=None)
@@ -170,12 +153,9 @@ def test_a_cut_of_the_widest_changes_is_exact(shape, neighbours):
 
 
 @pytest.mark.parametrize('neighbours', [4, 8])
-def test_the_widest_changes_of_all_cells_at_once_do_not_overflow(neighbours):
-    exchange = exchange_of((9, 9), neighbours, 0, 1, (LARGEST, LARGEST + 1),
-                           (-LARGEST, 1 - LARGEST))
-    assert cut(exchange).all()
-    exchange = exchange_of((9, 9), neighbours, 0, 1, (-LARGEST, 1 - LARGEST),
-                           (-LARGEST, 1 - LARGEST))
+@pytest.mark.parametrize('alone', [LARGEST, -LARGEST])
+def test_the_widest_changes_of_all_cells_at_once_do_not_overflow(alone, neighbours):
+    exchange = exchange_of((9, 9), neighbours, 0, 1, (alone, alone + 1), (-LARGEST, 1 - LARGEST))
     assert cut(exchange).all()
 
 
@@ -206,12 +186,3 @@ def test_all_cells_below_a_line_are_taken(exchange, draw):
 @given(exchanges((-20, 21)))
 def test_the_total_of_an_exchange_is_the_change_where_all_is_taken(exchange):
     assert exchange.total() == twins.change_of(exchange, np.ones(exchange.cells.size, bool))
-
-
-@settings(max_examples=50, deadline=None)
-@given(exchanges((-20, 21)))
-def test_nothing_is_taken_where_nothing_differs_in_cost(exchange):
-    assume(exchange.cells.size)
-    exchange.alone[:], exchange.pairs[:] = 0, 0
-    assert not crossed(Regions(*exchange.shape), exchange).any()
-    assert not cut(exchange).any()

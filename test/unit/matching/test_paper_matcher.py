@@ -4,10 +4,8 @@
 from dataclasses import replace
 
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
-from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
-from fuzzy_stereo_ros.matching.matcher import StereoMatcher
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.matcher import LITERAL_STAGES, PaperMatcher, Stages
 from fuzzy_stereo_ros.matching.paper.population import Population
@@ -43,36 +41,6 @@ def evolved(images=None, words=(0, 0), observe=None, stages=None, **changes):
                                  Budget(config.generations, 0, 0), observe)
     assert state is None
     return matcher, match
-
-
-def outcome(matcher, match):
-    rows = [(row.best_fitness, row.mean_fitness, row.diversity, row.gains)
-            for row in match.history]
-    return (matcher.population.genes.tobytes(), matcher.population.fitness.tobytes(), rows,
-            match.disparity.tobytes(), match.confidence.tobytes())
-
-
-@pytest.mark.parametrize('initial', INITIAL)
-@pytest.mark.parametrize('reading', READINGS)
-def test_the_number_of_threads_changes_no_bit(reading, initial):
-    outcomes = [outcome(*evolved(threads=threads, reading=reading, initial_population=initial,
-                                 generations=12)) for threads in (1, 1, 2, 7)]
-    assert outcomes[0] == outcomes[1] == outcomes[2] == outcomes[3]
-
-
-@pytest.mark.parametrize('reading', READINGS)
-def test_another_seed_or_frame_gives_another_evolution(reading):
-    outcomes = {outcome(*evolved(words=words, reading=reading))[0]
-                for words in ((0, 0), (1, 0), (0, 1))}
-    assert len(outcomes) == 3
-
-
-@pytest.mark.parametrize('reading', READINGS)
-def test_a_second_pair_is_matched_as_by_a_new_matcher(reading):
-    matcher, _ = evolved(reading=reading)
-    other = pair(seed=5)
-    match, _ = matcher.match(*other, None, Random((0, 7)), Budget(8, 0, 0))
-    assert outcome(matcher, match) == outcome(*evolved(other, (0, 7), reading=reading))
 
 
 @pytest.mark.parametrize('shape, disparities, min_disparity', [
@@ -214,16 +182,6 @@ def test_a_child_of_regions_is_at_least_as_fit_as_both_parents_who_are_alike():
         assert np.all((genes == former[first]) | (genes == former[second]))
 
 
-def test_children_of_random_parents_are_copies_of_the_first():
-    matcher, _ = evolved(generations=0)
-    population, tools = matcher.population, matcher._tools
-    operators.select(tools, population, Random((1,)))
-    former = population.genes.copy()
-    operators.cross_regions(tools, population, Random((2,)))
-    children, parents = population.lineage
-    np.testing.assert_array_equal(population.genes[children], former[parents[:, 0]])
-
-
 def test_islands_evolve_apart_at_first_and_then_their_fittest_rise_by_fusion():
     matcher, match = evolved(generations=20, mutation_rate=1.0)
     gains = [row.gains['migration'] for row in match.history]
@@ -255,13 +213,6 @@ def test_gains_add_up_to_the_rise_of_the_best_which_never_declines(reading):
         assert row.best_fitness >= best
         best = row.best_fitness
     assert best > 1.2 * start
-
-
-def test_one_chromosome_alone_climbs():
-    _, match = evolved(population=1, generations=30, mutation_rate=1.0)
-    best = [row.best_fitness for row in match.history]
-    assert np.all(np.diff(best) >= 0)
-    assert best[-1] > 2 * best[0]
 
 
 @pytest.mark.parametrize('variant', PAPER_OPERATORS, ids=lambda variant: variant.name)
@@ -302,61 +253,3 @@ def test_the_possibility_of_a_literal_chromosome_is_eq_2_to_half_a_255th():
     found = matcher.possibility_of(chromosome)
     assert found.dtype == np.float32
     assert np.abs(found - exact).max() <= 0.5001 / 255
-
-
-@pytest.mark.parametrize('reading', READINGS)
-def test_pixels_less_sure_than_the_threshold_are_invalid_unless_filled(reading):
-    threshold = float(np.median(evolved(reading=reading)[1].confidence))
-    match = evolved(reading=reading, confidence_threshold=threshold)[1]
-    assert 0 < np.isnan(match.disparity).sum() < match.disparity.size
-    np.testing.assert_array_equal(np.isnan(match.disparity),
-                                  match.confidence < np.float32(threshold))
-    match = evolved(reading=reading, confidence_threshold=threshold, fill=True)[1]
-    assert not np.isnan(match.disparity).any()
-
-
-@pytest.mark.parametrize('reading', READINGS)
-@pytest.mark.parametrize('reference_image', ['left', 'right'])
-def test_the_matcher_runs_it_on_either_reference(reference_image, reading):
-    """The right reference is the mirrored and exchanged pair."""
-    left, right = pair()
-    config = config_for(reference=reference_image, reading=reading)
-    match = StereoMatcher(config).match(left, right, stamp=5)
-    mirror = slice(None, None, -1 if reference_image == 'right' else 1)
-    images = (left, right) if reference_image == 'left' else (right[:, ::-1], left[:, ::-1])
-    _, expected = evolved([np.ascontiguousarray(image) for image in images], (0, 5),
-                          reading=reading)
-    np.testing.assert_array_equal(match.disparity[:, mirror], expected.disparity)
-    assert not match.warm
-
-
-@pytest.mark.parametrize('reading', READINGS)
-def test_grey_and_its_colour_and_its_12_bits_are_matched_alike(reading):
-    left, right = pair()
-    grey = outcome(*evolved((left, right), reading=reading))
-    deep = [image.astype(np.uint16) << 4 for image in (left | 128, right | 128)]
-    assert outcome(*evolved(deep, reading=reading)) == outcome(
-        *evolved((left | 128, right | 128), reading=reading))
-    colour = [np.repeat(image[:, :, np.newaxis], 3, axis=2) for image in (left, right)]
-    if reading == 'literal':    # sums of three channels round otherwise than one
-        assert outcome(*evolved(colour, reading=reading)) == grey
-    assert evolved(colour, reading=reading)[1].disparity.shape == (ROWS, COLUMNS)
-
-
-@pytest.mark.parametrize('reading', READINGS)
-def test_the_pair_given_is_not_changed(reading):
-    left, right = pair()
-    before = left.copy(), right.copy()
-    evolved((left, right), reading=reading)
-    np.testing.assert_array_equal(left, before[0])
-    np.testing.assert_array_equal(right, before[1])
-
-
-def test_tools_share_each_number_once_among_threads():
-    matcher, _ = evolved(generations=0, threads=3)
-    tools = operators.Tools(matcher._config, ThreadPool(3), matcher._fitness,
-                            (ROWS + 2, COLUMNS + 34))
-    seen = []
-    tools.each(50, lambda number, thread: seen.append((number, thread)))
-    assert sorted(number for number, _ in seen) == list(range(50))
-    assert all(0 <= thread < 3 for _, thread in seen)

@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The matcher on real pairs with ground truth, cold, with one setting."""
+"""Every profile on real pairs with ground truth, cold; skipped where they are not here."""
 from functools import cache
 
 import cv2
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
+from made_messages import image, info
 import numpy as np
 import pytest
 from real_pairs import MIDDLEBURY, middlebury, motorcycle, seen_by_both
@@ -43,13 +45,18 @@ def test_quality_has_fewer_wrong_pixels_than_realtime_on_each_pair_of_the_paper(
     assert bad_1(name, 'quality') < min(QUALITY_AT_MOST[name], bad_1(name))
 
 
+@cache
+def on_the_motorcycle(profile='realtime', **changes):
+    """Return the scores of a match of the motorcycle."""
+    pair = motorcycle()
+    return score(matched(pair, profile, **changes).disparity, pair.truth, pair.visible)
+
+
 @pytest.mark.slow
 def test_quality_has_fewer_wrong_pixels_than_realtime_on_the_motorcycle():
-    pair = motorcycle()
-    quality, realtime = (score(matched(pair, profile).disparity, pair.truth, pair.visible)
-                         for profile in ('quality', 'realtime'))
+    quality = on_the_motorcycle('quality')
     for limit in (0.5, 1.0, 3.0):
-        assert quality.bad_dense[limit] < realtime.bad_dense[limit]
+        assert quality.bad_dense[limit] < on_the_motorcycle().bad_dense[limit]
     assert quality.bad_dense[1.0] < 2.75
     assert quality.average_error < 0.41
 
@@ -58,26 +65,17 @@ def test_the_mean_of_the_four_pairs_is_at_most_2_8_percent():
     assert np.mean([bad_1(name) for name in MIDDLEBURY]) <= 2.8
 
 
-def test_the_motorcycle_is_found_but_for_few_pixels():
-    pair = motorcycle()
-    found = score(matched(pair).disparity, pair.truth, pair.visible)
-    assert found.bad_dense[1.0] < 3.4
-    assert found.bad_dense[3.0] < 1.85
-    assert found.average_error < 0.48
-
-
-def test_what_stays_valid_on_the_motorcycle_is_right_and_much_of_it():
-    pair = motorcycle()
-    found = score(matched(pair, fill=False).disparity, pair.truth, pair.visible)
-    assert found.density > 97.97
-    assert found.bad_sparse[1.0] < 2.5
+def test_the_motorcycle_is_found_but_for_few_pixels_and_what_stays_valid_is_right():
+    dense, sparse = on_the_motorcycle(), on_the_motorcycle(fill=False)
+    assert dense.bad_dense[1.0] < 3.4
+    assert dense.bad_dense[3.0] < 1.85
+    assert dense.average_error < 0.48
+    assert sparse.density > 97.97
+    assert sparse.bad_sparse[1.0] < 2.5
 
 
 def test_generations_make_the_motorcycle_less_wrong_than_the_first_guess():
-    pair = motorcycle()
-    evolved, seeded = (score(matched(pair, generations=generations).disparity, pair.truth,
-                             pair.visible).bad_dense[1.0] for generations in (1, 0))
-    assert evolved < seeded
+    assert on_the_motorcycle().bad_dense[1.0] < on_the_motorcycle(generations=0).bad_dense[1.0]
 
 
 def test_fewer_valid_pixels_of_the_motorcycle_are_wrong_than_by_semi_global_matching():
@@ -90,10 +88,9 @@ def test_fewer_valid_pixels_of_the_motorcycle_are_wrong_than_by_semi_global_matc
               for image in pair[:2]]
     theirs = matcher.compute(*padded)[:, pair.disparities:] / np.float32(16)
     theirs[theirs < 0] = np.nan
-    ours = matched(pair, fill=False).disparity
-    found = [score(disparity, pair.truth, pair.visible) for disparity in (ours, theirs)]
-    assert found[0].bad_sparse[1.0] < found[1].bad_sparse[1.0]
-    assert found[0].bad_dense[1.0] < found[1].bad_dense[1.0]
+    ours, theirs = on_the_motorcycle(fill=False), score(theirs, pair.truth, pair.visible)
+    assert ours.bad_sparse[1.0] < theirs.bad_sparse[1.0]
+    assert ours.bad_dense[1.0] < theirs.bad_dense[1.0]
 
 
 def test_pixels_are_seen_by_both_unless_outside_or_behind():
@@ -102,3 +99,81 @@ def test_pixels_are_seen_by_both_unless_outside_or_behind():
     truth[0, 8:10] = 5
     truth[0, 11] = np.nan
     assert np.flatnonzero(~seen_by_both(truth)).tolist() == [0, 3, 4, 5, 6, 11]
+
+
+FEW = {'population': 20, 'generations': 20}
+
+
+def wrong(name, **changes):
+    """Return what `bad_1` does of the profile paper, whose disparities are whole."""
+    pair = middlebury(name)
+    found = matched(pair, 'paper', reference='left', **changes).disparity
+    return score(found, pair.truth, pair.visible).bad_dense[1.0]
+
+
+def test_from_noise_tsukuba_is_below_table_i_with_the_papers_population():
+    assert wrong('tsukuba') < 2.0
+
+
+@pytest.mark.parametrize('name, most', [('venus', 1.3), ('teddy', 8.5), ('cones', 3.4)])
+def test_from_winner_takes_all_few_generations_are_below_table_i(name, most):
+    assert most < TABLE_I[name]
+    assert wrong(name, initial_population='winner_takes_all', **FEW) < most
+
+
+def test_the_literal_reading_stays_noise():
+    assert wrong('tsukuba', reading='literal', neighbourhood=5, **FEW) > 70
+
+
+DARK = 0.05     # of the range
+
+
+@cache
+def disparity_of(bits, brightness, faulty=0):
+    """
+    Return the disparity of the motorcycle as a grey camera of some bits sends it.
+
+    faulty: how many pixels of each image are white whatever they see.
+    """
+    chance = np.random.default_rng(0)
+    pair, messages = motorcycle(), []
+    for shown, tx in ((pair.left, 0.0), (pair.right, -24.0)):
+        grey = shown @ [0.25, 0.5, 0.25] / 255 * brightness
+        pixels = np.rint(grey * (2**bits - 1)).astype(np.uint8 if bits == 8 else np.uint16)
+        pixels.reshape(-1)[chance.choice(pixels.size, faulty, replace=False)] = 2**bits - 1
+        rows, columns = pixels.shape
+        messages += [image(pixels, 'mono8' if bits == 8 else 'mono16'),
+                     info(tx, height=rows, width=columns)]
+    read = PairReader().read(*messages)
+    config = MatcherConfig.from_profile('realtime', disparities=pair.disparities, fill=True)
+    return StereoMatcher(config).match(read.left, read.right).disparity
+
+
+def bad_1_of_bits(bits, brightness=1.0, faulty=0):
+    """Return percent of the pixels seen by both that are wrong by more than 1 px."""
+    pair = motorcycle()
+    found = disparity_of(bits, brightness, faulty)
+    return score(found, pair.truth, pair.visible).bad_dense[1.0]
+
+
+@pytest.mark.parametrize('bits', [12, 14, 16])
+def test_a_dark_pair_of_many_bits_is_matched_nearly_as_well_as_a_bright_one_of_8(bits):
+    assert bad_1_of_bits(bits, DARK) < bad_1_of_bits(8) + 0.3
+
+
+def test_the_same_dark_pair_in_8_bits_is_matched_much_worse():
+    assert bad_1_of_bits(8, DARK) > bad_1_of_bits(12, DARK) + 5
+
+
+def test_faulty_pixels_do_not_take_the_grey_levels_of_a_dark_pair():
+    assert bad_1_of_bits(12, DARK, faulty=60) < bad_1_of_bits(12, DARK) + 0.1
+
+
+@pytest.mark.parametrize('bits', [10, 12, 16])
+def test_a_bright_pair_of_many_bits_is_matched_no_worse_than_one_of_8(bits):
+    assert bad_1_of_bits(bits) < bad_1_of_bits(8) + 0.1
+
+
+@pytest.mark.parametrize('bits', [10, 12])
+def test_the_number_of_bits_hardly_changes_the_disparities_of_a_scene(bits):
+    assert np.mean(abs(disparity_of(bits, 1.0) - disparity_of(16, 1.0)) > 1) < 0.01

@@ -7,7 +7,6 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Line, Regions
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import exchange_changes, gene_costs, Scene
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.realtime.fitness import (
     CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
@@ -66,19 +65,6 @@ def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, look
     expected = np.full((9, 30), 99)
     expected[looked_at] = twin(chromosome)[looked_at]
     np.testing.assert_array_equal(costs, expected)
-
-
-@pytest.mark.parametrize('disparities, nearer, cost', [
-    (64, 2, HIDDEN), (64, -2, CONTRADICTED), (300, 2, HIDDEN), (300, -2, CONTRADICTED)])
-def test_a_refused_gene_is_hidden_behind_what_is_nearer_and_contradicts_what_is_farther(
-        disparities, nearer, cost):
-    label = disparities - 10
-    scene, dtype, _ = scene_of((1, 320), disparities, 0)
-    scene[1].validity[:], scene[1].target[:] = INVALID, (label + nearer) % 256
-    costs = np.zeros((1, 320), np.uint8)
-    gene_costs(*fields(scene), np.full((1, 320), label, dtype), costs, 1, 0, 1)
-    assert np.all(costs[0, label:] == cost)
-    assert np.all(costs[0, :label] == HIDDEN)       # outside of the target
 
 
 # ---- an exchange of genes ----
@@ -169,14 +155,6 @@ def test_crossing_again_and_again_never_loses_fitness(
         assert gained >= 0
         fitness += gained
         assert fitness == pytest.approx(twin(first), abs=1e-12)
-
-
-def test_an_equal_pair_seen_as_it_is_has_fitness_1():
-    left, _ = small_pair(12, 20)
-    nothing = np.zeros((12, 20), np.uint8)
-    measured = CensusFitness(seen(left, left, 8), nothing + CONSISTENT, nothing)
-    measured.look(POOL, (0, 19))
-    assert measured.measure(POOL, nothing.copy()) == 1
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (9, 21), (130, 5)])

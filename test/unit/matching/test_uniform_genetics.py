@@ -93,13 +93,6 @@ def test_weights_are_whole_parts_by_uniformity_and_none_leads_outside(shape, col
         assert -1e-4 <= apart[heaviest] < 8
 
 
-def test_a_map_of_one_gene_that_is_possible_everywhere_has_full_fitness():
-    scene = Scene((5, 40))
-    inside(scene.planes)[:] = 255
-    fitness = scene.chromosome(np.full((5, 40), 3))[2]
-    assert set(inside(fitness).ravel()) == {255 * WEIGHTS * 8}
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.integers(1, 6), st.integers(1, 8), st.integers(0, 10**6), st.data())
 def test_an_exchange_says_what_any_choice_of_cells_changes(rows, columns, seed, data):
@@ -167,15 +160,6 @@ def test_each_order_of_magnitude_of_the_size_of_patches_is_as_likely(largest):
     np.testing.assert_array_equal(halves, ((largest + 1.0)**draws).astype(int))
 
 
-def test_mutation_finds_the_gene_that_is_possible_everywhere():
-    scene = Scene((20, 40))
-    inside(scene.planes)[:] = 30
-    inside(scene.planes)[2] = 255
-    chromosome = scene.chromosome()
-    mutate(scene, chromosome, 5000)
-    assert np.all(inside(chromosome[0]) == 2)
-
-
 @pytest.mark.parametrize('apart, together', [(UNIFORM, True), (UNIFORM + 1, False)])
 def test_a_patch_holds_the_cells_that_are_uniform_with_its_middle(apart, together):
     """Of two walls of different colour a patch strikes one, although all cells would gain."""
@@ -190,13 +174,3 @@ def test_a_patch_holds_the_cells_that_are_uniform_with_its_middle(apart, togethe
         mutate(scene, chromosome, 1, half=2, key=key)
         mutated.add(tuple(inside(chromosome[0])[0].tolist()))
     assert ((4, 4) in mutated) == together
-
-
-def test_mutation_of_equal_keys_is_equal_and_of_others_is_not():
-    found = []
-    for key in (1, 1, 2):
-        chromosome = Scene((9, 30)).chromosome()
-        scene = Scene((9, 30))
-        mutate(scene, chromosome, 20, key=key)
-        found.append(chromosome[0].tobytes())
-    assert found[0] == found[1] != found[2]

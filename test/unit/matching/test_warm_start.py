@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
 import numpy as np
 import pytest
 from real_pairs import (
-    kitti_frames, MIDDLEBURY, middlebury, motorcycle, moving_windows, third_size)
+    kitti_frames, MIDDLEBURY, middlebury, motorcycle, moving_windows)
 
 MARGIN = 0.2        # points that a warm frame may be worse than a cold one
 CHANCE = 0.05       # points that the mean of the made scenes varies by with other seeds
@@ -54,18 +54,10 @@ def test_a_cut_between_made_scenes_does_no_harm(seed, noise):
 
 
 @pytest.mark.parametrize('seed', SCENES)
-def test_objects_that_appear_do_no_harm(seed):
-    assert _after_a_change_of_objects(2, 5, seed) <= MARGIN
-
-
-@pytest.mark.parametrize('seed', SCENES)
-def test_objects_that_go_do_no_harm(seed):
-    assert _after_a_change_of_objects(5, 2, seed) <= MARGIN
-
-
-def _after_a_change_of_objects(before, after, seed):
-    return worst_after_cut(*(made_pair(200, 320, 48, seed, objects=count, noise=2.0)
-                             for count in (before, after)), 48)
+@pytest.mark.parametrize('counts', [(2, 5), (5, 2)], ids=['appear', 'go'])
+def test_objects_that_appear_or_go_do_no_harm(counts, seed):
+    frames = (made_pair(200, 320, 48, seed, objects=count, noise=2.0) for count in counts)
+    assert worst_after_cut(*frames, 48) <= MARGIN
 
 
 @pytest.mark.parametrize('backwards', [False, True])
@@ -79,16 +71,6 @@ def test_a_cut_between_the_halves_of_the_motorcycle_does_no_harm(backwards):
 @pytest.mark.parametrize('before, after', [('teddy', 'cones'), ('cones', 'teddy')])
 def test_a_cut_between_pairs_of_middlebury_does_no_harm(before, after):
     assert worst_after_cut(middlebury(before)[:4], middlebury(after)[:4], 60) <= MARGIN
-
-
-@pytest.mark.parametrize('before, after', [
-    ('Aloe', 'Baby1'), ('Baby1', 'Bowling1'), ('Bowling1', 'Cloth1'), ('Cloth1', 'Flowerpots'),
-    ('Flowerpots', 'Lampshade1'),
-    ('Lampshade1', 'Midd1'),
-    ('Midd1', 'Wood1'), ('Wood1', 'Aloe')])
-def test_a_cut_between_pairs_of_2006_does_no_harm(before, after):
-    first, second = (third_size(name, 370, 413)[:4] for name in (before, after))
-    assert worst_after_cut(first, second, 80) <= MARGIN
 
 
 @pytest.mark.parametrize('grey', [0, 128, 255])
@@ -157,7 +139,7 @@ def test_no_made_scene_is_more_wrong_warm(seed, noise):
     assert warm.wrong <= cold.wrong + MARGIN
 
 
-@pytest.mark.parametrize('noise', [3.0, 6.0, 12.0])
+@pytest.mark.parametrize('noise', [0.0, 3.0, 6.0, 12.0])
 def test_a_made_moving_scene_is_no_more_wrong_warm(noise):
     assert made_mean(noise, True).wrong <= made_mean(noise, False).wrong + CHANCE
 
@@ -166,13 +148,6 @@ def test_a_made_moving_scene_is_no_more_wrong_warm(noise):
 @pytest.mark.parametrize('noise, share', [(3.0, 1.02), (6.0, 0.9), (12.0, 0.8)])
 def test_a_made_moving_scene_flickers_less_warm_the_more_noise_there_is(noise, share):
     assert made_mean(noise, True).flicker < share * made_mean(noise, False).flicker
-
-
-def test_without_noise_a_moving_scene_is_no_more_wrong_warm():
-    assert made_mean(0.0, True).wrong <= made_mean(0.0, False).wrong + CHANCE
-    for pan in (2, 8):
-        warm, cold = (motorcycle_course(pan, 0.0, one) for one in (True, False))
-        assert warm.wrong <= cold.wrong + CHANCE
 
 
 @pytest.mark.parametrize('noise', [0.0, 3.0, 6.0])

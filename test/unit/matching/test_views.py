@@ -1,10 +1,14 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fine grey, halving, census, gradient and jump penalties."""
+"""What is read of images: fine grey, halving, census, gradient, penalties, noise."""
 from census_scene import seen, small_pair
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     extra_columns, fine_places, FULL_SIZE, View)
+from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -74,14 +78,6 @@ def test_grey_of_every_size_has_its_border_repeated_around_it(channels, shape, m
     np.testing.assert_array_equal(view.fine, around)
 
 
-@pytest.mark.parametrize('channels', [0, 3])
-def test_the_brightest_16_bit_image_does_not_overflow(channels):
-    image = np.full((2, 3, 3)[:2 + (channels > 0)], 65535, np.uint16)
-    view = view_of(image)
-    assert np.all(fine_of(view) == 65535)
-    assert np.all(unmirrored(view.grey, view) == 255)
-
-
 @pytest.mark.parametrize('dtype, channels, brightest, places', [
     (np.uint8, 0, 1, 8), (np.uint8, 0, 255, 8), (np.uint8, 3, 255, 6), (np.uint8, 3, 3, 6),
     (np.uint16, 0, 0, 15), (np.uint16, 0, 1023, 6), (np.uint16, 0, 1024, 5),
@@ -117,16 +113,6 @@ def test_a_dark_pair_is_brought_to_16_bits_but_for_few_bright_pixels(bright, pla
 def test_a_black_pair_has_a_scale_too():
     black = np.zeros((250, 400), np.uint16)
     assert fine_places(black, black) == 15
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 8))
-def test_a_full_range_image_of_more_bits_gives_the_same_grey(extra):
-    image = image_of((6, 9))
-    image[0, 0] = 255
-    few, many = view_of(image), view_of(image.astype(np.uint16) << extra)
-    np.testing.assert_array_equal(few.fine, many.fine)
-    np.testing.assert_array_equal(few.grey, many.grey)
 
 
 # ---- a wider view ----
@@ -198,18 +184,6 @@ def test_labels_beyond_the_image_look_at_the_target_s_first_column():
     assert np.all(view.slopes[:, view.columns:] == 128)
 
 
-def test_the_steepest_gradients_fit():
-    image = np.array([[0, 0, 255, 0, 0]], np.uint8)
-    image[0, 3:] = 0
-    assert view_of(image).slopes[0, :5].tolist() == [128, 255, 128, 0, 128]
-
-
-def test_uniform_images_have_no_census_and_no_gradient():
-    view = view_of(np.full((4, 6), 77, np.uint8))
-    assert not codes_of(view).any()
-    assert np.all(view.slopes == 128)
-
-
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 12), st.data())
 def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
@@ -225,26 +199,7 @@ def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
         np.testing.assert_array_equal(getattr(banded, name), getattr(whole, name))
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.integers(1, 6), st.integers(2, 40))
-def test_brightness_and_contrast_do_not_change_the_census(gain, offset):
-    image = image_of((7, 9)) // 8
-    brighter = (gain * image + offset).astype(np.uint8)
-    np.testing.assert_array_equal(codes_of(view_of(image)), codes_of(view_of(brighter)))
-
-
 # ---- jump penalties ----
-
-
-def test_a_jump_costs_less_the_steeper_the_grey_edge():
-    steps = np.arange(256, dtype=np.uint8)
-    left = np.stack([np.zeros(256, np.uint8), steps]).repeat(3, axis=0)
-    costs = seen(left, left, 3).penalties.down[3]
-    assert costs[0] == FULL_SIZE.jump
-    assert np.all(costs[20:] == FULL_SIZE.jump_at_edge)
-    assert np.all(np.diff(costs.astype(int)) <= 0)
-    exact = FULL_SIZE.jump + (FULL_SIZE.jump_at_edge - FULL_SIZE.jump) * np.arange(21) / 20
-    assert np.all(abs(costs[:21] - exact) <= 1)
 
 
 @pytest.mark.parametrize('shape', SHAPES)
@@ -256,3 +211,88 @@ def test_jump_penalties_are_those_of_the_twin(shape):
     np.testing.assert_array_equal(possibility.penalties.across, across)
     np.testing.assert_array_equal(possibility.penalties.down, down)
     assert possibility.penalties.small == FULL_SIZE.small
+
+
+ROWS, COLUMNS = 96, 160
+
+
+def estimated(image):
+    """Return the noise that is found in an image, grey levels."""
+    rows, columns = image.shape[:2]
+    full, half = View(rows, columns, False, 0), View(rows // 2, columns // 2, False, 0)
+    full.read(image, 0, 8 if image.ndim == 2 else 6, 0, rows)
+    full.halve(half, 0, half.rows)
+    estimate = NoiseEstimate(rows, columns)
+    for first in range(0, rows, 32):
+        estimate.measure(full, half, first, min(first + 32, rows))
+    return estimate.level
+
+
+def smooth_image():
+    """Return grey that rises slowly, float (R, C)."""
+    return 60 + np.add.outer(np.arange(ROWS) / 9, np.arange(COLUMNS) / 7)
+
+
+@pytest.mark.parametrize('sigma', [1.0, 2.0, 4.0])
+def test_noise_is_found_to_a_tenth_on_a_plain_picture(sigma):
+    noise = np.random.default_rng(3).normal(0, sigma, (ROWS, COLUMNS))
+    found = estimated(np.rint(smooth_image() + noise).astype(np.uint8))
+    assert 0.8 * sigma < found < 1.1 * sigma
+
+
+def test_texture_is_not_taken_for_noise():
+    draw = np.random.default_rng(4)
+    coarse = draw.integers(40, 200, (ROWS // 4, COLUMNS // 4)).astype(float)
+    texture = coarse.repeat(4, axis=0).repeat(4, axis=1)
+    assert estimated(texture.astype(np.uint8)) == 0
+
+
+def test_noise_is_found_where_a_picture_is_plain_although_most_of_it_is_not():
+    draw = np.random.default_rng(5)
+    image = smooth_image()
+    image[:64] += draw.integers(-40, 40, (16, COLUMNS // 4)).repeat(4, axis=0).repeat(4, axis=1)
+    found = estimated(np.rint(image + draw.normal(0, 2.0, image.shape)).astype(np.uint8))
+    assert 1.4 < found < 2.2
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**20), st.integers(1, 9), st.integers(1, 70), st.integers(0, 30000))
+def test_pixels_within_the_tolerance_take_the_mean_of_nine(seed, rows, columns, tolerance):
+    draw = np.random.default_rng(seed)
+    image = draw.integers(0, 2**16, (rows, columns))
+    fine = np.pad(image, MARGIN, 'edge').astype(np.uint16)
+    fine = np.pad(fine, ((0, 0), (0, SLACK)), 'edge')
+    calmed = np.zeros_like(fine)
+    features.calm(fine, tolerance, columns, calmed, 0, rows)
+    expected = twins.calmed(image, tolerance)
+    np.testing.assert_array_equal(calmed[MARGIN:-MARGIN, MARGIN:MARGIN + columns], expected)
+    np.testing.assert_array_equal(calmed[:, :columns + 2 * MARGIN],
+                                  np.pad(expected, MARGIN, 'edge'))
+
+
+@pytest.mark.parametrize('mirrored', [False, True])
+def test_the_census_compares_the_nearest_as_they_are_and_the_others_calmed(mirrored):
+    image = np.random.default_rng(8).integers(0, 256, (11, 45)).astype(np.uint8)
+    view = View(*image.shape, mirrored, 32)
+    view.read(image, 0, 8, 0, view.rows)
+    view.calm(5000, 0, view.rows)
+    view.describe(0, view.rows)
+    planes = view.census[..., :view.columns].astype(np.int64)
+    codes = planes[:, 0] + (planes[:, 1] << 8) + (planes[:, 2] << 16)
+    grey = 256 * image.astype(np.int64)
+    expected = (twins.census(grey) & 255) + (twins.census(twins.calmed(grey, 5000)) & ~255)
+    np.testing.assert_array_equal(codes[:, ::-1] if mirrored else codes, expected)
+
+
+def test_a_pair_without_noise_is_matched_as_if_nobody_asked():
+    draw = np.random.default_rng(6)
+    scene = draw.integers(40, 200, (ROWS // 4, COLUMNS // 4)).repeat(4, axis=0).repeat(4, axis=1)
+    left, right = scene.astype(np.uint8), np.roll(scene, -6, axis=1).astype(np.uint8)
+
+    class Silent(NoiseEstimate):
+        def of(self, pool, full, half):
+            return 0.0
+
+    maps = [StereoMatcher(MatcherConfig(disparities=16, threads=1), Stages(noise=noise)).match(
+        left, right).disparity for noise in (NoiseEstimate, Silent)]
+    np.testing.assert_array_equal(*maps)

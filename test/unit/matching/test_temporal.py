@@ -1,17 +1,25 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures averaged over frames: which tiles show the same, and what becomes of them."""
+"""From frame to frame: pictures averaged, how they moved, where the previous best counts."""
+from census_scene import random_map
+import cv2
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     blend, choose_tiles, compare_tiles, roughness, TILE)
-from fuzzy_stereo_ros.matching.realtime.averaging import Averaging, RULES
+from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
+    best_shift, move_ages, move_map, thumbnail)
+from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
+    previous_prior, tile_strengths, trusted_cells)
+from fuzzy_stereo_ros.matching.realtime.averaging import Averaging, Motion, RULES
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 import reference_averaging as twins
 from reference_census import eight_bits
+from reference_search import doubled
 
 SHAPES = [(2, 2), (1, 40), (40, 1), (16, 16), (17, 33), (33, 50)]
 SHIFTS = [(0, 0), (0, 2), (3, -7), (-16, 20), (0, 900), (-900, 0), (5, -900)]
@@ -65,7 +73,7 @@ def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     chance = np.random.default_rng(seed)
     # 0.07: no difference lies just on a rule's border, where rounding decides.
     differences = (chance.integers(0, 30, (2, 4, rows, columns)) / 4 + 0.07).astype(np.float32)
-    ages = chance.integers(0, 10, (2, rows, columns)).astype(np.float32)
+    ages = chance.integers(0, RULES.oldest + 2, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))
     share = choose_tiles(differences, ages, noise / 4, tuple(RULES), choices, new_ages, sizes)
@@ -159,10 +167,6 @@ def test_without_noise_pictures_stay_as_they_are():
     assert averaging.ages.max() == 3
 
 
-def test_a_tile_is_the_mean_of_no_more_than_so_many_frames():
-    assert follow([scene()] * (RULES.oldest + 3), 2.0).ages.max() == RULES.oldest
-
-
 @pytest.mark.parametrize('noise', [0.0, 2.0, 6.0])
 def test_another_scene_is_seen_as_it_is(noise):
     averaging = follow([scene(1)] * 3 + [scene(2)], noise)
@@ -193,3 +197,157 @@ def test_texture_that_moves_by_itself_is_seen_as_it_is():
     same = follow([scene(4)] * 2 + [new], 1.0).seen[0].choices == 0
     assert not same[2:4, 3:6].any()
     assert same.mean() > 0.8
+
+
+SHAPE = 300, 470
+
+
+def landscape(seed, shape=SHAPE, margin=40):
+    """Return smooth random grey, larger than a shape by a margin on each side."""
+    chance = np.random.default_rng(seed)
+    size = shape[0] + 2 * margin, shape[1] + 2 * margin
+    fine = cv2.GaussianBlur(chance.uniform(0, 255, size).astype(np.float32), (0, 0), 6)
+    return np.clip(127 + 12 * (fine - fine.mean()), 0, 255).astype(np.uint8)
+
+
+def seen(picture, down, right, margin=40):
+    """Return the picture moved by a number of pixels."""
+    return picture[margin - down:margin - down + SHAPE[0],
+                   margin - right:margin - right + SHAPE[1]]
+
+
+def fine(image):
+    """Return an image as fine grey, and the same with padding around."""
+    grey = image.astype(np.uint16) * np.uint16(256)
+    return grey, np.pad(grey, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
+
+
+def found_between(motion, before, now):
+    return motion.between(fine(before)[0], fine(now)[1])
+
+
+@pytest.mark.parametrize('down, right', [(0, 0), (0, 2), (3, -7), (-12, 16), (20, 30)])
+@pytest.mark.parametrize('noise', [0, 6])
+def test_the_shift_of_a_picture_is_found(down, right, noise):
+    motion, picture = Motion(*SHAPE), landscape(1).astype(np.float32)
+    chance = np.random.default_rng(2)
+    before, now = (np.clip(image + noise * chance.standard_normal(SHAPE), 0, 255).astype(np.uint8)
+                   for image in (seen(picture, 0, 0), seen(picture, down, right)))
+    assert found_between(motion, before, now) == (down, right)
+
+
+@pytest.mark.parametrize('rows, columns', [(300, 470), (301, 473), (480, 640), (375, 1242)])
+def test_a_picture_that_stays_has_not_moved_whatever_its_size(rows, columns):
+    image = landscape(3, (rows, columns))[40:40 + rows, 40:40 + columns]
+    assert found_between(Motion(rows, columns), image, image) == (0, 0)
+
+
+@pytest.mark.parametrize('rows, columns', [(2, 2), (15, 400), (400, 15)])
+def test_images_too_small_for_a_glance_never_move(rows, columns):
+    image = np.zeros((rows, columns), np.uint8)
+    assert found_between(Motion(rows, columns), image, image) == (0, 0)
+
+
+@pytest.mark.parametrize('size', [1, 4, 7])
+@pytest.mark.parametrize('margin', [0, MARGIN])
+def test_a_glance_is_the_mean_of_squares(size, margin):
+    picture = fine(landscape(4))[margin > 0]
+    small = np.zeros((30, 40), np.float32)
+    thumbnail(picture, margin, size, small)
+    inside = picture[margin:margin + 30 * size, margin:margin + 40 * size]
+    np.testing.assert_allclose(
+        small, inside.reshape(30, size, 40, size).mean(axis=(1, 3)), rtol=1e-5)
+
+
+@pytest.mark.parametrize('known', [(2, -3), (3, -6), (2, -4), (0, -2)])
+def test_a_shift_that_is_nearly_known_becomes_exact(known):
+    picture = landscape(5)
+    before, now = fine(seen(picture, 0, 0))[0], fine(seen(picture, 2, -4))[1]
+    assert best_shift(now, before, *known, 2, 16) == (2, -4)
+
+
+@pytest.mark.parametrize('known', [(0, 0), (5, -7), (900, 900)])
+def test_a_shift_of_a_picture_without_texture_stays_as_it_is_known(known):
+    flat = np.full(SHAPE, 9, np.uint8)
+    assert best_shift(fine(flat)[1], fine(flat)[0], *known, 2, 16) == known
+
+
+# ---- what moves with it ----
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 5), (4, 1), (5, 6)])
+@pytest.mark.parametrize('shift', [(0, 0), (TILE, -2 * TILE), (8, 4), (-3, 900), (-1, -1)])
+def test_moved_ages_lie_on_lines_between_the_tiles_centres(shape, shift):
+    ages = np.random.default_rng(1).integers(0, 9, shape).astype(np.float32)
+    moved = np.full_like(ages, 99)
+    move_ages(ages, *shift, moved)
+    np.testing.assert_allclose(moved, twins.moved_ages(ages, *shift), atol=1e-5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 40), st.integers(1, 40), st.integers(-50, 50), st.integers(-50, 50),
+       st.integers(0, 99))
+def test_a_map_moves_but_for_the_tiles_that_stayed(rows, columns, down, right, seed):
+    source = random_map((rows, columns), 200, seed)
+    tiles = -(-rows // TILE), -(-columns // TILE)
+    choices = random_map(tiles, 3, seed + 1).astype(np.int8) - np.int8(1)
+    moved = np.full_like(source, 7)
+    for first, last in ((0, 1), (1, tiles[0])):
+        move_map(source, choices, down, right, 255, moved, first, last)
+    np.testing.assert_array_equal(
+        moved, twins.brought_forward(source, choices, down, right, 255))
+
+
+PREVIOUS_SHAPES = [(2, 2), (3, 3), (17, 33), (33, 50), (64, 48)]
+
+
+def trusted_of(labels, validity, half, distance=2):
+    half_labels, trusted = np.full(half.shape, 99, labels.dtype), np.full(half.shape, 9, np.uint8)
+    for first, last in ((0, 1), (1, half.shape[0])):
+        trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last)
+    np.testing.assert_array_equal(
+        half_labels, labels[:2 * half.shape[0]:2, :2 * half.shape[1]:2])
+    return trusted
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.integers(2, 40), st.integers(2, 40), st.integers(1, 9), st.integers(0, 3),
+       st.booleans(), st.integers(0, 999))
+def test_trusted_is_what_was_consistent_and_agrees_with_the_half_map(
+        rows, columns, spread, distance, wide, seed):
+    offset, dtype = (300, np.uint16) if wide else (0, np.uint8)
+    half_shape = rows // 2, columns // 2
+    labels = random_map((rows, columns), spread, seed, dtype) + dtype(offset)
+    validity = random_map((rows, columns), 3, seed + 4)
+    half = random_map(half_shape, -(-spread // 2), seed + 1, dtype) + dtype(offset // 2)
+    expected = np.zeros(half_shape)
+    for at in np.ndindex(half_shape):
+        there = 2 * at[0], 2 * at[1]
+        expected[at] = (validity[there] == CONSISTENT
+                        and abs(int(labels[there]) - 2 * int(half[at])) <= distance)
+    np.testing.assert_array_equal(trusted_of(labels, validity, half, distance), expected)
+
+
+@pytest.mark.parametrize('shape', PREVIOUS_SHAPES)
+def test_leant_on_is_what_is_trusted_and_flat_as_strongly_as_its_tile_says(shape):
+    half, tiles = (shape[0] // 2, shape[1] // 2), (-(-shape[0] // TILE), -(-shape[1] // TILE))
+    trusted, smooth = (random_map(half, 2, seed) for seed in (1, 2))
+    strengths = random_map(tiles, 4, 3)
+    weights = np.full(shape, 9, np.uint8)
+    for first, last in ((0, 1), (1, tiles[0])):
+        previous_prior(trusted, smooth, strengths, weights, first, last)
+    width = 2 * half[1]
+    strength = strengths.repeat(TILE, 0).repeat(TILE, 1)[:shape[0], :width]
+    expected = doubled(trusted & smooth, shape)[:, :width] * strength
+    np.testing.assert_array_equal(weights, np.pad(
+        expected, ((0, 0), (0, shape[1] - width)), 'edge'))
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 4), (4, 1), (9, 12)])
+@pytest.mark.parametrize('most', [1, 3])
+def test_the_previous_best_counts_more_with_age_and_not_beside_what_changed(shape, most):
+    choices = np.minimum(random_map(shape, 12, 1), 2).astype(np.int8) - np.int8(1)
+    ages = random_map(shape, 60, 2).astype(np.float32) / 6
+    found = np.full(shape, 9, np.uint8)
+    tile_strengths(choices, ages, most, found)
+    np.testing.assert_array_equal(found, twins.strengths(choices, ages, most))

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""No kernel touches anything beside an array: numba checks indices, pages what SIMD reaches."""
+import os
+import signal
+import subprocess
+import sys
+
+from fuzzed import is_long
+import pytest
+from repository import ROOT
+
+PROGRAM = str(ROOT / 'test' / 'support' / 'match_in_guarded_memory.py')
+KINDS = '4' if is_long() else '1'       # of images
+PROFILES = pytest.mark.parametrize('profile', ['realtime', 'quality', 'paper'])
+BOTH_SIDES = pytest.mark.parametrize('where', ['before', 'behind'])
+# The tests of kernels against their twins; those of whole matches are in the program's sizes.
+KERNEL_TESTS = sorted(str(file) for file in (ROOT / 'test' / 'unit' / 'matching').glob('test_*.py')
+                      if 'reference' in file.read_text(encoding='utf-8'))
+
+
+def run(*arguments, **variables):
+    """Run Python with arguments and variables of the environment; return what came of it."""
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, cwd=ROOT,
+                          env={**os.environ, **variables})
+
+
+# ---- SIMD: a page that nobody may touch ----
+
+
+@BOTH_SIDES
+@PROFILES
+def test_matching_touches_no_byte_beside_an_array(profile, where):
+    done = run(PROGRAM, where, profile, KINDS)
+    assert done.returncode == 0, done.stderr[-2000:]
+    guarded, overwritten = map(int, done.stdout.split())
+    assert guarded > 1000
+    assert overwritten == 0
+
+
+@BOTH_SIDES
+def test_a_vector_that_reaches_beyond_is_found_on_either_side(where):
+    """In the forbidden page at once, on the other side where it has written."""
+    assert run(PROGRAM, where, 'read', KINDS).returncode == -signal.SIGSEGV
+    done = run(PROGRAM, where, 'write', KINDS)
+    assert done.returncode == 0
+    assert done.stdout.split()[1] == '1'
+
+
+# ---- indices: kernels compiled to check them ----
+
+
+@pytest.fixture(scope='module')
+def checked(tmp_path_factory):
+    """Return variables with which kernels are compiled with checks, into a cache of their own."""
+    # numba's cache does not know whether its kernels check: they must not meet the usual ones.
+    return {'NUMBA_BOUNDSCHECK': '1',
+            'NUMBA_CACHE_DIR': str(tmp_path_factory.mktemp('checked_kernels'))}
+
+
+def test_an_index_beyond_an_array_is_found(checked):
+    done = run('-c', 'import numba, numpy\n'
+               'numba.njit(lambda array, at: array[at])(numpy.zeros(3), 3)', **checked)
+    assert 'IndexError: index is out of bounds' in done.stderr
+
+
+@PROFILES
+def test_no_index_of_a_match_lies_outside_its_array(checked, profile):
+    done = run(PROGRAM, 'behind', profile, KINDS, **checked)
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_no_index_of_a_kernel_lies_outside_its_array_where_it_is_compared_with_its_twin(checked):
+    done = run('-m', 'pytest', '-q', '--timeout=3600', *KERNEL_TESTS, **checked)
+    assert done.returncode == 0, done.stdout[-3000:]

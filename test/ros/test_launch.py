@@ -1,0 +1,366 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The launch files with the real launch, one launch a case: what it starts does what it says."""
+from collections.abc import Callable
+from contextlib import ExitStack
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import sys
+import tempfile
+import time
+from typing import NamedTuple
+import unittest
+
+from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS
+from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+import launched
+from launched import (
+    check_disparity, FOLDER, included, launch_ros, launch_testing, PAIR, PROFILES_FILE,
+    SHIFT, small, surroundings, written)
+from node_process import shifted_pair, START, values_of
+import numpy as np
+from pages import block, CAMERAS
+import pytest
+from real_pairs import DATA
+from repository import ROOT
+
+
+class Case(NamedTuple):
+    """
+    A launch.
+
+    launch: returns what is launched; check(test): called with a `TestTheLaunched` once a line
+    is printed, `begun`; rig: options of the simulated cameras; wanted: namespace of the outputs.
+    """
+
+    launch: Callable
+    check: Callable
+    rig: dict = {}
+    wanted: str = ''
+    begun: str = 'ready: the kernels are warm'
+
+
+def matches(test, **expected):
+    """See that pairs are matched; return the disparity of the first."""
+    test.connect()
+    check_disparity(test.around.first_match(*PAIR), **expected)
+
+
+# ---- our launch file ----
+
+
+def has_the_name_that_was_given(test):
+    matches(test)
+    names = test.around.listener.get_node_names_and_namespaces
+    test.around.until(lambda: ('stereo', '/rig') in names(), 'the node has its name')
+    assert os.environ[PROFILES_FILE] == str(FOLDER.parent / 'config' / 'fastdds.xml')
+
+
+def matches_compressed_images_alone(test):
+    matches(test)
+    colour = [np.repeat(image[:, :, None], 3, 2) for image in PAIR]
+    check_disparity(test.around.match(*colour))
+    topics = dict(test.around.listener.get_topic_names_and_types())
+    assert '/cameras/left/image_rect/compressed' in topics
+    assert '/cameras/left/image_rect' not in topics
+
+
+def is_brought_up_by_a_lifecycle_manager(test):
+    from lifecycle_manager import Manager
+    manager = Manager(test.around)
+    assert manager.state() == 'unconfigured'
+    assert [manager.change(name) for name in ('configure', 'activate')] == ['inactive', 'active']
+    matches(test)
+
+
+# ---- what was written for stereo_image_proc ----
+
+PEER = {
+    'approximate_sync': 'True', 'use_color': 'False', 'avoid_point_cloud_padding': 'False',
+    'launch_image_proc': 'True', 'namespace': 'rig', 'left_namespace': 'one',
+    'right_namespace': 'two', 'container': 'stereo_container', 'stereo_algorithm': '1',
+    'prefilter_size': '9', 'prefilter_cap': '31', 'correlation_window_size': '15',
+    'min_disparity': '0', 'disparity_range': '16', 'texture_threshold': '10',
+    'speckle_size': '50', 'speckle_range': '4', 'disp12_max_diff': '0',
+    'uniqueness_ratio': '15.0', 'P1': '200.0', 'P2': '400.0', 'sgbm_mode': '0'}
+PEER_CAMERAS = [
+    '--ros-args', '-r', '__ns:=/rig', *(
+        word for side, name in (('left', 'one'), ('right', 'two'))
+        for topic, there in (('image_rect', 'image_raw'), ('camera_info', 'camera_info'))
+        for word in ('-r', f'{side}/{topic}:={name}/{there}'))]
+ALOE = DATA / 'midd2006_third' / 'Aloe'
+# As in its own launch test, the names with which its topics are not called any more among them.
+OVERRIDES = {f'/{side}/image_rect{ending}': {'subscription': {'reliability': 'reliable'}}
+             for ending in ('', '_color') for side in ('left', 'right')}
+
+
+def rectifies_and_names_what_means_nothing_in_one_warning(test):
+    given = [name for name in IGNORED_PARAMETERS if name in PEER]
+    assert len(given) == 10
+    test.logged(f"that mean nothing here are ignored: {', '.join(given)}")
+    matches(test)
+    names = ('approximate_sync', 'rectify', 'use_color', 'speckle_size', 'speckle_range')
+    assert test.parameters('/rig/disparity_node', *names) == [True, True, False, 50, 4]
+
+
+def matches_by_the_remappings_of_the_page(test):
+    test.logged('that mean nothing here are ignored: correlation_window_size, stereo_algorithm, '
+                'uniqueness_ratio')
+    matches(test, disparities=32)
+
+
+def images():
+    """Return the paths of a pair: the peer's Aloe, a shifted texture where that is not here."""
+    if ALOE.is_dir():
+        return [str(ALOE / f'{side}.png') for side in ('left', 'right')]
+    from fuzzy_stereo_ros.pairs.image_files import write_image
+    folder = Path(launched.held.enter_context(tempfile.TemporaryDirectory()))
+    for side, image in zip(('left', 'right'), shifted_pair(SHIFT, rows=370, columns=427)):
+        write_image(folder / f'{side}.png', image)
+    return [str(folder / f'{side}.png') for side in ('left', 'right')]
+
+
+def peers_own_test():
+    """Return what stereo_image_proc's own launch test has, with this package's executable."""
+    from fuzzy_stereo_ros.node.launching import program
+    publisher = ROOT / 'test' / 'support' / 'stereo_image_publisher.py'
+    return launched.actions.GroupAction([
+        launch_ros.Node(executable=sys.executable, arguments=[str(publisher), *images()],
+                        output='screen'),
+        launch_ros.Node(**program('disparity_node'), name='disparity_node', output='screen',
+                        parameters=[{'qos_overrides': OVERRIDES}])])
+
+
+def gives_a_disparity_within_a_minute(test):
+    from stereo_msgs.msg import DisparityImage
+    messages = {}
+    test.around.collect(DisparityImage, '/disparity', messages, 1)
+    test.around.until(lambda: messages, 'a disparity')
+    message = next(iter(messages.values()))
+    assert (message.f, message.t) == (1.0, 0.0)
+    assert np.mean(values_of(message.image) >= message.min_disparity) > 0.7
+    assert test.printed().count('disparities are without metres (t is 0)') == 1
+    assert 'refused' not in test.printed()
+    assert test.printed().count('no topic of this node has these QoS') == 1
+
+
+# ---- several rigs, the demo ----
+
+RIGS = """
+rigs:
+  front:
+    parameters: {disparity_range: 16, input_qos: reliable}
+  rear:
+    namespace: /robot/rear
+    node_name: stereo
+    left_namespace: /cameras/left
+    right_namespace: /cameras/right
+    params_file: rear.yaml
+    parameters:
+      min_disparity: 3
+      input_qos: reliable
+      qos_overrides: {/robot/rear/disparity: {publisher: {depth: 4}}}
+    remappings: {left/image_rect: /cameras/left/image_mono}
+"""
+ROWS, COLUMNS, DISPARITIES = 120, 160, 16
+
+
+def two_rigs():
+    file = written('rigs.yaml', RIGS)
+    Path(file).with_name('rear.yaml').write_text(
+        '/**:\n  ros__parameters:\n    disparity_range: 24\n    min_disparity: 0\n')
+    return included('rigs.launch.py', rigs_file=file)
+
+
+def each_node_matches_its_own_cameras_in_a_process_with_its_own_parameters(test):
+    test.connect()
+    with surroundings(cli_args=['--ros-args', '-r', '__ns:=/cameras',
+                                '-r', 'left/image_rect:=left/image_mono']) as rear:
+        rear.listen(namespace='/robot/rear/')
+        rear.until(rear.rig.subscribed, 'the other node subscribes to the other rig')
+        other = shifted_pair(11, seed=1)
+        test.around.first_match(*PAIR)
+        rear.first_match(*other)
+        for _ in range(3):
+            check_disparity(test.around.match(*PAIR))
+            check_disparity(rear.match(*other), 11, 24)
+        for around in (test.around, rear):
+            assert set(around.disparities) <= set(around.rig.sent)
+    names = ('min_disparity', 'qos_overrides./robot/rear/disparity.publisher.depth')
+    assert test.parameters('/robot/rear/stereo', *names) == [3, 4]
+    assert len(test.processes.processes()) == 2
+
+
+def shows_a_picture_in_colour_of_the_ground_truth_of_the_made_scene(test):
+    from sensor_msgs.msg import Image
+    pictures = {}
+    test.around.collect(Image, '/preview', pictures)
+    picture = next(iter(test.around.until(lambda: pictures, 'a preview').values()))
+    assert (picture.height, picture.width, picture.encoding) == (ROWS, COLUMNS, 'bgr8')
+    assert np.std(np.frombuffer(picture.data, np.uint8)) > 20
+    test.around.listen()
+    found = test.around.until(lambda: test.around.disparities, 'a disparity image')
+    message = next(iter(found.values()))
+    assert message.max_disparity == DISPARITIES - 1
+    values = values_of(message.image)
+    valid = values >= message.min_disparity
+    assert valid.mean() > 0.7
+    frames = made_sequence(ROWS, COLUMNS, DISPARITIES, 12, pan=2.0)
+    assert max(np.mean(np.abs(values - frame.truth)[valid] < 0.5) for frame in frames) > 0.9
+
+
+# ---- launch files in other languages that include ours, and one that starts the executable ----
+
+REMAPPED = [f'{side}/{topic}' for side in ('left', 'right')
+            for topic in ('image_rect', 'camera_info')]
+GIVEN = {'namespace': 'included', 'node_name': 'stereo', 'left_namespace': '/left',
+         'right_namespace': '/right', 'disparity_range': '$(var disparities)', 'fill': 'true'}
+
+
+def in_xml():
+    arguments = ''.join(f'<arg name="{name}" value="{value}"/>' for name, value in GIVEN.items())
+    remaps = ''.join(f'<remap from="{name}" to="/{name}"/>' for name in REMAPPED)
+    return f"""<launch>
+  <arg name="disparities" default="16"/>
+  <include file="{FOLDER / 'fuzzy_stereo.launch.py'}">{arguments}</include>
+  <node pkg="fuzzy_stereo_ros" exec="disparity_node" namespace="plain">
+    <param name="disparity_range" value="$(var disparities)"/>
+    <param name="fill" value="true"/>{remaps}
+  </node>
+</launch>
+"""
+
+
+def in_yaml():
+    arguments = ', '.join(f"{{name: {name}, value: '{value}'}}" for name, value in GIVEN.items())
+    remaps = ', '.join(f'{{from: {name}, to: /{name}}}' for name in REMAPPED)
+    return f"""launch:
+- arg: {{name: disparities, default: '16'}}
+- include: {{file: {FOLDER / 'fuzzy_stereo.launch.py'}, arg: [{arguments}]}}
+- node:
+    pkg: fuzzy_stereo_ros
+    exec: disparity_node
+    namespace: plain
+    param:
+    - {{name: disparity_range, value: $(var disparities)}}
+    - {{name: fill, value: true}}
+    remap: [{remaps}]
+"""
+
+
+def both_nodes_match_with_what_they_were_given(test):
+    for namespace, name in (('included', 'stereo'), ('plain', 'disparity_node')):
+        test.around.listen(namespace=f'/{namespace}/')
+        check_disparity(test.around.first_match(*PAIR))
+        test.around.leave()
+        assert test.parameters(f'/{namespace}/{name}', 'disparity_range', 'fill') == [16, True]
+
+
+def in_namespace(name):
+    return {'cli_args': ['--ros-args', '-r', f'__ns:={name}']}
+
+
+CASES = {
+    'ours': Case(lambda: small(node_name='stereo', namespace='rig', left_namespace='/left',
+                               right_namespace='/right'),
+                 has_the_name_that_was_given, wanted='/rig/'),
+    'compressed': Case(
+        lambda: small(namespace='rig', image_transport='compressed',
+                      left_namespace='/cameras/left', right_namespace='/cameras/right'),
+        matches_compressed_images_alone, {'compressed': True, **in_namespace('/cameras')},
+        '/rig/'),
+    'managed': Case(lambda: small(managed='true'), is_brought_up_by_a_lifecycle_manager, begun=''),
+    "the peer's arguments": Case(
+        lambda: included('fuzzy_stereo.launch.py', **PEER),
+        rectifies_and_names_what_means_nothing_in_one_warning, {'cli_args': PEER_CAMERAS},
+        '/rig/'),
+    'the migration page': Case(
+        lambda: included(written('stereo.launch.py', block('python'))),
+        matches_by_the_remappings_of_the_page, {'cli_args': ['--ros-args', *CAMERAS]},
+        '/stereo/'),
+    "the peer's own test": Case(peers_own_test, gives_a_disparity_within_a_minute,
+                                in_namespace('/unused')),
+    'two rigs': Case(
+        two_rigs, each_node_matches_its_own_cameras_in_a_process_with_its_own_parameters,
+        in_namespace('/front'), '/front/'),
+    'the demo': Case(
+        lambda: included('demo.launch.py', rows=str(ROWS), columns=str(COLUMNS),
+                         disparities=str(DISPARITIES), rate='10', viewer='False'),
+        shows_a_picture_in_colour_of_the_ground_truth_of_the_made_scene, in_namespace('/unused')),
+    **{language: Case(
+        lambda language=language, text=text: included(
+            written(f'stereo.launch.{language}', text())),
+        both_nodes_match_with_what_they_were_given)
+       for language, text in (('xml', in_xml), ('yaml', in_yaml))
+       if find_spec(f'launch_{language}')}}
+
+
+@pytest.mark.launch_test
+@launch_testing.parametrize('case', CASES)
+def generate_test_description(case):
+    return launched.description(CASES[case].launch())
+
+
+class TestTheLaunched(unittest.TestCase):
+    """Tests of what a case has launched; self.around is a `Surroundings`."""
+
+    def setUp(self, proc_output, proc_info, case):
+        """Wait for the node, then start the simulated cameras."""
+        self.case, self.output, self.processes = CASES[case], proc_output, proc_info
+        self.logged(self.case.begun)
+        stack = ExitStack()
+        self.addCleanup(stack.close)
+        self.around = stack.enter_context(surroundings(**self.case.rig))
+        self.around.check = self.check
+
+    def check(self):
+        """See that every process lives."""
+        for process in self.processes:
+            assert not hasattr(process, 'returncode'), f'{process.process_name} has ended'
+
+    def connect(self):
+        """Subscribe to the outputs and wait until the node has subscribed to the rig."""
+        self.around.listen(namespace=self.case.wanted)
+        self.around.until(self.around.rig.subscribed, 'the node subscribes to the rig')
+
+    def test_it_does_what_it_says(self):
+        """See what the case is about."""
+        self.case.check(self)
+
+    def printed(self):
+        """Return what the processes have printed."""
+        return b''.join(event.text for event in self.output).decode()
+
+    def logged(self, text):
+        """Wait for a text in what the processes print."""
+        deadline = time.monotonic() + START
+        with self.output.io_event:
+            while text not in self.printed():
+                assert time.monotonic() < deadline, f'never logged: {text}'
+                self.check()
+                self.output.io_event.wait(1)
+
+    def parameters(self, node, *names):
+        """Return the values of parameters of a node, None for those that are not set."""
+        from rcl_interfaces.srv import GetParameters
+        from rclpy.parameter import parameter_value_to_python
+        client = self.around.listener.create_client(GetParameters, f'{node}/get_parameters')
+        self.around.until(client.service_is_ready, f'parameters of {node}')
+        future = client.call_async(GetParameters.Request(names=names))
+        self.around.until(future.done, f'parameters of {node}')
+        return [parameter_value_to_python(value) for value in future.result().values]
+
+
+@launch_testing.post_shutdown_test()
+class TestTheEnd(unittest.TestCase):
+    """What holds after each launch."""
+
+    def test_every_process_ended_with_code_0(self, proc_info):
+        """See the exit codes."""
+        launched.asserts.assertExitCodes(proc_info, [0])
+
+    @classmethod
+    def tearDownClass(cls):
+        """Leave the surroundings."""
+        launched.held.close()

@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What holds of every profile: equal bits, kinds of images, either reference, fills."""
+from dataclasses import replace
+import gc
+import weakref
+
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
+from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from made_matches import bits, matched, scene
+import numpy as np
+import pytest
+
+SMALL = {'disparities': 24, 'threads': 1}
+PAPER = {**SMALL, 'population': 6, 'generations': 3, 'reference': 'left'}
+CONFIGS = {
+    'realtime': MatcherConfig(**SMALL),
+    'quality': MatcherConfig.from_profile('quality', **SMALL),
+    **{f'paper {reading}': MatcherConfig.from_profile('paper', reading=reading, **PAPER)
+       for reading in ('literal', 'uniform', 'strict')},
+    'paper from winners': MatcherConfig.from_profile(
+        'paper', initial_population='winner_takes_all', **PAPER)}
+
+
+@pytest.fixture(params=CONFIGS.values(), ids=CONFIGS)
+def config(request):
+    return request.param
+
+
+@pytest.mark.parametrize('profile', ALGORITHMS)
+def test_a_matcher_that_nobody_holds_gives_its_memory_back_at_once(profile):
+    pair = scene()
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        profile, **SMALL, population=2, generations=1))
+    matcher.match(pair.left, pair.right)
+    gc.collect()
+    gc.disable()
+    try:
+        algorithm = weakref.ref(matcher.algorithm)
+        del matcher
+        assert algorithm() is None
+    finally:
+        gc.enable()
+
+
+# ---- equal input, equal output ----
+
+
+def test_the_same_frames_give_the_same_bits_whatever_the_number_of_threads(config):
+    rows = {'realtime': 645, 'quality': 150, 'paper': 40}[config.algorithm]    # several bands
+    frames = list(made_sequence(rows, 70, 24, 1 + config.warm_start, noise=3.0, pan=2.0))
+    matchers = [StereoMatcher(replace(config, threads=threads)) for threads in (1, 1, 2, 3)]
+    for frame in frames:
+        assert len({repr(bits(matcher.match(frame.left, frame.right)))
+                    for matcher in matchers}) == 1
+    if config.algorithm == 'realtime':
+        for name in ('labels', 'validity', 'pictures', 'ages'):
+            for matcher in matchers[1:]:
+                np.testing.assert_array_equal(
+                    getattr(matcher.state, name), getattr(matchers[0].state, name))
+
+
+def test_what_was_matched_before_leaves_no_trace_without_warm_start(config):
+    """Not what was seen, nor another size in between."""
+    matcher, pair = StereoMatcher(replace(config, warm_start=False)), scene()
+    for other in (scene(seed=1), scene(50, 80), scene(seed=2)):
+        matcher.match(other.left, other.right)
+    assert bits(matcher.match(pair.left, pair.right)) == bits(matched(pair, config))
+    assert matcher.state is None
+
+
+def test_the_seed_changes_what_is_found(config):
+    pair = scene()
+    first, other = matched(pair, config), matched(pair, config, seed=1)
+    # What realtime draws decides from the second frame on.
+    assert (bits(first) != bits(other)) == (config.algorithm != 'realtime')
+
+
+@pytest.mark.parametrize('columns', [70, 20])
+def test_warming_up_changes_no_bit(config, columns):
+    """Also for images with fewer columns than disparities, which only matching refuses."""
+    pair, matcher = scene(), StereoMatcher(config)
+    matcher.warm_up(40, columns)
+    assert bits(matcher.match(pair.left, pair.right)) == bits(matched(pair, config))
+
+
+# ---- kinds of images ----
+
+
+def test_the_right_reference_is_the_left_one_of_the_mirrored_and_exchanged_pair(config):
+    pair = scene()
+    mirrored = pair._replace(left=np.ascontiguousarray(pair.right[:, ::-1]),
+                             right=np.ascontiguousarray(pair.left[:, ::-1]))
+    right, left = matched(pair, config, reference='right'), matched(mirrored, config)
+    np.testing.assert_array_equal(right.disparity, left.disparity[:, ::-1])
+    np.testing.assert_array_equal(right.confidence, left.confidence[:, ::-1])
+
+
+@pytest.mark.parametrize('places', [0, 4, 8])
+@pytest.mark.parametrize('colour', [False, True])
+def test_an_image_of_more_bits_is_matched_as_the_same_one_of_8(config, places, colour):
+    pair = scene(colour=colour)
+    pair.left[0, 0] = 255
+    deep = pair._replace(left=pair.left.astype(np.uint16) << places,
+                         right=pair.right.astype(np.uint16) << places)
+    eight, more = matched(pair, config), matched(deep, config)
+    if not (colour and config.reading == 'literal'):    # whose grey is rounded in each depth
+        assert bits(eight) == bits(more)
+
+
+@pytest.mark.parametrize('channels', [(1, 1), (3, 3), (0, 3), (3, 0), (1, 3)])
+def test_grey_in_colour_is_matched_as_grey(config, channels):
+    pair = scene()
+    left, right = (np.repeat(image[..., None], count, axis=2) if count else image
+                   for image, count in zip(pair[:2], channels))
+    assert bits(matched(pair, config)) == bits(matched(
+        pair._replace(left=left, right=right), config))
+
+
+def test_strided_and_read_only_images_are_matched_as_any_and_stay_as_they_are(config):
+    pair = scene()
+    wide = np.repeat(pair.left, 2, axis=1)
+    strided = pair._replace(left=wide[:, ::2], right=np.asfortranarray(pair.right))
+    left, right = pair.left.copy(), pair.right.copy()
+    left.flags.writeable = right.flags.writeable = False
+    expected = bits(matched(pair, config))
+    assert bits(matched(strided, config)) == expected
+    assert bits(matched(pair._replace(left=left, right=right), config)) == expected
+    np.testing.assert_array_equal(left, pair.left)
+
+
+@pytest.mark.parametrize('colour', [False, True])
+@pytest.mark.parametrize('rows, columns, disparities, min_disparity', [
+    (2, 2, 1, 0), (2, 2, 2, -2048), (2, 70, 33, -20), (70, 2, 2, 0), (3, 5, 5, -3),
+    (17, 63, 63, 0), (129, 31, 9, -20), (40, 31, 9, -200), (5, 310, 300, -150)])
+def test_every_size_and_range_gives_a_disparity_everywhere_when_filled(
+        config, rows, columns, disparities, min_disparity, colour):
+    pair = made_pair(rows, columns, disparities, noise=2.0, min_disparity=min_disparity,
+                     colour=colour)
+    matcher = StereoMatcher(replace(config, disparities=disparities, fill=True,
+                                    min_disparity=min_disparity))
+    for _ in range(2):
+        match = matcher.match(pair.left, pair.right)
+        assert match.disparity.shape == match.confidence.shape == (rows, columns)
+        assert match.disparity.min() >= min_disparity
+        assert match.disparity.max() <= min_disparity + disparities - 1
+    assert match.warm == config.warm_start
+
+
+# ---- what comes out ----
+
+
+def test_a_fill_is_dense_and_keeps_the_rest_and_its_confidence(config):
+    pair = scene()
+    threshold = float(np.median(matched(pair, config, fill=True).confidence))
+    sparse, dense = (matched(pair, config, fill=fill, confidence_threshold=threshold)
+                     for fill in (False, True))
+    known = np.isfinite(sparse.disparity)
+    assert 0 < known.mean() < 1
+    assert np.isfinite(dense.disparity).all()
+    np.testing.assert_array_equal(dense.disparity[known], sparse.disparity[known])
+    np.testing.assert_array_equal(dense.confidence, sparse.confidence)
+
+
+def test_a_threshold_makes_what_is_less_sure_invalid(config):
+    pair, every = scene(), matched(scene(), config)
+    threshold = np.float32(np.median(every.confidence))
+    sure = matched(pair, config, confidence_threshold=float(threshold))
+    np.testing.assert_array_equal(
+        np.isnan(sure.disparity), np.isnan(every.disparity) | (every.confidence < threshold))

@@ -1,0 +1,323 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The kernels of quality: costs over supports, scanlines along a parent, maps between pixels."""
+from census_scene import random_map, small_pair
+from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.crossover import Exchange
+from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
+from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
+from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
+from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
+from fuzzy_stereo_ros.matching.quality import strips
+from fuzzy_stereo_ros.matching.quality.possibility import (
+    colour_and_fine_grey, Model, SupportPossibility)
+from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness, SurfaceScanlines
+from fuzzy_stereo_ros.matching.quality.seed import Steps, SurfaceFitness
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+from reference_crossover import change_of
+import reference_quality as twins
+
+SHAPES = [(1, 9), (9, 1), (2, 2), (7, 33), (5, 70)]
+MODEL = Model(census=7, colour=43, slope=2, gradient=12, blurs=(0.5,), longest=3, near=2, rounds=0)
+
+
+def test_costs_of_pixels_in_strips_are_those_of_the_whole_image_halved(monkeypatch):
+    left, right = small_pair(61, 40)[:2]
+    pair = [colour_and_fine_grey(image, 1.0, 0) for image in (left, right)]
+    monkeypatch.setattr(strips, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
+    volume = strips.pixel_costs(ThreadPool(1), *pair, 20, MODEL._replace(rounds=2), 3)
+    whole = SupportPossibility(61, 40, 20, MODEL)
+    whole.look(*pair, 3)
+    whole.fill(ThreadPool(1), MODEL)
+    np.testing.assert_array_equal(volume, np.minimum(whole.costs >> 1, 255))
+
+
+@pytest.mark.parametrize('first_bit, planes', [(0, 2), (24, 3)])
+@pytest.mark.parametrize('shape', SHAPES)
+def test_the_census_is_that_of_the_twin(shape, first_bit, planes):
+    fine = random_map((shape[0] + 4, shape[1] + 4), 20, dtype=np.float32)
+    codes = np.zeros((shape[0], planes, shape[1]), np.uint16)
+    fuzzy_costs.census(fine, 2, first_bit, codes, 0, shape[0])
+    np.testing.assert_array_equal(codes, twins.census(fine, 2, first_bit, planes))
+
+
+@pytest.mark.parametrize('first_inside', [0, 4])
+@pytest.mark.parametrize('shape', SHAPES)
+def test_the_costs_are_those_of_the_twin(shape, first_inside):
+    check_costs(shape, min(shape[1], 35), 64, first_inside)
+
+
+@pytest.mark.parametrize('disparities', [1, 32, 33, 255, 256, 257, 512])
+def test_the_costs_of_more_disparities_than_columns_are_those_of_the_twin(disparities):
+    check_costs((2, 5), disparities, -(-disparities // 32) * 32, 2)
+
+
+@pytest.mark.parametrize('weights', [(0, 1, 1, 0), (1, 0, 0, 1), (37, 1, 64, 11)])
+def test_the_costs_of_the_largest_differences_are_those_of_the_twin(weights):
+    check_costs((3, 33), 33, 64, 0, spread=1021, weights=weights)
+
+
+def check_costs(shape, disparities, labels, first_inside, spread=12, weights=(5, 3, 16, 4)):
+    rows, columns = shape
+    codes, target_codes = (random_map((rows, 2, columns), 65536, seed, np.uint16)
+                           for seed in (1, 2))
+    planes, target_planes = (
+        random_map((rows, fuzzy_costs.PLANES, columns), spread, seed, np.uint16)
+        + np.uint16(16384)
+        for seed in (3, 4))
+    padded = [np.concatenate([kind[..., ::-1], np.repeat(kind[..., :1], labels, axis=2)], axis=2)
+              for kind in (target_codes, target_planes)]
+    costs = np.zeros((rows, columns, labels), np.uint16)
+    fuzzy_costs.fill_costs(codes, padded[0], 2, planes, padded[1], np.uint16(weights), disparities,
+                           first_inside, costs, 0, rows)
+    np.testing.assert_array_equal(costs, twins.costs(
+        codes, target_codes, planes, target_planes, weights, disparities, first_inside, labels))
+
+
+@pytest.mark.parametrize('level', [0.5, 100.0])
+@pytest.mark.parametrize('shape', SHAPES)
+def test_arms_end_at_edges_of_colour_and_of_the_parent(shape, level):
+    colours = random_map((*shape, 3), 18)
+    surface = random_map(shape, 3, 1, np.float32) / np.float32(4)
+    arms = np.zeros((*shape, 4), np.uint8)
+    cross_support.fill_arms(colours, 5, 2, 14, 8, surface, np.float32(level), arms, 0, shape[0])
+    np.testing.assert_array_equal(arms, twins.arms(colours, 5, 2, 14, 8, surface, level))
+
+
+@pytest.mark.parametrize('least', [0, fuzzy_costs.FULL])
+@pytest.mark.parametrize('longest', [4, 34])
+@pytest.mark.parametrize('shape', [*SHAPES, (70, 3)])
+def test_means_over_rows_and_columns_are_those_of_the_twin(shape, longest, least):
+    rows, columns = shape
+    labels = 64
+    costs = np.maximum(
+        random_map((*shape, labels), fuzzy_costs.FULL + 1, dtype=np.uint16), np.uint16(least))
+    places = np.indices(shape)
+    room = [places[1], columns - 1 - places[1], places[0], rows - 1 - places[0]]
+    arms = random_map((*shape, 4), longest + 1)
+    arms = np.minimum(arms, np.stack(room, axis=2)).astype(np.uint8)
+    by_rows, by_columns = costs.copy(), costs.copy()
+    cross_support.mean_over_rows(by_rows, arms, np.zeros((columns + 1) * labels, np.uint16), 0,
+                                 rows)
+    for first, last in ((0, columns // 2), (columns // 2, columns)):
+        ring = np.zeros((2 * longest + 2, (last - first) * labels), np.uint16)
+        cross_support.mean_over_columns(by_columns, arms, longest, ring, first, last)
+    np.testing.assert_array_equal(by_rows, twins.mean_over_arms(costs, arms, 1))
+    np.testing.assert_array_equal(by_columns, twins.mean_over_arms(costs, arms, 0))
+
+
+@pytest.mark.parametrize('labels', [32, 64, 512])
+def test_leaning_makes_labels_far_from_the_surface_dearer_and_can_be_undone(labels):
+    costs = random_map((4, 5, labels), fuzzy_costs.FULL + 1, dtype=np.uint16)
+    surface = random_map((4, 5), 10 * labels, 1, np.float32) / np.float32(10)
+    weights = random_map((4, 5), 60, 2, np.float32)
+    reliance, numbers = costs.copy(), (np.float32(1), np.float32(4))
+    fuzzy_costs.add_prior(reliance, surface, weights, *numbers, False, 0, 4)
+    assert (abs(reliance - twins.leant_costs(costs, surface, weights, 1.0, 4.0)) <= 1).all()
+    fuzzy_costs.add_prior(reliance, surface, weights, *numbers, True, 0, 4)
+    np.testing.assert_array_equal(reliance, costs)
+
+
+PATH_SHAPES = [(1, 5), (5, 1), (4, 7), (9, 13)]
+SMOOTHNESS = Smoothness(jump=4.0, small=0.1, at_edge=0.1, edge=20.0)
+
+
+@pytest.mark.parametrize('steepest', [0, 2])
+@pytest.mark.parametrize('upwards', [False, True])
+@pytest.mark.parametrize('shape', PATH_SHAPES)
+def test_paths_follow_the_parent_as_the_twin_does(shape, upwards, steepest):
+    check_paths(shape, 32, upwards, steepest)
+
+
+@pytest.mark.parametrize('upwards', [False, True])
+@pytest.mark.parametrize('labels', [64, 256, 288, 512])
+def test_paths_of_many_labels_are_those_of_the_twin(labels, upwards):
+    check_paths((3, 4), labels, upwards, 5)
+
+
+def check_paths(shape, labels, upwards, steepest):
+    rows, columns = shape
+    costs = random_map((*shape, labels), FULL + 1, dtype=np.uint16)
+    parent, steps = random_map(shape, 6, 1, np.int16), random_map((4, *shape), 256, 2)
+    small, jump = (np.linspace(high, high / 8, 256).astype(np.uint16) for high in (90, 700))
+    sums = random_map(costs.shape, 9, 3, np.uint16)
+    before = sums.astype(int) if upwards else 0
+    paths = np.zeros((2, 4, columns, labels + 2 * eight_directions.PAD), np.uint16)
+    eight_directions.sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards,
+                               rows - 1 if upwards else 0, 0, rows, paths,
+                               np.zeros((2, 4, columns), np.uint16))
+    np.testing.assert_array_equal(sums, before + twins.summed_paths(
+        costs, parent, steepest, steps, small, jump, upwards))
+
+
+@pytest.mark.parametrize('disparities', [1, 2, 20, 33, 64, 255, 256, 257, 512])
+@pytest.mark.parametrize('shape', PATH_SHAPES)
+def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
+    rows, columns = shape
+    sums = random_map((*shape, -(-disparities // 32) * 32), 90, dtype=np.uint16)
+    labels, target = (np.zeros(shape, np.int16) for _ in range(2))
+    offsets, margins = np.zeros(shape, np.float32), np.zeros(shape, np.uint16)
+    expected = twins.chosen_labels(sums.astype(int), disparities)
+    eight_directions.choose_labels(
+        sums, disparities, np.zeros((2, columns + sums.shape[2]), np.uint16),
+        np.arange(sums.shape[2], dtype=np.uint16), labels, offsets, margins, target, 0, rows)
+    for found, wanted in zip((labels, offsets, margins, target), expected):
+        np.testing.assert_allclose(found, wanted, atol=1e-6)
+
+
+def guessed(costs, parent, threads=1, here=slice(None)):
+    guess = SurfaceScanlines(costs.shape)
+    guess.look(random_map((*costs.shape[:2], 3), 30, 7))
+    guess.search(ThreadPool(threads), costs, 24, SMOOTHNESS, parent, 2, here)
+    return guess
+
+
+@pytest.mark.parametrize('here', [slice(0, 150), slice(20, 60), slice(70, 149), slice(74, 76)])
+def test_some_rows_are_chosen_as_among_all_and_the_others_stay(here):
+    costs = random_map((150, 20, 32), FULL, dtype=np.uint16)
+    parent = np.zeros((150, 20), np.int16)
+    every, some = (guessed(costs, parent, here=rows) for rows in (slice(None), here))
+    for name in ('labels', 'offsets', 'margins', 'target'):
+        found, wanted = getattr(some, name), getattr(every, name).copy()
+        wanted[:here.start] = wanted[here.stop:] = 0
+        np.testing.assert_array_equal(found, wanted)
+
+
+MAP_SHAPES = [(1, 1), (1, 9), (9, 1), (8, 11)]
+BY_COLOUR = np.exp(-np.arange(766) / 20).astype(np.float32)
+STEPS = Steps(slope=0.2, free=0.25, jump=2.0, apart=0.5)
+
+
+def surface_of(shape, seed=0, limit=8):
+    return random_map(shape, 16 * limit, seed, np.float32) / np.float32(16)
+
+
+@pytest.mark.parametrize('labels', [1, 8, 255, 256, 257, 512])
+@pytest.mark.parametrize('shape', MAP_SHAPES)
+def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape, labels):
+    """The map reaches from label to label, whose places the histogram just holds."""
+    surface, colours = random_map(shape, labels, 0, np.float32), random_map((*shape, 3), 60, 1)
+    surface = np.minimum(surface + surface_of(shape, 3, 1), np.float32(labels - 1))
+    selected = random_map(shape, 2, 2)
+    distance = np.exp(-np.arange(-3, 4)**2 / 8).astype(np.float32)
+    result = np.zeros_like(surface)
+    dense_map.weighted_median(surface, selected, colours, 3, BY_COLOUR, distance,
+                              np.zeros(dense_map.BINS * labels + 1, np.float32), result, 0,
+                              shape[0])
+    np.testing.assert_allclose(result, twins.weighted_median(
+        surface, selected, colours, 3, BY_COLOUR, distance, dense_map.BINS), atol=1e-5)
+
+
+@pytest.mark.parametrize('nearest', [0, 254, 509])
+@pytest.mark.parametrize('shape', MAP_SHAPES)
+def test_local_planes_are_those_of_the_twin(shape, nearest):
+    surface, colours = surface_of(shape, limit=3) + nearest, random_map((*shape, 3), 60, 1)
+    result = np.zeros_like(surface)
+    dense_map.local_planes(surface, colours, 2, BY_COLOUR, np.float32(1), np.float32(0.25),
+                           result, 0, shape[0])
+    np.testing.assert_allclose(result, twins.local_planes(
+        surface, colours, 2, BY_COLOUR, 1.0, 0.25), atol=2e-3)
+
+
+@pytest.mark.parametrize('disparities', [1, 2, 7, 32])
+def test_costs_between_labels_lie_between_theirs(disparities):
+    cells = random_map((1, 1, 32), FULL, disparities, np.uint16)
+    for disparity in np.linspace(-1, disparities + 1, 19, dtype=np.float32):
+        assert surface_cost.cost_at(cells, 0, 0, disparity, disparities) == pytest.approx(
+            twins.cost_at(cells[0, 0], disparity, disparities), abs=1e-3)
+
+
+def joined(shape, seed, father, apart):
+    """
+    Join two random maps; return the child, what it is said to save, and a measure of maps.
+
+    father: makes the second map of the first one; apart: of STEPS
+    """
+    fitness = SurfaceFitness(*shape, 9)
+    across, down = (random_map(shape, 9, seed + 1 + side, np.float32) / np.float32(8)
+                    for side in range(2))
+    costs = random_map((*shape, 32), FULL, seed, np.uint16)
+    rejected = random_map(shape, 2, seed + 3) == 1
+    fitness.trust(rejected)
+    fitness.look(across, down)
+
+    def genes(surface):
+        found = np.array([twins.cost_at(costs[place] >> 1, surface[place], 9)
+                          for place in np.ndindex(shape)]).reshape(shape)
+        return found * np.where(rejected, 0.1, 1)
+
+    def cost(surface):
+        return twins.surface_cost(surface, genes(surface), across, down, 0.2 * FULL / 2, 0.25,
+                                  FULL)
+    mother = surface_of(shape, seed)
+    father = father(mother)
+    maps, prices = (mother.copy(), father), [np.zeros(shape, np.float32) for _ in range(2)]
+    half = shape[0] // 2
+    for first, rows in ((0, costs[:half]), (half, costs[half:])):
+        fitness.price(ThreadPool(1), rows, first, maps, prices)
+    for surface, price in zip(maps, prices):
+        np.testing.assert_allclose(price, genes(surface), atol=1e-3)
+    saved = fitness.join(maps[0], prices[0], father, prices[1], STEPS._replace(apart=apart))
+    np.testing.assert_allclose(prices[0], genes(maps[0]), atol=1e-3)
+    return mother, father, maps[0], saved / surface_cost.PARTS, cost
+
+
+@pytest.mark.parametrize('seed', range(5))
+@pytest.mark.parametrize('shape', [*MAP_SHAPES, (37, 3)])
+def test_a_child_costs_no_more_than_its_parents_and_saves_what_is_said(shape, seed):
+    mother, father, child, saved, cost = joined(
+        shape, seed, lambda surface: np.where(random_map(shape, 3, seed) == 0,
+                                              surface_of(shape, seed + 9), surface), 0.0)
+    assert cost(child) == pytest.approx(cost(mother) - saved, abs=0.01 * child.size)
+    assert cost(child) <= min(cost(mother), cost(father)) + 0.01 * child.size
+
+
+def test_genes_that_hardly_differ_stay_those_of_the_mother():
+    mother, _, child, saved, _ = joined(
+        (6, 9), 0, lambda surface: surface + np.float32(0.3), 0.5)
+    np.testing.assert_array_equal(mother, child)
+    assert saved == 0
+
+
+@st.composite
+def crossings(draw):
+    """Return mother, father, what their genes cost, weights of steps; all without rounding."""
+    shape, seed = (draw(st.integers(1, 9)), draw(st.integers(1, 9))), draw(st.integers(0, 10**6))
+    mother, father = (surface_of(shape, seed + k, draw(st.sampled_from([1, 3, 512])))
+                      for k in range(2))
+    agree = random_map(shape, 10, seed + 2) < draw(st.sampled_from([0, 3, 6, 9]))
+    father[agree] = mother[agree]
+    most = draw(st.sampled_from([1, 16, 200]))
+    across, down = (random_map(shape, 9, seed + k, np.float32) / np.float32(8) for k in (5, 6))
+    return mother, father, *(random_map(shape, most, seed + k, np.float32) for k in (3, 4)), \
+        across, down
+
+
+@settings(max_examples=200, deadline=None)
+@given(crossings(), st.sampled_from([0, 0.25, 1]), st.sampled_from([0, 0.125, 0.5]))
+def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
+        crossing, free, apart):
+    first, second, first_costs, second_costs, across, down = crossing
+    numbers, apart = [np.float32(number) for number in (8, free, 20)], np.float32(apart)
+
+    def cost(surface):
+        genes = np.where(surface == first, first_costs, second_costs)
+        return twins.surface_cost(surface, genes, across, down, *numbers)
+
+    exchange = Exchange(*first.shape, 4)
+    exchange.hold(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
+    np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
+    exchange.pairs[:] = 99
+    surface_cost.exchange_changes(
+        first, first_costs, second, second_costs, across, down, *numbers, apart, exchange.cells,
+        exchange.alone, exchange.pairs)
+    for share in (2, 5, 10):
+        exchange.taken[:] = random_map((exchange.cells.size,), 10, share) < share
+        child = first.copy()
+        taken = exchange.cells[exchange.taken]
+        child.flat[taken] = second.flat[taken]
+        assert change_of(exchange, exchange.taken) == surface_cost.PARTS * (
+            cost(child) - cost(first))

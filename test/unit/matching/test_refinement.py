@@ -1,0 +1,298 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Left-right consistency, speckles, fills, medians, sub-pixel disparities, and confidence."""
+from types import SimpleNamespace
+
+from census_scene import random_map
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.kernels.refinement import filling
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
+    check_consistency, CONSISTENT, INVALID, OUTSIDE)
+from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_columns, fill_rows
+from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
+from fuzzy_stereo_ros.matching.realtime.refinement import (
+    ALIKE, AROUND, LEAST_SURE, Refinement, RIGHT)
+from fuzzy_stereo_ros.matching.speckles import reject_speckles
+from hypothesis import given, settings, strategies as st
+from hypothesis.extra import numpy as arrays
+import numpy as np
+import pytest
+import reference_refinement as twins
+
+KINDS = [(np.uint8, 256), (np.uint16, 600)]
+validity_of_pixels = st.sampled_from([CONSISTENT, OUTSIDE, INVALID])
+
+
+def checked(labels, target, disparities, inside):
+    validity = np.full(labels.shape, 9, np.uint8)
+    check_consistency(labels, target, disparities, inside, validity, 0, len(labels))
+    return validity
+
+
+def inside_of(min_disparity, columns):
+    return min_disparity, min_disparity + columns - 1
+
+
+def despeckled(labels, validity, step, smallest):
+    validity = validity.copy()
+    reject_speckles(ThreadPool(1), labels, validity, step, smallest)
+    return validity
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.sampled_from(KINDS), st.integers(1, 5), st.integers(1, 40),
+       st.integers(-50, 5) | st.sampled_from([-200, -2048, 2048]), st.integers(1, 30))
+def test_validities_are_those_of_the_twin(kind, rows, columns, min_disparity, spread):
+    dtype, limit = kind
+    extra, inside = extra_columns(min_disparity, spread), inside_of(min_disparity, columns)
+    labels = random_map((rows, columns), min(spread, limit), 1, dtype)
+    target = random_map((rows, extra + columns), min(spread, 256), 2)
+    np.testing.assert_array_equal(checked(labels, target, limit, inside),
+                                  twins.validities(labels, target, inside))
+
+
+@pytest.mark.parametrize('label', [0, 1, 255, 256, 257, 400, 511])
+@pytest.mark.parametrize('away, validity', [
+    (-2, INVALID), (-1, CONSISTENT), (0, CONSISTENT), (1, CONSISTENT), (2, INVALID)])
+def test_labels_agree_within_one_pixel_modulo_256(label, away, validity):
+    labels = np.full((1, 600), label, np.uint16)
+    target = np.full((1, 600), (label + away) % 256, np.uint8)
+    assert checked(labels, target, 600, (0, 599))[0, 599] == validity
+
+
+@st.composite
+def labels_and_validity(draw, dtype=np.uint8):
+    shape = draw(st.integers(1, 12)), draw(st.integers(1, 12))
+    values = draw(st.sampled_from([2, 4, 256]))
+    labels = draw(arrays.arrays(dtype, shape, elements=st.integers(0, values - 1)))
+    return labels, draw(arrays.arrays(np.uint8, shape, elements=validity_of_pixels))
+
+
+@settings(max_examples=150, deadline=None)
+@given(labels_and_validity(), st.integers(0, 2), st.integers(2, 30))
+def test_speckles_are_those_of_flood_fill(maps, step, smallest):
+    np.testing.assert_array_equal(despeckled(*maps, step, smallest),
+                                  twins.without_speckles(*maps, step, smallest))
+
+
+@pytest.mark.parametrize('shape', [(25, 40), (1, 300), (300, 1), (300, 40), (700, 9)])
+def test_speckles_of_16_bit_labels_are_those_of_flood_fill(shape):
+    labels = random_map(shape, 3, 4, np.uint16) + np.uint16(300)
+    validity = random_map(shape, 3, 5)
+    np.testing.assert_array_equal(despeckled(labels, validity, 1, 15),
+                                  twins.without_speckles(labels, validity, 1, 15))
+
+
+kinds = st.sampled_from([(np.uint8, 3), (np.uint8, 256), (np.uint16, 600)])     # steps small, wide
+sizes = st.integers(1, 12)
+
+
+@st.composite
+def maps(draw):
+    """Return labels and a validity, from nothing rejected to everything."""
+    (dtype, limit), shape = draw(kinds), (draw(sizes), draw(sizes))
+    seed, share = draw(st.integers(0, 10000)), draw(st.sampled_from([0, 0.1, 0.5, 0.9, 1]))
+    labels = random_map(shape, limit, seed, dtype)
+    chance = np.random.default_rng(seed)
+    validity = random_map(shape, INVALID, seed)
+    validity[chance.random(shape) < share] = INVALID
+    return labels, validity
+
+
+def by_rows(labels, validity):
+    filled = np.full_like(labels, 77)
+    fill_rows(labels, validity, filled, 0, len(labels))
+    return filled
+
+
+def by_columns(labels, validity, rows):
+    filled = np.full_like(labels, 77)
+    fill_columns(labels, validity, rows, filled, np.zeros_like(labels[0]), 0, 1)
+    fill_columns(labels, validity, rows, filled, np.zeros_like(labels[0]), 1, labels.shape[1])
+    return filled
+
+
+@settings(max_examples=150, deadline=None)
+@given(maps())
+def test_rows_are_filled_as_by_the_twin(given_maps):
+    np.testing.assert_array_equal(by_rows(*given_maps), twins.filled_by_rows(*given_maps))
+
+
+@settings(max_examples=150, deadline=None)
+@given(maps())
+def test_columns_are_filled_as_by_the_twin(given_maps):
+    rows = by_rows(*given_maps)
+    np.testing.assert_array_equal(
+        by_columns(*given_maps, rows), twins.filled_by_columns(*given_maps, rows))
+
+
+@pytest.mark.parametrize('first', [0, 2])
+def test_a_row_without_labels_takes_the_one_above_in_its_band(first):
+    labels = np.arange(12, dtype=np.uint8).reshape(4, 3)
+    validity = np.full((4, 3), INVALID, np.uint8)
+    validity[first] = 0
+    filled = np.full_like(labels, 77)
+    fill_rows(labels, validity, filled, first, 4)
+    for row in range(first, 4):
+        assert filled[row].tolist() == labels[first].tolist()
+    assert np.all(filled[:first] == 77)
+    validity[:] = INVALID
+    fill_rows(labels, validity, filled, first, 4)
+    assert not filled[first:].any()
+
+
+SHAPES = [(1, 1), (1, 9), (9, 1), (2, 2), (8, 31), (7, 32), (6, 33), (3, 65)]
+DEPTHS = [(np.uint8, 1), (np.uint8, 3), (np.uint8, 256), (np.uint16, 257), (np.uint16, 4096)]
+
+
+def median_of(labels, grey, reach, disparities, bands=None):
+    rows, columns = labels.shape
+    radius = filling.RADIUS
+    padded, padded_grey = (np.full((rows + 2 * radius, columns + 2 * radius + 2 * LANES), 99,
+                                   labels.dtype) for _ in range(2))
+    out = np.zeros((rows, columns + 2 * LANES), labels.dtype)
+    members = np.zeros(filling.NEIGHBOURS * LANES, labels.dtype)
+    bits = max((disparities - 1).bit_length(), 1)
+    bands = bands or [(0, rows)]
+    for band in bands:
+        filling.pad_map(labels, columns, padded, *band)
+        filling.pad_map(grey, columns, padded_grey, *band)
+    for band in bands:
+        filling.membership_median(padded, padded_grey, reach, bits, columns, out, members, *band)
+    return out[:, :columns]
+
+
+@pytest.mark.parametrize('dtype, disparities', DEPTHS)
+@pytest.mark.parametrize('shape', SHAPES)
+def test_the_membership_median_is_that_of_the_twin(shape, dtype, disparities):
+    labels = random_map(shape, disparities, 1, dtype)
+    grey = random_map(shape, 40, 2)
+    np.testing.assert_array_equal(median_of(labels, grey, 10, disparities),
+                                  twins.membership_median(labels, grey, 10))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 9), st.integers(1, 40), st.integers(0, 255), st.integers(1, 256),
+       st.integers(1, 256), st.integers(0, 99))
+def test_any_reach_and_spread_of_labels_and_grey(rows, columns, reach, spread, greys, seed):
+    labels = random_map((rows, columns), spread, seed)
+    grey = random_map((rows, columns), greys, seed + 1)
+    np.testing.assert_array_equal(median_of(labels, grey, reach, 256),
+                                  twins.membership_median(labels, grey, reach))
+
+
+@pytest.mark.parametrize('edges', [(0, 1, 11), (0, 5, 11), (0, 10, 11), (0, 3, 7, 11)])
+def test_bands_give_what_the_whole_gives(edges):
+    labels, grey = random_map((11, 37), 64, 5), random_map((11, 37), 60, 6)
+    np.testing.assert_array_equal(
+        median_of(labels, grey, 10, 64, list(zip(edges, edges[1:]))),
+        median_of(labels, grey, 10, 64))
+
+
+@pytest.mark.parametrize('dtype, disparities', [(np.uint8, 60), (np.uint16, 300)])
+@pytest.mark.parametrize('shape', [(2, 2), (3, 9), (5, 5), (17, 40)])
+def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities):
+    labels, grey = random_map(shape, disparities, 7, dtype), random_map(shape, 50, 8)
+    refinement = Refinement(shape[1], disparities, dtype, cut_bands(shape[0]))
+    np.testing.assert_array_equal(
+        refinement.smooth(ThreadPool(1), labels, labels, grey),
+        twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))
+
+
+POOL = ThreadPool(1)
+DUE = np.array([0, 6, 24], np.uint8)
+
+
+def no_reliance(shape):
+    return np.zeros(shape, np.uint8), DUE
+
+
+def chosen_at_random(shape, disparities, seed):
+    """Return what the scanline guess chooses, a validity and final labels near the chosen."""
+    dtype = np.uint8 if disparities <= 256 else np.uint16
+    labels = random_map(shape, disparities, seed, dtype)
+    near = labels.astype(np.int64) + random_map(shape, 4, seed + 1) - 1
+    final = np.clip(near, 0, disparities - 1).astype(dtype)
+    final[::2, 1:] = final[::2, :-1]
+    return SimpleNamespace(
+        labels=labels, offsets=random_map(shape, 17, seed + 2).astype(np.int8) - np.int8(8),
+        sums=random_map(shape, 256, seed + 3), margins=random_map(shape, 256, seed + 4),
+    ), random_map(shape, 3, seed + 5), final
+
+
+def written(shape, disparities, seed=0, validity=None, **changes):
+    """Return what the user gets, and what the twin makes of the same."""
+    chosen, random_validity, final = chosen_at_random(shape, disparities, seed)
+    validity = random_validity if validity is None else np.full(shape, validity, np.uint8)
+    config = MatcherConfig(disparities=disparities, **changes)
+    refinement = Refinement(shape[1], disparities, final.dtype, cut_bands(shape[0]))
+    refinement.settled[:] = validity
+    reliance = random_map(shape, 3, seed + 6)
+    disparity, confidence = refinement.write(POOL, final, chosen, (reliance, DUE), config)
+    fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
+    sure = twins.confidence(twins.certainty(
+        chosen.sums, np.maximum(chosen.margins.astype(int) - DUE[reliance], 0), validity),
+        validity)
+    return disparity, confidence, fine, sure, validity
+
+
+def check(shape, disparities, seed=0, **changes):
+    disparity, confidence, fine, sure, validity = written(shape, disparities, seed, **changes)
+    right = np.where(sure >= LEAST_SURE, np.interp(10 * sure, range(11), RIGHT), 0)
+    np.testing.assert_allclose(confidence, right, atol=1e-4)
+    # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
+    config = MatcherConfig(disparities=disparities, **changes)
+    np.testing.assert_array_equal(disparity, twins.disparities_of(
+        fine, validity, confidence, config.min_disparity, disparities, config.fill,
+        np.float32(max(config.confidence_threshold, LEAST_SURE))))
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 9), (9, 1), (2, 2), (7, 33)])
+@pytest.mark.parametrize('disparities', [1, 2, 64, 256, 257, 1999, 2000, 4096])
+def test_disparities_and_confidence_are_those_of_the_twin(shape, disparities):
+    check(shape, disparities)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 8), st.integers(1, 20), st.integers(-300, 300), st.booleans(),
+       st.floats(0, 1), st.integers(0, 99))
+def test_any_range_fill_and_threshold(rows, columns, min_disparity, fill, threshold, seed):
+    check((rows, columns), 6, seed, min_disparity=min_disparity, fill=fill,
+          confidence_threshold=threshold)
+
+
+@pytest.mark.parametrize('margin, valid', [(0, 0), (1, 1)])
+def test_only_where_nothing_is_known_a_pixel_is_refused_without_a_threshold(margin, valid):
+    labels = np.full((19, 19), 7, np.uint8)
+    margins = np.zeros((19, 19), np.uint8)
+    margins[9, 9] = margin
+    chosen = SimpleNamespace(labels=labels, offsets=np.zeros((19, 19), np.int8),
+                             sums=np.full((19, 19), 255, np.uint8), margins=margins)
+    refinement = Refinement(19, 64, np.uint8, cut_bands(19))
+    disparity, _ = refinement.write(
+        POOL, labels, chosen, no_reliance(labels.shape), MatcherConfig())
+    assert np.count_nonzero(disparity == 7) == valid * AROUND**2
+    assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
+
+
+def test_a_pixel_as_sure_as_the_threshold_stays_valid():
+    labels = np.full((4, 5), 7, np.uint8)
+    chosen = SimpleNamespace(labels=labels, offsets=np.zeros((4, 5), np.int8),
+                             sums=np.zeros((4, 5), np.uint8),
+                             margins=np.full((4, 5), CLEAR_MARGIN, np.uint8))
+    refinement = Refinement(5, 64, np.uint8, cut_bands(4))
+    reliance = no_reliance(labels.shape)
+    confidence = float(refinement.write(
+        POOL, labels, chosen, reliance, MatcherConfig())[1][0, 0])
+    assert confidence == pytest.approx(RIGHT[5], abs=1e-6)
+    for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
+        disparity, _ = refinement.write(
+            POOL, labels, chosen, reliance, MatcherConfig(confidence_threshold=threshold))
+        assert (np.isfinite(disparity) == known).all()
+
+
+def test_confidence_is_the_least_of_lines_as_the_table_is_never_bent_upwards():
+    assert np.diff(RIGHT, 2).max() < 1e-9
