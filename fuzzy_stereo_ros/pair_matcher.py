@@ -70,9 +70,11 @@ class PairMatcher:
 
         What a pixel outside of a raw image takes part in is invalid.
         """
-        prepared = self._poll()
-        if prepared is not None:
-            self.config, self._matcher = prepared
+        with self._lock:
+            prepared, self._prepared = self._prepared, None
+            if prepared is not None:
+                self.config, self._matcher = prepared
+                self.change = ''
         if self._reset:
             self._reset = False
             self._matcher.reset()
@@ -105,14 +107,6 @@ class PairMatcher:
             self._requested = self._prepared = None
         self._thread.shutdown(wait=False, cancel_futures=True)
         return not futures.wait(self._preparing, timeout).not_done
-
-    def _poll(self):
-        """Return (config, matcher) of the newest request, once, when it is prepared, or None."""
-        with self._lock:
-            prepared, self._prepared = self._prepared, None
-            if prepared is not None:
-                self.change = ''
-            return prepared
 
     def _prepare(self, config):
         if config is not self._requested:

@@ -4,6 +4,8 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.bags.reading import slashed
+
 RENAMED = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
 HEADER = 'std_msgs/msg/Header'
 
@@ -21,27 +23,43 @@ class Copying(NamedTuple):
     converted: Callable
 
 
-class Copies:
+class CopiedMessages:
     """
-    Topics to be copied out of bags.
+    Messages to be copied, of a BagReader that nobody else reads.
 
     topics: names, all of a bag of ROS 2.
     """
 
-    def __init__(self, bags, topics):
+    def __init__(self, bags, names=(), results=(), start=None, stop=None):
         """
-        See that topics of a BagReader can be copied.
+        Choose the topics: those of the names, all but the results where there is none.
 
-        Raises ValueError where a bag does not tell what a type looks like.
+        results: names of topics that are written otherwise. start, stop: ns, as of
+        `BagReader.messages`.
+        Raises ValueError for a topic that is not there, is a result, or cannot be copied.
         """
-        self.topics = tuple(topics)
+        self.topics = [slashed(name) for name in names] or [
+            topic for topic in bags.topics if topic not in results]
+        for topic in self.topics:
+            if topic not in bags.topics:
+                raise ValueError(f'--keep names {topic}, which is not in {bags.names}; there are '
+                                 f"{', '.join(sorted(bags.topics))}")
+            if topic in results:
+                raise ValueError(f'--keep names {topic}, under which the results are written')
         # By reader too: bags of ROS 1 and ROS 2 may be read as one.
         self._copyings = {(topic, id(reader)): _copying_of(topic, connection, reader)
-                          for topic in topics for connection, reader in bags.connections(topic)}
+                          for topic in self.topics
+                          for connection, reader in bags.connections(topic)}
+        self._messages, self._next = bags.messages(self.topics, start, stop), None
 
-    def of(self, message):
-        """Return the Copying of a BagMessage."""
-        return self._copyings[message.topic, id(message.reader)]
+    def until(self, logged=None):
+        """Yield (BagMessage, its Copying) up to a time, ns, or all that is left; DamagedBag."""
+        while True:
+            self._next = self._next or next(self._messages, None)
+            if self._next is None or (logged is not None and self._next.logged > logged):
+                return
+            message, self._next = self._next, None
+            yield message, self._copyings[message.topic, id(message.reader)]
 
 
 def _copying_of(topic, connection, reader):
@@ -51,25 +69,18 @@ def _copying_of(topic, connection, reader):
                          'name the topics to keep without it')
     if reader.is2:
         return Copying(kind, reader.typestore, connection.ext.offered_qos_profiles, bytes)
-    from rosbags.convert.converter import LATCH
+    from rosbags.convert.converter import is_same_wireformat, LATCH
 
-    kind, typestore = _in_ros_2(kind, reader)
-
-    def converted(content):
-        return typestore.ros1_to_cdr(content, kind)
-
-    return Copying(kind, typestore, LATCH if connection.ext.latching else [], converted)
-
-
-def _in_ros_2(kind, reader):
-    """Return type and typestore for the bytes of a ROS 1 type: Jazzy's where they are alike."""
-    from rosbags.convert.converter import is_same_wireformat
     from rosbags.typesys import get_typestore, Stores
 
-    jazzy = get_typestore(Stores.ROS2_JAZZY)
-    new = RENAMED.get(kind, kind)
-    if new in jazzy.fielddefs and is_same_wireformat(reader.typestore, jazzy, kind, new):
-        return new, jazzy
-    typestore = get_typestore(Stores.EMPTY)
-    typestore.register({**reader.typestore.fielddefs, HEADER: jazzy.fielddefs[HEADER]})
-    return kind, typestore
+    typestore, new = get_typestore(Stores.ROS2_JAZZY), RENAMED.get(kind, kind)
+    if new not in typestore.fielddefs or not is_same_wireformat(
+            reader.typestore, typestore, kind, new):
+        header, new = typestore.fielddefs[HEADER], kind
+        typestore = get_typestore(Stores.EMPTY)
+        typestore.register({**reader.typestore.fielddefs, HEADER: header})
+
+    def converted(content):
+        return typestore.ros1_to_cdr(content, new)
+
+    return Copying(new, typestore, LATCH if connection.ext.latching else [], converted)

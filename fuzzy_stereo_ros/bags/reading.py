@@ -170,7 +170,14 @@ def _opened(path):
     try:
         reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
         reader.open()
-        _check_description(reader)
+        # rosbags takes over values of wrong types as they stand.
+        values = [(int, reader.message_count, reader.start_time, reader.end_time)]
+        for one in reader.connections:
+            values += [(str, one.topic, one.msgtype), (int, one.msgcount)]
+        for kind, *found in values:
+            for value in found:
+                if not isinstance(value, kind):
+                    raise TypeError(f'{value!r} is no {kind.__name__}')
     except Exception as error:  # rosbags raises many kinds for foreign bytes  # noqa: B902
         _close(reader)
         raise ValueError(f'{path} cannot be read as a bag: {text_of(error)}; {REPAIR}') from error
@@ -184,17 +191,6 @@ def _close(reader):
             if hasattr(part, 'storage'):    # of ROS 2
                 part.storage.files = []     # which it clears, a list or not
         reader.close()
-
-
-def _check_description(reader):
-    """Raise TypeError where rosbags takes over a value of a wrong type as it stands."""
-    values = [(int, reader.message_count, reader.start_time, reader.end_time)]
-    for one in reader.connections:
-        values += [(str, one.topic, one.msgtype), (int, one.msgcount)]
-    for kind, *found in values:
-        for value in found:
-            if not isinstance(value, kind):
-                raise TypeError(f'{value!r} is no {kind.__name__}')
 
 
 def _messages(path, reader, topics, start, stop):

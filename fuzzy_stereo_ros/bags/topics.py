@@ -18,6 +18,12 @@ class StereoTopics(NamedTuple):
     right: str
     right_info: str | None
 
+    @property
+    def raw_by_name(self):
+        """Whether an image is called raw and not rectified, as image_raw."""
+        names = (one.removesuffix('/compressed').split('/')[-1] for one in (self.left, self.right))
+        return any('raw' in name and 'rect' not in name for name in names)
+
 
 def find_stereo_topics(name, topics, left=None, right=None, rectify=False):
     """
@@ -43,13 +49,6 @@ def find_stereo_topics(name, topics, left=None, right=None, rectify=False):
         chosen = _only_pair(name, topics, images, left, right, rectify)
     infos = [_info_of(topic, topics) for topic in chosen]
     return StereoTopics(chosen[0], infos[0], chosen[1], infos[1])
-
-
-def are_raw_by_name(topics):
-    """Return whether the images of StereoTopics are called raw and not rectified, as image_raw."""
-    names = [topic.removesuffix('/compressed').split('/')[-1]
-             for topic in (topics.left, topics.right)]
-    return any('raw' in name and 'rect' not in name for name in names)
 
 
 def _only_pair(name, topics, images, left, right, rectify):

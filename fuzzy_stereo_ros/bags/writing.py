@@ -8,14 +8,15 @@ ends the writing, the folder holds a bag, and a part that was not closed is lost
 """
 from array import array
 from collections import Counter
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 import shutil
 import sqlite3
 
 from fuzzy_stereo_ros.bags.reading import NO_ROSBAGS, text_of
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
+from fuzzy_stereo_ros.pairs.image_files import write_whole
 import numpy as np
 
 SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
@@ -23,6 +24,9 @@ FORMATS = tuple(SUFFIXES)
 METADATA = 'metadata.yaml'
 CONTENT = 'rosbag2_bagfile_information'     # the one entry of metadata.yaml
 UNFINISHED = 'unfinished'   # folder in the bag's folder, where a part is while it is written
+ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}
+FRAME = 'left_camera_optical_frame'
+START = 1_700_000_000_000_000_000   # ns, the first stamp: any will do, but 0, which is no stamp
 PART_BYTES = 2**28          # a part is closed beyond: the most that a killed process loses
 
 
@@ -38,13 +42,9 @@ class BagWriter:
         """
         Read what is in the bag already; nothing is written yet.
 
-        storage: one of `FORMATS`.
-        Raises ValueError where metadata.yaml is damaged, or SQLite cannot open such a folder.
+        storage: one of `FORMATS`. Raises ValueError where metadata.yaml is damaged.
         """
         self._folder, self._storage = Path(folder), storage
-        if storage == 'sqlite3' and set('#?%') & set(str(self._folder.absolute())):
-            raise ValueError(f'{folder} cannot hold a database, for SQLite takes #, ? and % in a '
-                             'path for signs of a URI: give another folder, or --format mcap')
         self._writer, self._connections, self._size, self._failed = None, {}, 0, False
         self._closed = read_description(self._folder)
         self._count_closed()
@@ -202,3 +202,49 @@ def _make_arrays(message):
             setattr(message, field.name, np.asarray(value))
         elif is_dataclass(value):
             _make_arrays(value)
+
+
+def encoding_of(image):
+    """Return ROS's word for an image, uint8 or uint16, (R, C) or (R, C, 3) BGR."""
+    return ENCODINGS[image.ndim, image.itemsize]
+
+
+def write_sequence_bag(path, pairs, calibration, rate):
+    """
+    Write pairs to /left and /right, image_rect and camera_info each, with equal stamps.
+
+    path: a folder that does not exist yet. pairs: iterable of (left, right), each uint8 or
+    uint16, (R, C) or (R, C, 3) BGR. calibration: the Calibration of all. rate: pairs a second.
+    Needs rosbags: ValueError without it. Raises OSError where it cannot be written.
+    """
+    messages = Messages()
+    with closing(BagWriter(path)) as bag:
+        for number, images in enumerate(pairs):
+            stamp = START + round(number * 1e9 / rate)
+            cameras = rectified_cameras(calibration, *images[0].shape[:2])
+            for (side, camera), image in zip(cameras.items(), images):
+                image = np.ascontiguousarray(image, image.dtype.newbyteorder('<'))
+                pixels = {'height': camera.height, 'width': camera.width,
+                          'encoding': encoding_of(image), 'step': image.strides[0],
+                          'data': image.reshape(-1).view(np.uint8)}
+                numbers = {name: np.array(getattr(camera, name)) for name in 'dkrp'}
+                for topic, kind, values in (
+                        (f'/{side}/image_rect', 'sensor_msgs/msg/Image', pixels),
+                        (f'/{side}/camera_info', 'sensor_msgs/msg/CameraInfo',
+                         {**vars(camera), **numbers})):
+                    message = messages.make(kind, **values)
+                    header = message.header
+                    header.stamp.sec, header.stamp.nanosec = divmod(stamp, 1_000_000_000)
+                    header.frame_id = FRAME
+                    bag.write(topic, kind, messages.typestore, messages.content(message), stamp)
+
+
+def is_sequence_bag(folder):
+    """Return whether a folder (Path) holds a bag of `write_sequence_bag`, and nothing else."""
+    try:
+        described = read_description(folder)
+        return (described['starting_time'] == {'nanoseconds_since_epoch': START}
+                and {entry.name for entry in folder.iterdir()}
+                == {METADATA, *described['relative_file_paths']})
+    except (OSError, ValueError, TypeError):
+        return False

@@ -16,7 +16,7 @@ import re
 import sys
 
 from fuzzy_stereo_ros.evaluation.report import markdown
-from fuzzy_stereo_ros.pairs.whole_files import check_place, write_whole
+from fuzzy_stereo_ros.pairs.image_files import check_place, write_whole
 
 PAGE = 'benchmarks.md'
 HEADING = ('<!-- SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers -->\n'

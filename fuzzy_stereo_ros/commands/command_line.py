@@ -127,8 +127,13 @@ def run_cleanly(parser, argv):
         try:
             arguments = parser.parse_args(argv)
             return arguments.run(arguments) or 0
-        finally:
-            _flush()    # after --help, and words that are no options, too
+        finally:        # after --help, and words that are no options, too
+            try:
+                sys.stdout.flush()
+            except OSError:
+                # Python tries once more at its end, and would tell of that at length.
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+                raise
     except BrokenPipeError:
         return NO_READER
     except (ValueError, OSError) as error:
@@ -136,16 +141,6 @@ def run_cleanly(parser, argv):
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
-
-
-def _flush():
-    """Write what was printed; OSError where that cannot be."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        # Python tries once more at its end, and would tell of that at length.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise
 
 
 def _sentence(error):

@@ -4,13 +4,11 @@
 import json
 from pathlib import Path
 
+from fuzzy_stereo_ros.pairs.calibration import depth_of, disparity_of
 from fuzzy_stereo_ros.pairs.disparity_files import (
-    check_depth_suffix, check_disparity_suffix, read_depth, read_disparity, write_depth,
-    write_disparity, write_point_file)
-from fuzzy_stereo_ros.pairs.image_files import read_image
-from fuzzy_stereo_ros.pairs.metres import depth_of, disparity_of
+    check_map_suffix, read_depth, read_disparity, write_depth, write_disparity, write_point_file)
+from fuzzy_stereo_ros.pairs.image_files import check_place, read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
-from fuzzy_stereo_ros.pairs.whole_files import check_place
 from fuzzy_stereo_ros.parameters.options import add_camera_options, CAMERA, given_calibration
 import numpy as np
 
@@ -64,13 +62,20 @@ def run(arguments, stream):
     _check_output(arguments, target)
     values = READ[arguments.source](arguments.input, arguments.scale)
     if target != arguments.source:
-        calibration = _in_metres(arguments, target, values)
+        needed = 'focal', 'baseline'
+        if (arguments.source, target) == (DEPTH, POINTS):
+            needed = needed[:1]
+        calibration = given_calibration(arguments, values.shape, needed,
+                                        f'{target} from {arguments.source}')
         if arguments.source == DISPARITY:
             values = depth_of(values, calibration)
         elif target == DISPARITY:
             values = disparity_of(values, calibration)
     if target == POINTS:
-        image = _colours(arguments.image, values)
+        image = None if arguments.image is None else read_image(arguments.image)
+        if image is not None and image.shape[:2] != values.shape:
+            raise ValueError(f'{arguments.image} is {width_by_height(image)}, but there are '
+                             f'{width_by_height(values)} pixels')
         write_point_file(arguments.output, values, calibration.left, image)
     else:
         {DISPARITY: write_disparity, DEPTH: write_depth}[target](arguments.output, values)
@@ -93,43 +98,22 @@ def _check_output(arguments, target):
         raise ValueError(f'{output} cannot hold {target}: points, and only points, are stored '
                          f'as {POINT_SUFFIX}')
     if target != POINTS:
-        {DISPARITY: check_disparity_suffix, DEPTH: check_depth_suffix}[target](output)
+        check_map_suffix(output)
         if arguments.image is not None:
             raise ValueError(f'--image gives colours to a {POINT_SUFFIX}, but {output} holds '
                              f'{target}; leave it out')
-    if target == arguments.source:
-        _check_no_camera(arguments, target)
+    for name in CAMERA:
+        if target == arguments.source and getattr(arguments, name) is not None:
+            other = next(kind for kind in READ if kind != target)
+            raise ValueError(f"--{name.replace('_', '-')} has no effect: {output} is to hold "
+                             f'{target}, as {arguments.input} does; give --to {other}, or leave '
+                             'it out')
     check_place(output)
     if output.resolve() in (Path(path).resolve() for path in (
             arguments.input, arguments.image, *(arguments.camera_info or ())) if path):
         raise ValueError(f'{output} is an input too; name another file')
     if output.exists() and not arguments.overwrite:
         raise ValueError(f'{output} exists; give --overwrite to replace it, or name another file')
-
-
-def _check_no_camera(arguments, target):
-    """Raise ValueError where the cameras are told although nothing is made with them."""
-    for name in CAMERA:
-        if getattr(arguments, name) is not None:
-            other = next(kind for kind in READ if kind != target)
-            raise ValueError(f"--{name.replace('_', '-')} has no effect: {arguments.output} "
-                             f'is to hold {target}, as {arguments.input} does; give --to {other}, '
-                             'or leave it out')
-
-
-def _in_metres(arguments, target, values):
-    """Return the Calibration that a conversion needs; ValueError where it is not given."""
-    needed = ('focal',) if (arguments.source, target) == (DEPTH, POINTS) else ('focal', 'baseline')
-    return given_calibration(arguments, values.shape, needed, f'{target} from {arguments.source}')
-
-
-def _colours(path, values):
-    """Return the image of a path, None for none; ValueError where it has another size."""
-    image = None if path is None else read_image(path)
-    if image is not None and image.shape[:2] != values.shape:
-        raise ValueError(f'{path} is {width_by_height(image)}, but there are '
-                         f'{width_by_height(values)} pixels')
-    return image
 
 
 def _figures(arguments, target, values):

@@ -11,10 +11,8 @@ from fuzzy_stereo_ros.commands.parts import checked_outputs, for_json
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
-from fuzzy_stereo_ros.evaluation.measuring import (
-    COLUMNS, mean_records, measure, NoSequence)
-from fuzzy_stereo_ros.pairs.image_files import read_image
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
+from fuzzy_stereo_ros.pairs.image_files import read_image, write_whole
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.progress import follow
 

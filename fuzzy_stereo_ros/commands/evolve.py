@@ -13,10 +13,10 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.progress import bar
-from fuzzy_stereo_ros.views.evolution import EvolutionAnimation, write_evolution
-from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match
-from fuzzy_stereo_ros.views.frame_evolution import watched_frames, write_frames
-from fuzzy_stereo_ros.views.pictures import check_panel_suffix
+from fuzzy_stereo_ros.views.evolution import (
+    evolution_figure, EvolutionAnimation, frames_figure)
+from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match, watched_frames
+from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
 from fuzzy_stereo_ros.views.video import check_video
 
 HELP = 'watch how disparities evolve'
@@ -61,7 +61,12 @@ def run(arguments, stream, progress_stream=None):
     Raises ValueError and OSError for bad input, before anything is written.
     """
     config = matcher_config(arguments)
-    outputs = _checked_outputs(arguments)
+    outputs = checked_outputs(
+        arguments, {'picture': check_panel_suffix, 'video': check_video},
+        [arguments.left, arguments.right, arguments.ground_truth, arguments.mask])
+    if outputs and find_spec('matplotlib') is None:
+        raise ValueError(f'--{next(iter(outputs))} needs matplotlib, which is not installed: '
+                         'pip install matplotlib')
     if Path(arguments.left).is_dir():
         _run_frames(arguments, config, outputs, stream, progress_stream)
         return
@@ -84,11 +89,10 @@ def run(arguments, stream, progress_stream=None):
         if animation is not None:
             animation.close()
     if 'picture' in outputs:
-        write_evolution(outputs['picture'], convergence, match)
+        write_figure(outputs['picture'], evolution_figure(convergence, match))
     figures = _figures(arguments, outputs, convergence, match)
-    text = json.dumps(for_json(figures), indent=2) if arguments.json else _sentences(
-        figures, convergence)
-    print(text, file=stream)
+    print(json.dumps(for_json(figures), indent=2) if arguments.json else _sentences(
+        figures, convergence), file=stream)
 
 
 def _run_frames(arguments, config, outputs, stream, progress_stream):
@@ -98,13 +102,18 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
                          'give --profile realtime, or two images')
     if 'video' in outputs:
         raise ValueError('--video shows the generations of one pair; give --picture for frames')
-    pairs = _pairs_of(arguments)
+    names = [sorted(path for path in Path(folder).glob('*') if path.is_file())
+             for folder in (arguments.left, arguments.right)]
+    if not names[0] or len(names[0]) != len(names[1]):
+        raise ValueError(f'{arguments.left} holds {len(names[0])} files, {arguments.right} '
+                         f'{len(names[1])}; give two folders of as many images')
+    pairs = list(zip(*names))
     truth, mask = read_truth(arguments, read_pair(*pairs[0])[0].shape[:2])
     frames = list(bar(progress_stream or sys.stderr, iterable=watched_frames(
         replace(config, warm_start=True), (read_pair(*pair) for pair in pairs), truth, mask),
         total=len(pairs), desc='frames'))
     if 'picture' in outputs:
-        write_frames(outputs['picture'], frames, config)
+        write_figure(outputs['picture'], frames_figure(frames, config))
     if arguments.json:
         print(json.dumps(for_json({
             **{name: str(path) for name, path in outputs.items()}, 'profile': arguments.profile,
@@ -120,28 +129,6 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
     print('\n'.join(lines), file=stream)
 
 
-def _pairs_of(arguments):
-    """Return the paths of the pairs of two folders, in the order of their names."""
-    found = [sorted(path for path in Path(folder).glob('*') if path.is_file())
-             for folder in (arguments.left, arguments.right)]
-    if not found[0] or len(found[0]) != len(found[1]):
-        raise ValueError(f'{arguments.left} holds {len(found[0])} files, {arguments.right} '
-                         f'{len(found[1])}; give two folders of as many images')
-    return list(zip(*found))
-
-
-def _checked_outputs(arguments):
-    """Return {option: Path} of the files to write; ValueError where one cannot be written."""
-    outputs = checked_outputs(
-        arguments, {'picture': check_panel_suffix, 'video': check_video},
-        [arguments.left, arguments.right, arguments.ground_truth, arguments.mask])
-    for name in outputs:
-        if find_spec('matplotlib') is None:
-            raise ValueError(f'--{name} needs matplotlib, which is not installed: '
-                             'pip install matplotlib')
-    return outputs
-
-
 def _figures(arguments, outputs, convergence, match):
     """Return what --json prints."""
     config = convergence.config
@@ -152,19 +139,13 @@ def _figures(arguments, outputs, convergence, match):
         'columns': convergence.image.shape[1],
         **{name: getattr(config, name) for name in (
             'disparities', 'min_disparity', 'reference', 'population', 'generations')},
-        'initial': _row_figures(convergence.rows[0]),
-        'history': [{**_row_figures(row), 'diversity': generation.diversity,
+        'initial': convergence.rows[0]._asdict(),
+        'history': [{**row._asdict(), 'diversity': generation.diversity,
                      'milliseconds': generation.milliseconds, 'gains': generation.gains}
                     for row, generation in zip(convergence.rows[1:], match.history)],
         'ground_truth': None if convergence.truth is None else asdict(
             score(match.disparity, convergence.truth, convergence.mask)),
     }
-
-
-def _row_figures(row):
-    """Return a Row under the names that `match.history` has."""
-    return {'number': row.number, 'best_fitness': row.best, 'mean_fitness': row.mean,
-            'worst_fitness': row.worst, 'bad_1': row.wrong}
 
 
 def _sentences(figures, convergence):

@@ -12,13 +12,12 @@ from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, read_truth, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pair_matcher import camera_of
-from fuzzy_stereo_ros.pairs.colours import colour_disparity
-from fuzzy_stereo_ros.pairs.disparity_files import check_disparity_suffix, write_disparity
+from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
-from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, write_image
+from fuzzy_stereo_ros.pairs.image_files import (
+    check_image_suffix, colour_disparity, read_pair, write_image)
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
-from fuzzy_stereo_ros.saved_pairs.reproduction import comparison, is_broken, sentence
-from fuzzy_stereo_ros.saved_pairs.saved_pair import read_saved_pair
+from fuzzy_stereo_ros.saved_pair import comparison, is_broken, read_saved_pair, sentence
 import numpy as np
 
 HELP = 'match two images'
@@ -63,38 +62,35 @@ class _Saved(argparse.Action):
 
 
 def run(arguments, stream):
-    """Match what the arguments name, and return the exit code; see `_run`."""
-    if arguments.saved is not None:
-        saved = _read_saved(arguments)
-        return _run(arguments, matcher_config(arguments, saved.repeatable), stream, saved)
-    arguments.profile = arguments.profile or USUAL_PROFILE
-    return _run(arguments, matcher_config(arguments), stream)
-
-
-def _read_saved(arguments):
-    """Return the SavedPair of --saved; ValueError where what it brings is given too."""
-    if any(getattr(arguments, name, None) is not None for name in BROUGHT):
-        raise ValueError('--saved brings the images and the number of disparities; leave out '
-                         'LEFT, RIGHT and --disparities')
-    return read_saved_pair(arguments.saved)
-
-
-def _run(arguments, config, stream, saved=None):
     """
     Match, write the files, print the figures to the stream, and return the exit code.
 
-    saved: the SavedPair to be matched instead of the images that the arguments name.
     Raises ValueError and OSError for bad input; everything is checked before anything is written.
     """
-    outputs = _checked_outputs(arguments)
+    saved, inputs, known = None, [arguments.ground_truth, arguments.mask], {}
+    if arguments.saved is None:
+        arguments.profile = arguments.profile or USUAL_PROFILE
+        config = matcher_config(arguments)
+        inputs += arguments.left, arguments.right
+    elif any(getattr(arguments, name, None) is not None for name in BROUGHT):
+        raise ValueError('--saved brings the images and the number of disparities; leave out '
+                         'LEFT, RIGHT and --disparities')
+    else:
+        saved = read_saved_pair(arguments.saved)
+        config = matcher_config(arguments, saved.repeatable)
+        inputs += Path(arguments.saved).iterdir()
+        left, right = saved.pair.left, saved.pair.right
+        known = {'stamp': saved.pair.stamp, 'camera': camera_of(saved.pair)}
+    outputs = checked_outputs(
+        arguments, {'output': check_map_suffix, 'picture': check_image_suffix}, inputs)
     if saved is None:
         left, right = read_pair(arguments.left, arguments.right)
-    else:
-        left, right = saved.pair.left, saved.pair.right
     truth, mask = read_truth(arguments, left.shape[:2])
     matcher = warm_matcher(config, sys.stderr, left.shape[:2])
+    if saved is not None:
+        matcher.restore(saved.state)
     start = time.perf_counter()
-    match = matcher.match(left, right) if saved is None else _match_again(matcher, saved)
+    match = matcher.match(left, right, **known)
     milliseconds = 1000 * (time.perf_counter() - start)
     check = EpipolarCheck()
     check.look(left, right, match.disparity, match.confidence, config.reference)
@@ -127,20 +123,6 @@ def _run(arguments, config, stream, saved=None):
     else:
         print(_sentences(figures), file=stream)
     return DIFFERENT if saved is not None and is_broken(figures['saved']) else 0
-
-
-def _match_again(matcher, saved):
-    matcher.restore(saved.state)
-    return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp,
-                         camera=camera_of(saved.pair))
-
-
-def _checked_outputs(arguments):
-    """Return {option: path} of the files to write; ValueError where one cannot be written."""
-    saved = [] if arguments.saved is None else Path(arguments.saved).iterdir()
-    return checked_outputs(
-        arguments, {'output': check_disparity_suffix, 'picture': check_image_suffix},
-        [arguments.left, arguments.right, arguments.ground_truth, arguments.mask, *saved])
 
 
 def _sentences(figures):

@@ -5,6 +5,7 @@ from contextlib import ExitStack
 import json
 import sys
 
+from fuzzy_stereo_ros.bags.copying import CopiedMessages
 from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
@@ -13,15 +14,14 @@ from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_changes,
     node_settings)
 from fuzzy_stereo_ros.parameters.table import profile_config
-from fuzzy_stereo_ros.replay.folder import OutputFolder
-from fuzzy_stereo_ros.replay.loop import Interruption, match_in_order, replay, Stats
+from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
     ALWAYS, BY_CHOICE, NO_BAG, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
     VIEWER, WARM_PAIRS)
 from fuzzy_stereo_ros.replay.report import (
     end_sentence, figures_of, no_pair_sentence, ProgressBar, sentences)
 from fuzzy_stereo_ros.replay.segments import match_in_segments, opened_cluster
-from fuzzy_stereo_ros.replay.sinks import CopiedMessages, opened_views, Outputs, remarks_on_files
+from fuzzy_stereo_ros.replay.sinks import opened_views, OutputFolder, Outputs
 from fuzzy_stereo_ros.replay.source import ReplaySource
 from fuzzy_stereo_ros.views.video import CODECS
 
@@ -135,8 +135,8 @@ def run(arguments, stream, progress_stream=None):
         bags = opened.enter_context(BagReader(options.bags))
         source, copies = ReplaySource(options, bags), None
         if options.keep is not None:    # which are read by the thread that writes
-            copies = CopiedMessages(
-                options, opened.enter_context(BagReader(options.bags)), source)
+            copies = CopiedMessages(opened.enter_context(BagReader(options.bags)), options.keep,
+                                    options.result_topics, source.start, source.stop)
         folder = OutputFolder(options, source, copies)
         source.resume_after(folder.written())
         if not arguments.json:
@@ -167,8 +167,9 @@ def _replayed(options, source, outputs, bar):
     """Match the pairs of a ReplaySource, here or on workers, and return the Stats."""
     stats = Stats()
     stats.epipolar.warm_up()
-    for remark in source.remarks:
-        stats.note(remark, bar.log)
+    if source.topics.raw_by_name and not options.settings['rectify']:
+        stats.note(f'{source.topics.left} and {source.topics.right} are matched as they come: '
+                   'give --rectify unless they are rectified', bar.log)
     with ExitStack() as opened:
         if options.in_segments:
             cluster = opened.enter_context(opened_cluster(options, bar.log))
@@ -176,18 +177,15 @@ def _replayed(options, source, outputs, bar):
         else:
             matcher = StereoMatcher(options.scaled_config)
             warm_up(matcher, *WARM_UP_SIZE)
-        stopped = opened.enter_context(Interruption()).came
+        stopped = opened.enter_context(interruption())
         results = (match_in_segments(source.steps(), cluster, stats, stopped)
                    if options.in_segments else match_in_order(source.steps(), matcher))
         replay(results, outputs, stats, stopped, bar.log, bar.step)
-    for remark in remarks_on_files(outputs.sinks or ()):
-        stats.note(remark, bar.log)
     return stats
 
 
 def _end_without_pairs(name, options, folder, source, stats):
-    """Leave nothing where no new pair was matched, and say why; return where that is no fault."""
-    folder.discard()
+    """Say why no new pair was matched; return where that is no fault."""
     if stats.interrupted or (folder.continued and source.resumed and stats.error is None):
         return
     if stats.error is not None:

@@ -9,7 +9,7 @@ import sys
 import tempfile
 
 from fuzzy_stereo_ros.bags.reading import text_of
-from fuzzy_stereo_ros.bags.sequences import is_sequence_bag, write_sequence_bag
+from fuzzy_stereo_ros.bags.writing import is_sequence_bag, write_sequence_bag
 from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity

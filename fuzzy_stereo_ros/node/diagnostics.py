@@ -99,16 +99,14 @@ class Diagnostics:
         if match is None:
             return figures
         for name, last in times[-1].items():
-            recent = [one[name] for one in times if name in one]
-            median, high = np.percentile(recent, (50, 95))
+            median, high = np.percentile([one[name] for one in times if name in one], (50, 95))
             for what, value in (('last', last), ('median', median), ('95th percentile', high)):
                 figures[f'{name}, {what}'] = f'{value:.1f} ms'
-        figures['generations'] = str(match.generations)
-        figures['warm'] = str(bool(match.warm)).lower()
-        figures['camera motion'] = match.motion or 'not asked'
-        figures['mean confidence'] = f'{float(np.mean(match.confidence)):.3f}'
-        figures['valid share'] = f'{1 - float(np.mean(np.isnan(match.disparity))):.3f}'
-        return figures
+        return {**figures, 'generations': str(match.generations),
+                'warm': str(bool(match.warm)).lower(),
+                'camera motion': match.motion or 'not asked',
+                'mean confidence': f'{float(np.mean(match.confidence)):.3f}',
+                'valid share': f'{1 - float(np.mean(np.isnan(match.disparity))):.3f}'}
 
 
 class LossReports:
@@ -179,22 +177,9 @@ def status_of(loading, idle, quiet, rates):
     return 'OK', f'matching {matched:.1f} pairs/s'
 
 
-def compiling_sentence(progress):
-    """Return how far a compiling.Progress is, in words."""
-    if progress.left is None:
-        return f'compiling the kernels: {100 * progress.share:.0f} %'
-    return f'compiling the kernels: {100 * progress.share:.0f} %, about {progress.left:.0f} s left'
-
-
 def change_of(in_use, requested):
     """Return in words how a requested MatcherConfig differs from the one in use."""
     changes = [(ros_name(field.name), getattr(requested, field.name), getattr(in_use, field.name))
                for field in fields(in_use)]
     return ', '.join(f'{name} = {new} (in use: {old})'
                      for name, new, old in changes if new != old) or 'no difference'
-
-
-def change_values(in_use, requested, state):
-    """Return {key: text} of two MatcherConfigs; state: the `change` of a PairMatcher."""
-    change = f'{state}: {change_of(in_use, requested)}' if state else 'none'
-    return {'disparity_range in use': str(in_use.disparities), 'change of parameters': change}

@@ -9,7 +9,7 @@ import traceback
 
 from fuzzy_stereo_ros.matching.kernels.compiled import remarks
 from fuzzy_stereo_ros.node.diagnostics import (
-    change_of, change_values, compiling_sentence, counts_of, Diagnostics, LOADING, LossReports)
+    change_of, counts_of, Diagnostics, LOADING, LossReports)
 from fuzzy_stereo_ros.node.parameters import NodeParameters
 from fuzzy_stereo_ros.node.publications import Publications
 from fuzzy_stereo_ros.node.run_node import BROKEN, NOT_ALLOWED, REFUSED, run_node, SHUTDOWN_TIMEOUT
@@ -47,7 +47,9 @@ class DisparityNode(Node):
         self._ready, self._active = threading.Event(), False
         self._worker = self._matcher = None     # what `configure` makes
         self._loggers, self._overrides_checked = {}, False
-        self._declared = NodeParameters(self, self._request, self._warn_of_ignored)
+        self._declared = NodeParameters(
+            self, lambda config: self._matcher and self._matcher.request(config),
+            self._warn_of_ignored)
         self._warn_of_ignored(self._declared.ignored)
         self._warn_of('unknown parameters are ignored: ', self._declared.unknown)
         self.begin()
@@ -165,7 +167,9 @@ class DisparityNode(Node):
     def _report(self, progress):
         if not self.context.ok():
             return      # shutting down
-        self._loading = compiling_sentence(progress)
+        percent, left = f'{100 * progress.share:.0f}', progress.left
+        self._loading = f'compiling the kernels: {percent} %' if left is None else (
+            f'compiling the kernels: {percent} %, about {left:.0f} s left')
         self.get_logger().info(self._loading, throttle_duration_sec=LOG_PERIOD)
 
     def _fail(self, arrival, error):
@@ -208,10 +212,6 @@ class DisparityNode(Node):
             self._warn_of('no topic of this node has these QoS, they are ignored: ',
                           self._declared.unused_overrides())
 
-    def _request(self, config):
-        if self._matcher is not None:
-            self._matcher.request(config)
-
     def _clock_jumped_back(self, jump):
         self._matcher.reset()
         self.get_logger().info('the clock jumped back; the next pair is matched without the '
@@ -228,24 +228,24 @@ class DisparityNode(Node):
         matcher, misalignment = self._matcher, self._epipolar.misalignment
         if misalignment is not None and misalignment.advice:
             self._log_once(misalignment.advice)
+        state, change, idle = matcher.change, 'none', ''
+        if state:
+            change = f'{state}: {change_of(matcher.config, self._declared.config)}'
+        if not self._inputs:
+            idle = 'idle: no output has a subscriber' if self._active else 'idle: not activated'
         self._diagnostics.publish(
-            now, counts, change_values(matcher.config, self._declared.config, matcher.change),
-            '' if self._ready.is_set() else self._loading, self._idle(),
+            now, counts, {'disparity_range in use': str(matcher.config.disparities),
+                          'change of parameters': change},
+            '' if self._ready.is_set() else self._loading, idle,
             self._inputs.seconds_without_pair(now), misalignment)
 
-    def _idle(self):
-        """Return why nothing is subscribed to, '' where something is."""
-        if self._inputs:
-            return ''
-        return 'idle: no output has a subscriber' if self._active else 'idle: not activated'
+    def _counts(self):
+        return counts_of(self._synchroniser, self._worker.counts(), self._inputs.lost)
 
     def _give_up(self, code, sentence):
         self.get_logger().fatal(sentence)
         self.exit_code = code
         self.context.try_shutdown()
-
-    def _counts(self):
-        return counts_of(self._synchroniser, self._worker.counts(), self._inputs.lost)
 
     def _logger_of(self, sentence):
         """Return the logger of sentences that differ only in numbers: rclpy throttles by it."""

@@ -12,7 +12,7 @@ from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES, large_messages_pass
 from fuzzy_stereo_ros.pairs.camera_files import read_yaml
 from fuzzy_stereo_ros.parameters.table import (
-    IGNORED_PARAMETERS, nearest, Parameter, ROS_PARAMETERS)
+    IGNORED_PARAMETERS, Parameter, ROS_PARAMETERS)
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -33,7 +33,6 @@ PROCESS_ROWS = (
 )
 RIG_KEYS = {'namespace': str, 'node_name': str, 'left_namespace': str, 'right_namespace': str,
             'params_file': str, 'parameters': dict, 'remappings': dict}
-OF_EVERY_NODE = ('qos_overrides.', 'start_type_description_service')
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,8 @@ class RigNode:
     One node and the two cameras it subscribes to.
 
     remappings: list of (from, to); the first that fits a topic is taken.
-    params_file: path, empty for none. parameters: values by name, over those of the file.
+    params_file: path, empty for none. parameters: values by name, over those of the file; names
+    that are nested are joined by launch_ros.
     """
 
     namespace: str
@@ -52,18 +52,15 @@ class RigNode:
     parameters: dict = field(default_factory=dict)
 
 
-def declared(rows, left_out=None):
+def declared(rows, left_out=''):
     """
     Return a DeclareLaunchArgument for each row of a table.
 
-    left_out: what an empty argument means; it is the default then. None: the row's own default.
+    left_out: what an empty argument means; it is the default then. '': the row's own default.
     """
-    if left_out is None:
-        return [DeclareLaunchArgument(row.name, default_value=str(row.default),
-                                      description=row.described()) for row in rows]
-    return [DeclareLaunchArgument(row.name, default_value='',
-                                  description=f'{row.described()}; empty: {left_out}')
-            for row in rows]
+    return [DeclareLaunchArgument(
+        row.name, default_value='' if left_out else str(row.default),
+        description=row.described() + (left_out and f'; empty: {left_out}')) for row in rows]
 
 
 def ignored_arguments():
@@ -75,13 +72,11 @@ def ignored_arguments():
 
 def argument(context, row):
     """Return the value of a row's launch argument; ValueError where it is not allowed."""
-    text = LaunchConfiguration(row.name).perform(context)
-    value = text
+    value = LaunchConfiguration(row.name).perform(context)
     if isinstance(row.default, bool):
-        value = TRUTH.get(text.lower(), text)
-    elif not isinstance(row.default, str):
-        with suppress(ValueError):      # the check refuses it with its sentence
-            value = type(row.default)(text)
+        return row.checked(TRUTH.get(value.lower(), value))
+    with suppress(ValueError):      # the check refuses it with its sentence
+        value = type(row.default)(value)
     return row.checked(value)
 
 
@@ -92,12 +87,10 @@ def arguments(context, rows):
 
 def given_parameters(context):
     """Return {name: value} of the node's parameters whose launch arguments are not empty."""
-    def text_of(name):
-        return LaunchConfiguration(name).perform(context)
-
-    given = arguments(context, [row for row in NODE_ROWS if text_of(row.name)])
-    return given | {name: yaml.safe_load(text_of(name))
-                    for name in IGNORED_PARAMETERS if text_of(name)}
+    texts = {name: LaunchConfiguration(name).perform(context)
+             for name in (*IGNORED_PARAMETERS, *(row.name for row in NODE_ROWS))}
+    return {**arguments(context, [row for row in NODE_ROWS if texts[row.name]]),
+            **{name: yaml.safe_load(texts[name]) for name in IGNORED_PARAMETERS if texts[name]}}
 
 
 def camera_remappings(left_namespace, right_namespace, image='image_rect'):
@@ -178,20 +171,20 @@ def read_rigs(path):
 
 
 def _rig(who, name, values, folder):
-    """Return a RigNode; names of nodes and topics are checked by ROS."""
+    """Return a RigNode; names of nodes and topics, and parameters, are checked by the node."""
     values = {'namespace': name, 'node_name': 'disparity_node', 'left_namespace': 'left',
               'right_namespace': 'right', 'params_file': '', 'parameters': {}, 'remappings': {},
               **_map(who, values, RIG_KEYS)}
     params_file = values['params_file'] and str(folder / os.path.expanduser(values['params_file']))
     _map(f'{who}: remappings', values['remappings'], dict.fromkeys(values['remappings'], str))
     try:
-        parameters = _parameters(values['parameters'])
         existing(params_file)
     except ValueError as error:
         raise ValueError(f'{who}: {error}') from None
     remappings = [*values['remappings'].items(),
                   *camera_remappings(values['left_namespace'], values['right_namespace'])]
-    return RigNode(values['namespace'], values['node_name'], remappings, params_file, parameters)
+    return RigNode(values['namespace'], values['node_name'], remappings, params_file,
+                   values['parameters'])
 
 
 def _map(who, values, kinds):
@@ -205,24 +198,3 @@ def _map(who, values, kinds):
             allowed = {str: 'texts', dict: 'maps'}[kinds[key]]
             raise ValueError(f'{who}: {key} is {shortened(value)}; allowed are {allowed}')
     return values
-
-
-def _parameters(values):
-    rows = {row.name: row for row in NODE_ROWS}
-    parameters = dict(_flat(values))
-    for name, value in parameters.items():
-        if name in rows:
-            parameters[name] = rows[name].checked(value)
-        elif name not in IGNORED_PARAMETERS and not name.startswith(OF_EVERY_NODE):
-            raise ValueError(f"the parameter '{name}' is unknown{nearest(name)}; "
-                             'config/fuzzy_stereo.yaml lists those of the node')
-    return parameters
-
-
-def _flat(values, before=''):
-    """Yield (name, value) of nested maps, names joined by dots as ROS does."""
-    for name, value in values.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f'{before}{name}.')
-        else:
-            yield f'{before}{name}', value

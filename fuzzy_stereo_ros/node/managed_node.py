@@ -48,7 +48,12 @@ class ManagedDisparityNode(DisparityNode, LifecycleNode):
 
     def on_cleanup(self, state):
         """Give back what `on_configure` took."""
-        return self._done(self._free)
+        def free():
+            self.release()
+            gc.collect()        # threads end with the matcher that has them
+            give_back_memory()
+
+        return self._done(free)
 
     on_shutdown = on_error = on_cleanup
 
@@ -60,11 +65,6 @@ class ManagedDisparityNode(DisparityNode, LifecycleNode):
             self.get_logger().error(f'internal error: {traceback.format_exc().rstrip()}')
             return ERROR
         return SUCCESS
-
-    def _free(self):
-        self.release()
-        gc.collect()        # threads end with the matcher that has them
-        give_back_memory()
 
 
 def main(arguments=None):

@@ -54,10 +54,15 @@ class NodeParameters:
         on_ignored(names): called after some were set, later than the start, that are ignored.
         """
         self._node, self._on_change, self._on_ignored = node, on_change, on_ignored
-        self.settings = {row.name: self._declare(row) for row in NODE_PARAMETERS}
+        self.settings = {row.name: self._declare(row, row.checked(self._override(row)))
+                         for row in NODE_PARAMETERS}
         self._profile = self.settings.pop('profile')
         self.config = self._declare_matcher(profile_config(self._profile))
-        self.ignored = [name for name in IGNORED_PARAMETERS if self._declare_ignored(name)]
+        meaningless = ParameterDescriptor(
+            description="of stereo_image_proc's matchers; accepted and ignored",
+            dynamic_typing=True)
+        self.ignored = [name for name in IGNORED_PARAMETERS
+                        if node.declare_parameter(name, None, meaningless).value is not None]
         self.unknown = [name + nearest(name) for name in self._never_declared()
                         if not name.startswith(DECLARED_LATER)]
         node.add_pre_set_parameters_callback(self._spell_out_profile)
@@ -81,12 +86,10 @@ class NodeParameters:
         values = {row.name: self._override(row) for row in rows}
         config = self._changed_config(preset, values)
         for row in rows:
-            self._node.declare_parameter(
-                row.name, values[row.name], descriptor_of(row), ignore_override=True)
+            self._declare(row, values[row.name])
         return config
 
-    def _declare(self, row):
-        value = row.checked(self._override(row))
+    def _declare(self, row, value):
         self._node.declare_parameter(row.name, value, descriptor_of(row), ignore_override=True)
         return value
 
@@ -97,13 +100,6 @@ class NodeParameters:
         self._node.undeclare_parameter(row.name)
         whole_for_float = isinstance(row.default, float) and type(value) is int
         return float(value) if whole_for_float else value
-
-    def _declare_ignored(self, name):
-        """Declare a parameter without meaning here; return whether the user has set it."""
-        descriptor = ParameterDescriptor(
-            description="of stereo_image_proc's matchers; accepted and ignored",
-            dynamic_typing=True)
-        return self._node.declare_parameter(name, None, descriptor).value is not None
 
     def _changed_config(self, config, values):
         """Return a MatcherConfig with values by ROS name; ValueError speaks of ROS names."""

@@ -50,8 +50,15 @@ def run_node(node_type, arguments):
         node = node_type()
         if warning:
             node.get_logger().warning(warning)
+        # An executor that nothing else wakes may miss that a signal shut ROS down.
+        node.create_timer(LOOK_SECONDS, lambda: None,
+                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+        # Not rclpy's EventsExecutor, which takes a millisecond less for a pair: with rclpy 7.1 one
+        # process in a hundred that was interrupted as it started was aborted at its end.
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
         if not signals:
-            _spin(node)
+            executor.spin()
     except ExternalShutdownException:
         pass
     except Exception as error:      # noqa: B902  after a signal ROS fails in many ways
@@ -68,20 +75,6 @@ def run_node(node_type, arguments):
         sys.stdout.flush()
         os._exit(code)      # a compilation cannot be interrupted, only left behind
     return code
-
-
-def _spin(node):
-    """
-    Spin a node until ROS shuts down; raises ExternalShutdownException then.
-
-    Not by rclpy's EventsExecutor, which takes a millisecond less for a pair: with rclpy 7.1 one
-    process in a hundred that was interrupted as it started was aborted when that was destroyed.
-    """
-    # An executor that nothing else wakes may miss that a signal shut ROS down.
-    node.create_timer(LOOK_SECONDS, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    executor.spin()
 
 
 def log_arguments(arguments):

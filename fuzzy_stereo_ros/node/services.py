@@ -7,7 +7,7 @@ from pathlib import Path
 import threading
 import traceback
 
-from fuzzy_stereo_ros.saved_pairs.saved_pair import SavedPair, write_saved_pair
+from fuzzy_stereo_ros.saved_pair import SavedPair, write_saved_pair
 from std_srvs.srv import Trigger
 
 
@@ -57,27 +57,23 @@ class Services:
         self._send(response, header)
 
     def _save(self, last, about, response, header):
-        response.success, response.message = self._write(last, about)
-        self._saving = False
-        if self._node.context.ok() and not self._closed:
-            self._send(response, header)
-
-    def _write(self, last, about):
-        """Write a folder and return (done, sentence)."""
-        if str(self._folder).startswith('~'):
-            return False, (f'the last pair cannot be saved to {self._folder}: there is no home; '
-                           'set save_directory to another folder')
         when = datetime.now().strftime('%Y-%m-%d_%H-%M-%S.%f')
         folder = self._folder / f'{self._node.get_name()}_{when}'
         try:
+            if str(folder).startswith('~'):
+                raise ValueError('there is no home; set save_directory to another folder')
             folder.parent.mkdir(parents=True, exist_ok=True)
             write_saved_pair(folder, SavedPair(
                 pair=last.pair, config=last.config, state=last.before, match=last.match,
                 about=about))
+            response.success = True
+            response.message = (f'saved to {folder}; match it again with '
+                                f'`fuzzy-stereo match --saved {folder}`')
         except (OSError, ValueError) as error:
-            return False, f'the last pair cannot be saved to {folder}: {error}'
+            response.message = f'the last pair cannot be saved to {folder}: {error}'
         except Exception:      # noqa: B902  whatever it is, the caller waits
-            return False, ('the last pair cannot be saved, by an internal error: '
-                           + traceback.format_exc().rstrip())
-        return True, (f'saved to {folder}; match it again with '
-                      f'`fuzzy-stereo match --saved {folder}`')
+            response.message = ('the last pair cannot be saved, by an internal error: '
+                                + traceback.format_exc().rstrip())
+        self._saving = False
+        if self._node.context.ok() and not self._closed:
+            self._send(response, header)

@@ -26,15 +26,15 @@ class Worker:
         self._begin, self._work, self._on_error = begin, work, on_error
         self._wake = threading.Condition()
         self._waiting, self._closed = [], False
-        self._submitted = self._done = self._failed = self._dropped = 0
+        self._counts = dict.fromkeys(('submitted', 'done', 'failed', 'dropped'), 0)
         self._thread = threading.Thread(target=self._run, name='worker', daemon=True)
         self._thread.start()
 
     def submit(self, item):
         """Leave an item to be worked on next; one that still waits is dropped and counted."""
         with self._wake:
-            self._submitted += 1
-            self._dropped += self._closed or len(self._waiting)
+            self._counts['submitted'] += 1
+            self._counts['dropped'] += self._closed or len(self._waiting)
             if not self._closed:
                 self._waiting = [item]
                 self._wake.notify_all()
@@ -42,9 +42,8 @@ class Worker:
     def counts(self):
         """Return {name: number} of submitted, done, failed, dropped and pending items."""
         with self._wake:
-            pending = self._submitted - self._done - self._failed - self._dropped
-            return {'submitted': self._submitted, 'done': self._done, 'failed': self._failed,
-                    'dropped': self._dropped, 'pending': pending}
+            submitted, *ended = self._counts.values()
+            return {**self._counts, 'pending': submitted - sum(ended)}
 
     def close(self, timeout=None):
         """
@@ -54,7 +53,7 @@ class Worker:
         """
         with self._wake:
             self._closed = True
-            self._dropped += len(self._waiting)
+            self._counts['dropped'] += len(self._waiting)
             self._waiting = []
             self._wake.notify_all()
         self._thread.join(timeout)
@@ -70,8 +69,7 @@ class Worker:
                 item = self._waiting.pop()
             done = self._attempt(self._work, item)
             with self._wake:
-                self._done += done
-                self._failed += not done
+                self._counts['done' if done else 'failed'] += 1
 
     def _attempt(self, call, *items):
         """Return whether a call succeeds; report the exception where not."""

@@ -11,18 +11,13 @@ import re
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
-from fuzzy_stereo_ros.pairs.image_files import read_bytes
+from fuzzy_stereo_ros.pairs.image_files import read_bytes, write_whole
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
 
 MATRICES = {'k': ('camera_matrix', 3, 3), 'd': ('distortion_coefficients', 1, None),
             'r': ('rectification_matrix', 3, 3), 'p': ('projection_matrix', 3, 4)}
 YAML_SUFFIXES = ('.yaml', '.yml')
-MOST_ENTRIES = 10_000      # of a YAML text, with each alias counted as all that it stands for
-
-
-def _whole_image():
-    return SimpleNamespace(x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
+MOST_ALIASES = 16      # of a YAML text: of nested ones each may double what the text stands for
 
 
 @dataclass(frozen=True)
@@ -38,7 +33,8 @@ class Camera:
     distortion_model: str = 'plumb_bob'
     binning_x: int = 0
     binning_y: int = 0
-    roi: SimpleNamespace = field(default_factory=_whole_image)
+    roi: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(
+        x_offset=0, y_offset=0, height=0, width=0, do_rectify=False))
 
 
 def centred_calibration(focal, baseline, offset, rows, columns):
@@ -67,15 +63,16 @@ def _rectified(fx, fy, cx, cy, tx, rows, columns):
 
 def write_camera(path, camera, name):
     """Write a Camera as YAML, under a name; OSError where it cannot be written."""
-    lines = [f'image_width: {camera.width}', f'image_height: {camera.height}',
-             f'camera_name: {name}']
+    import yaml     # only for those who read or write YAML
+
+    content = {'image_width': camera.width, 'image_height': camera.height, 'camera_name': name}
     for letter, (title, rows, columns) in MATRICES.items():
-        numbers = getattr(camera, letter)
+        numbers = list(getattr(camera, letter))
         if letter == 'd':
-            lines.append(f'distortion_model: {camera.distortion_model}')
-        lines += [f'{title}:', f'  rows: {rows}', f'  cols: {columns or len(numbers)}',
-                  f"  data: [{', '.join(map(repr, numbers))}]"]
-    write_whole(path, ('\n'.join(lines) + '\n').encode())
+            content['distortion_model'] = camera.distortion_model
+        content[title] = {'rows': rows, 'cols': columns or len(numbers), 'data': numbers}
+    write_whole(path, yaml.safe_dump(content, sort_keys=False, width=float('inf'),
+                                     default_flow_style=None).encode())
 
 
 def read_camera(path):
@@ -87,8 +84,10 @@ def read_camera(path):
         return Camera(int(content['image_height']), int(content['image_width']), **matrices,
                       distortion_model=str(content.get('distortion_model', 'plumb_bob')))
     except (ValueError, TypeError, KeyError, OverflowError) as error:
+        reason = f'it has no {error}' if isinstance(error, KeyError) else ' '.join(
+            str(error).split())
         raise ValueError(f'{path} is no calibration of a camera, as camera_calibration writes '
-                         f'it: {_in_one_line(error)}') from None
+                         f'it: {reason}') from None
 
 
 def _matrix(content, title, rows, columns):
@@ -174,39 +173,18 @@ def _checked(path, left, right):
     return calibration, expected_size(right)
 
 
-def _in_one_line(error):
-    sentence = f'it has no {error}' if isinstance(error, KeyError) else str(error)
-    return ' '.join(sentence.split())
-
-
 def read_yaml(text):
     """
     Return the plain data of a YAML text, str or bytes.
 
-    Raises ValueError with one line where it is none, and where its aliases make it larger than
-    `MOST_ENTRIES`, as they can of a few lines.
+    Raises ValueError with one line where it is none, and for more than `MOST_ALIASES` aliases,
+    by which a few lines can stand for any amount of data.
     """
-    import yaml     # only for those who read YAML
+    import yaml
 
     try:
-        loader = yaml.SafeLoader(text)
-        node = loader.get_single_node()
-        if node is None:
-            return None
-        _check_entries(node)
-        return loader.construct_document(node)
+        if sum(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)) > MOST_ALIASES:
+            raise ValueError(f'it has more than {MOST_ALIASES} aliases')
+        return yaml.safe_load(text)
     except Exception as error:  # yaml raises many kinds for foreign bytes  # noqa: B902
         raise ValueError(' '.join(str(error).split()) or type(error).__name__) from None
-
-
-def _check_entries(node):
-    """Raise ValueError where a node has too many below it, or has itself there."""
-    waiting = [node]
-    for _ in range(MOST_ENTRIES):
-        if not waiting:
-            return
-        below = waiting.pop().value
-        if isinstance(below, list):     # of nodes, or of pairs of them
-            waiting += [each for entry in below
-                        for each in (entry if isinstance(entry, tuple) else (entry,))]
-    raise ValueError(f'it has more than {MOST_ENTRIES} entries, or one that contains itself')

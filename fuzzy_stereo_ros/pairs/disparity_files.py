@@ -26,10 +26,8 @@ from pathlib import Path
 import re
 
 import cv2
-from fuzzy_stereo_ros.pairs.colours import in_eight_bits
-from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image
-from fuzzy_stereo_ros.pairs.metres import millimetres_of, write_points
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.pairs.calibration import millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, read_bytes, read_image, write_whole
 import numpy as np
 
 KITTI_SCALE = 256
@@ -93,14 +91,19 @@ def decode_numpy(path, content):
     return stored
 
 
-def read_levels(path, scale, usual, unit):
+def _read(path, scale, usual, unit):
     """
-    Return a picture's grey levels over a scale: float32 (R, C), NaN where the level is 0.
+    Return the values of a file as they are; of a picture its grey levels over a scale.
 
-    A picture may be grey in three channels, as those of Middlebury are.
-    scale: levels per unit; None is the usual one for 16 bits; 8 bits must be told. unit: in words.
-    Raises ValueError for a picture in colour, and where the scale is needed or not allowed.
+    A picture may be grey in three channels, as those of Middlebury are; where its level is 0 the
+    value is NaN. usual: scale of pictures of 16 bits. unit: of the values, in words.
     """
+    decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
+        Path(path).suffix.lower())
+    if decode is not None:
+        if scale is not None:
+            raise ValueError(f'{path} holds values already; a scale is for pictures')
+        return decode(path, read_bytes(path)).astype(np.float32)
     levels = read_image(path)
     if levels.ndim == 3:
         if (levels != levels[:, :, :1]).any():
@@ -115,48 +118,6 @@ def read_levels(path, scale, usual, unit):
     return values
 
 
-def read_values(path, scale, usual, unit, units, valid):
-    """
-    Return the values of a .pfm, .npy, .npz or picture: float32 (R, C), NaN where there is none.
-
-    scale, usual, unit: as of `read_levels`; other files hold units, in words, and take no scale.
-    valid(values): which values of such a file are some.
-    Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
-    """
-    decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
-        Path(path).suffix.lower())
-    if decode is None:
-        return read_levels(path, scale, usual, unit)
-    if scale is not None:
-        raise ValueError(f'{path} holds {units} already; a scale is for pictures')
-    values = decode(path, read_bytes(path)).astype(np.float32)
-    values[~valid(values)] = np.nan
-    return values
-
-
-def check_disparity_suffix(path):
-    """Raise ValueError unless `write_disparity` knows the suffix of the path."""
-    if Path(path).suffix.lower() not in _ENCODERS:
-        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; "
-                         f'allowed are {", ".join(_ENCODERS)}')
-
-
-def write_disparity(path, disparity):
-    """
-    Write disparities in the format of the path's suffix; the file is there as a whole or not.
-
-    disparity: float (R, C), pixels, NaN or infinite = invalid.
-    Raises ValueError for a suffix, shape or value that cannot be stored, OSError for the disk.
-    """
-    check_disparity_suffix(path)
-    disparity = np.asarray(disparity)
-    if disparity.ndim != 2 or disparity.dtype.kind != 'f':
-        raise ValueError(f'disparity is {disparity.dtype} of shape {disparity.shape}; '
-                         'allowed is a float array of two dimensions')
-    disparity = np.where(np.isfinite(disparity), disparity, np.nan).astype(np.float32)
-    write_whole(path, _ENCODERS[Path(path).suffix.lower()](disparity))
-
-
 def read_disparity(path, scale=None):
     """
     Return the disparities of a file: float32 (R, C), pixels, NaN = invalid.
@@ -166,26 +127,9 @@ def read_disparity(path, scale=None):
     scale: grey levels per pixel of disparity; None is 256 for 16 bits; 8 bits must be told.
     Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
     """
-    return read_values(path, scale, KITTI_SCALE, 'pixel of disparity', 'pixels', np.isfinite)
-
-
-def _encode_pfm(disparity):
-    return encode_pfm(np.where(np.isnan(disparity), np.inf, disparity))
-
-
-def _encode_kitti(disparity):
-    valid = np.isfinite(disparity)
-    top = 65535 / KITTI_SCALE
-    outside = disparity[valid & ((disparity < -0.5) | (disparity > top))]
-    if outside.size:
-        raise ValueError(f'a disparity of {outside[0]:g} px does not fit into a KITTI .png, which '
-                         f'holds 0 to {top:.3f} px; take .pfm or .npy')
-    levels = np.rint(np.where(valid, disparity, 0).astype(np.float64) * KITTI_SCALE)
-    stored = np.where(valid, np.clip(levels, 1, 65535), 0).astype(np.uint16)
-    return cv2.imencode('.png', stored)[1].tobytes()
-
-
-_ENCODERS = {'.pfm': _encode_pfm, '.npy': encode_numpy, '.png': _encode_kitti}
+    disparity = _read(path, scale, KITTI_SCALE, 'pixel of disparity')
+    disparity[~np.isfinite(disparity)] = np.nan
+    return disparity
 
 
 def read_depth(path, scale=None):
@@ -196,7 +140,21 @@ def read_depth(path, scale=None):
     scale: grey levels per metre; None is 1000 for 16 bits; 8 bits must be told.
     Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
     """
-    return read_values(path, scale, MILLIMETRES, 'metre', 'metres', lambda depth: depth > 0)
+    depth = _read(path, scale, MILLIMETRES, 'metre')
+    depth[~(depth > 0)] = np.nan
+    return depth
+
+
+def write_disparity(path, disparity):
+    """
+    Write disparities in the format of the path's suffix; the file is there as a whole or not.
+
+    disparity: float (R, C), pixels, NaN or infinite = invalid.
+    Raises ValueError for a suffix or value that cannot be stored, OSError for the disk.
+    """
+    encode = _encoder(path)[0]
+    disparity = np.asarray(disparity, np.float32)
+    write_whole(path, encode(np.where(np.isfinite(disparity), disparity, np.float32(np.nan))))
 
 
 def write_depth(path, depth):
@@ -205,15 +163,42 @@ def write_depth(path, depth):
 
     depth: float32 (R, C), metres. Raises ValueError for a suffix, OSError for the disk.
     """
-    check_depth_suffix(path)
-    write_whole(path, _DEPTH_ENCODERS[Path(path).suffix.lower()](depth))
+    write_whole(path, _encoder(path)[1](depth))
 
 
-def check_depth_suffix(path):
-    """Raise ValueError unless `write_depth` knows the suffix of the path."""
-    if Path(path).suffix.lower() not in _DEPTH_ENCODERS:
-        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; "
-                         f"allowed for depth are {', '.join(_DEPTH_ENCODERS)}")
+def check_map_suffix(path):
+    """Raise ValueError unless disparities and depth can be written with the path's suffix."""
+    _encoder(path)
+
+
+def _encoder(path):
+    suffix = Path(path).suffix
+    if suffix.lower() not in _ENCODERS:
+        raise ValueError(f"{path} has the suffix '{suffix}'; allowed are {', '.join(_ENCODERS)}")
+    return _ENCODERS[suffix.lower()]
+
+
+def _encode_kitti(disparity):
+    valid = np.isfinite(disparity)
+    top = 65535 / KITTI_SCALE
+    outside = disparity[valid & ((disparity < -0.5) | (disparity > top))]
+    if outside.size:
+        raise ValueError(f'a disparity of {outside[0]:g} px does not fit into a KITTI .png, which '
+                         f'holds 0 to {top:.3f} px; take .pfm or .npy')
+    levels = np.rint(np.where(valid, disparity, 0).astype(np.float64) * KITTI_SCALE)
+    return _encode_png(np.where(valid, np.clip(levels, 1, 65535), 0).astype(np.uint16))
+
+
+def _encode_png(levels):
+    return cv2.imencode('.png', levels)[1].tobytes()
+
+
+# By suffix: for disparities, and for depth.
+_ENCODERS = {
+    '.pfm': (lambda disparity: encode_pfm(np.where(np.isnan(disparity), np.inf, disparity)),
+             encode_pfm),
+    '.npy': (encode_numpy, encode_numpy),
+    '.png': (_encode_kitti, lambda depth: _encode_png(millimetres_of(depth)))}
 
 
 def write_point_file(path, depth, left, image=None):
@@ -243,10 +228,3 @@ def write_point_file(path, depth, left, image=None):
               'end_header']
     write_whole(path, ('\n'.join(header) + '\n').encode() + points.tobytes())
     return len(points)
-
-
-def _encode_millimetres(depth):
-    return cv2.imencode('.png', millimetres_of(depth))[1].tobytes()
-
-
-_DEPTH_ENCODERS = {'.pfm': encode_pfm, '.npy': encode_numpy, '.png': _encode_millimetres}

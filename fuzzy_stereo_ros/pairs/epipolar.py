@@ -69,9 +69,9 @@ class Misalignment(NamedTuple):
     @property
     def faults(self):
         """The kinds of error that are surely above the limit: of tilt, roll, zoom, timing."""
-        measured = zip(('tilt', 'roll', 'zoom'), self[1:4], self.doubts)
-        return [name for name, value, doubt in measured if abs(value) - SURE * doubt > LIMIT] + [
-            'timing'] * (self.swing is not None and self.swing > LIMIT)
+        return [name for name, value, doubt in zip(
+            ('tilt', 'roll', 'zoom', 'timing'), (*self[1:4], self.swing or 0), (*self.doubts, 0))
+            if abs(value) - SURE * doubt > LIMIT]
 
     @property
     def advice(self):
@@ -95,9 +95,9 @@ class Misalignment(NamedTuple):
     @property
     def figures(self):
         """The figures as texts, {what: text}, each with its doubt."""
-        edges = zip(('row offset', 'row offset by roll', 'row offset by zoom'), self[1:4],
-                    self.doubts)
-        return {**{what: f'{value:+.2f} +- {doubt:.2f} px' for what, value, doubt in edges},
+        return {**{what: f'{value:+.2f} +- {doubt:.2f} px' for what, value, doubt in zip(
+                    ('row offset', 'row offset by roll', 'row offset by zoom'), self[1:4],
+                    self.doubts)},
                 'row offset, swing': 'unknown' if self.swing is None else f'{self.swing:.2f} px',
                 'row offset, measured': f'{self.corners} corners of {self.pairs} pairs'}
 
@@ -213,7 +213,9 @@ def misalignment_of(pairs, rows, columns):
     """
     column, row, offsets = np.concatenate(pairs).T
     x, y = 2 * column / (columns - 1) - 1, 2 * row / (rows - 1) - 1     # -1 to 1
-    tiles = _cell(y, TILES[0]) * TILES[1] + _cell(x, TILES[1])
+    down, across = (np.clip(((place + 1) / 2 * count).astype(int), 0, count - 1)
+                    for place, count in zip((y, x), TILES))
+    tiles = down * TILES[1] + across
     count = len(np.unique(tiles))
     if len(offsets) < FEWEST[0] or count < FEWEST[1]:
         return None
@@ -261,8 +263,3 @@ def _sure_corners(image, confidence):
     corners = 2 * found.reshape(-1, 2)
     sureness = confidence[tuple(corners[:, ::-1].astype(int).T)]
     return corners[sureness >= np.median(sureness)]
-
-
-def _cell(position, count):
-    """Return in which of so many cells between -1 and 1 positions are."""
-    return np.clip(((position + 1) / 2 * count).astype(int), 0, count - 1)

@@ -1,21 +1,27 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Read and write image files, with a sentence where that fails; headers of JPEG and PNG."""
+"""
+Files of images and others: read with a sentence where that fails, written whole or not at all.
+
+And images and disparities in colours of 8 bits, to look at.
+"""
 import json
+import os
 from pathlib import Path
+import re
 import struct
 
 import cv2
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
 import numpy as np
 
 JPEG_START, JPEG_END = b'\xff\xd8\xff', b'\xff\xd9'
 PNG_START = b'\x89PNG\r\n\x1a\n'
-PNG_SIZE_AT = 16                # bytes, behind the start and the head of the first chunk
+PNG_HEADER = re.compile(re.escape(PNG_START) + rb'....IHDR(.{8})', re.DOTALL)
 # Start of frame, with the size: the markers C0 to CF but for those of tables (C4, C8, CC).
 JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-JPEG_WITHOUT_LENGTH = frozenset([0x00, 0x01, *range(0xD0, 0xD8)])
 JPEG_LAST = 0xD9, 0xDA          # the end, and the scan that is behind the frame's head
+JPEG_MARKER = re.compile(rb'\xff[^\x00\x01\xd0-\xd7\xff](?=..)', re.DOTALL)    # with a length
+INVALID_GREY = 32       # of pictures, where nothing is known
 
 
 def read_image(path):
@@ -91,6 +97,37 @@ def read_json(path):
         raise ValueError(f'{path} is damaged: {error}') from error
 
 
+def check_place(path):
+    """Raise ValueError where no file can be written to a path: no folder, or it is one itself."""
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
+    if path.is_dir():
+        raise ValueError(f'{path} is a folder; name a file')
+
+
+def write_whole(path, content):
+    """
+    Write bytes to a file: on an error what was there before stays, and nothing is left behind.
+
+    path: str or Path; an existing file is replaced. Raises OSError, which names the file, where
+    it cannot be written.
+    """
+    path = Path(path)
+    part = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    part.unlink(missing_ok=True)
+    try:
+        with open(part, 'xb') as file:      # never through a link that somebody else has put there
+            file.write(content)
+        part.replace(path)
+    except OSError as error:
+        if error.errno is not None:     # the system names the unfinished file, or none
+            error.filename, error.filename2 = str(path), None
+        raise
+    finally:
+        part.unlink(missing_ok=True)
+
+
 def size_in_header(content):
     """
     Return (rows, columns) as the header of a JPEG or PNG has them.
@@ -98,11 +135,12 @@ def size_in_header(content):
     content: bytes, the whole file. None where it is another file, or has no such header.
     """
     if content.startswith(PNG_START):
-        if content[12:PNG_SIZE_AT] != b'IHDR' or len(content) < PNG_SIZE_AT + 8:
-            return None
-        columns, rows = struct.unpack_from('>II', content, PNG_SIZE_AT)
-        return rows, columns
-    return _jpeg_size(content) if content.startswith(JPEG_START) else None
+        found = PNG_HEADER.match(content)
+        return found and struct.unpack('>II', found[1])[::-1]
+    for marker, place in _jpeg_segments(content):
+        if marker in JPEG_FRAMES and place + 7 <= len(content):
+            return struct.unpack_from('>HH', content, place + 3)
+    return None
 
 
 def is_cut_off(content):
@@ -111,32 +149,41 @@ def is_cut_off(content):
 
     OpenCV 4 makes grey rows of what is missing and tells nobody.
     """
-    if not content.startswith(JPEG_START):
-        return False
     behind_heads = max((place for _, place in _jpeg_segments(content)), default=0)
-    return content.rfind(JPEG_END, behind_heads) < 0
-
-
-def _jpeg_size(content):
-    for marker, place in _jpeg_segments(content):
-        if marker in JPEG_FRAMES and place + 7 <= len(content):
-            return struct.unpack_from('>HH', content, place + 3)
-    return None
+    return content.startswith(JPEG_START) and content.rfind(JPEG_END, behind_heads) < 0
 
 
 def _jpeg_segments(content):
-    """Yield (marker, place behind it) of the segments with a length, up to the first scan."""
-    place = 2
-    while (place := content.find(b'\xff', place)) >= 0:
-        while content[place:place + 1] == b'\xff':      # as many as you like before a marker
-            place += 1
-        marker = content[place] if place < len(content) else JPEG_LAST[0]
-        place += 1
-        if marker in JPEG_WITHOUT_LENGTH:
-            continue
-        if marker == JPEG_LAST[0] or place + 2 > len(content):
-            return
+    """Yield (marker, place behind it) of the segments of a JPEG, up to the first scan."""
+    place, marker = 2, None
+    while content.startswith(JPEG_START) and marker not in JPEG_LAST and (
+            found := JPEG_MARKER.search(content, place)):
+        marker, place = found[0][-1], found.end()
         yield marker, place
-        if marker in JPEG_LAST:
-            return
         place += struct.unpack_from('>H', content, place)[0]
+
+
+def in_eight_bits(image):
+    """
+    Return an image as uint8 of the same shape; one that is uint8 as it is.
+
+    image: uint8 or uint16, (R, C) or (R, C, 3). 16 bits are divided by the largest value of all
+    channels: cameras of 10 and 12 bits fill only a part of the 16.
+    """
+    if image.dtype == np.uint8:
+        return image
+    return cv2.convertScaleAbs(image, alpha=255.0 / max(int(image.max()), 1))
+
+
+def colour_disparity(disparity, low, high):
+    """
+    Return disparities in the colours of Turbo, far blue and near red: uint8 (R, C, 3) BGR.
+
+    disparity: float (R, C), pixels, NaN or infinite = invalid, which is dark grey.
+    low, high: pixels, shown as the ends of the colours; what lies outside takes the end.
+    """
+    span = max(high - low, 1e-6)
+    levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)
+    picture = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
+    invalid = ~np.isfinite(disparity)
+    return cv2.copyTo(np.full_like(picture, INVALID_GREY), invalid.view(np.uint8), picture)

@@ -8,8 +8,8 @@ A message is anything with the fields of its ROS type: rclpy's and those written
 from array import array
 
 import cv2
-from fuzzy_stereo_ros.pairs.colours import colour_disparity, in_eight_bits
-from fuzzy_stereo_ros.pairs.metres import depth_of, millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.image_files import colour_disparity, in_eight_bits
 import numpy as np
 
 DISPARITY, POINTS = 'disparity', 'points2'
@@ -68,8 +68,10 @@ class ResultMessages:
             last = config.min_disparity + config.disparities - 1
             return fill_image(image, colour_disparity(
                 match.disparity, config.min_disparity, last), pair, 'bgr8')
-        return fill_depth(image, depth_of(match.disparity, pair.calibration), pair,
-                          self._settings['depth_encoding'])
+        depth, encoding = depth_of(match.disparity, pair.calibration), self._settings[
+            'depth_encoding']       # of REP 118: metres, or millimetres
+        return fill_image(image, millimetres_of(depth) if encoding == '16UC1' else depth, pair,
+                          encoding)
 
 
 def fill_disparity(message, match, pair, config):
@@ -92,7 +94,7 @@ def fill_disparity(message, match, pair, config):
     _fill_header(message.header, pair)
     fill_image(message.image, values, pair, '32FC1')
     message.f = pair.calibration.focal
-    _set(message, 't', pair.calibration.baseline)
+    message.t = pair.calibration.baseline
     message.min_disparity, message.max_disparity = float(smallest), float(largest)
     message.delta_d = _step(config, max(abs(smallest), abs(largest)))
     window = message.valid_window
@@ -103,35 +105,19 @@ def fill_disparity(message, match, pair, config):
     return message
 
 
-def fill_depth(message, depth, pair, encoding):
-    """
-    Fill a sensor_msgs/Image with a depth image as REP 118 wants it, and return it.
-
-    depth: float32 (R, C), metres, NaN = invalid, infinite = too far, as `depth_of` makes it.
-    encoding: '32FC1', depth as it is, or '16UC1', millimetres, 0 = invalid or beyond 65.535 m.
-    """
-    return fill_image(
-        message, millimetres_of(depth) if encoding == '16UC1' else depth, pair, encoding)
-
-
 def fill_camera_info(message, pair):
     """
-    Fill a sensor_msgs/CameraInfo of images that have the left image's pixels, and return it.
+    Fill an empty sensor_msgs/CameraInfo of the left image as it is, and return it.
 
-    It is of the image as it is: no binning, no region of interest, nothing to rectify.
+    It has no binning, no region of interest, and nothing to rectify.
     """
     fx, fy, cx, cy = pair.calibration.left
     _fill_header(message.header, pair)
     message.height, message.width = pair.left.shape[:2]
     message.distortion_model = 'plumb_bob'
-    _set(message, 'd', array('d', 5 * [0.0]))
-    _set(message, 'k', np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], np.float64))
-    _set(message, 'r', np.eye(3).ravel())
-    _set(message, 'p', np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0], np.float64))
-    message.binning_x = message.binning_y = 0
-    region = message.roi
-    region.x_offset = region.y_offset = region.height = region.width = 0
-    region.do_rectify = False
+    message.d, message.r = array('d', 5 * [0.0]), np.eye(3).ravel()
+    message.k = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], np.float64)
+    message.p = np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0], np.float64)
     return message
 
 
@@ -157,7 +143,10 @@ def fill_points(message, match, pair, point_field, *, use_color, avoid_point_clo
     values = np.frombuffer(data, '<f4').reshape(rows, columns, words)
     write_points(depth_of(match.disparity, pair.calibration), pair.calibration.left, values)
     if colour is not None:
-        _write_colours(pair.left, values.view(np.uint8), 4 * colour)
+        image = in_eight_bits(pair.left)
+        moves = [number for byte, channel in enumerate(range(3) if image.ndim == 3 else (0, 0, 0))
+                 for number in (channel, 4 * colour + byte)]    # 0x00RRGGBB, least byte first
+        cv2.mixChannels([image], [values.view(np.uint8)], moves)
     _fill_header(message.header, pair)
     message.height, message.width = rows, columns
     message.fields, message.data = fields, data
@@ -171,19 +160,6 @@ def _step(config, largest):
     if config.algorithm == 'quality':
         return float(np.spacing(largest))       # of planes, which are not rounded
     return WHOLE_PIXEL if config.algorithm == 'paper' else DISPARITY_STEP
-
-
-def _write_colours(image, points, place):
-    """Write an image's colours as 0x00RRGGBB, least byte first, at a byte of points' bytes."""
-    image = in_eight_bits(image)
-    channels = range(3) if image.ndim == 3 else (0, 0, 0)
-    moves = [number for byte, channel in enumerate(channels) for number in (channel, place + byte)]
-    cv2.mixChannels([image], [points], moves)
-
-
-def _set(message, name, value):
-    """Set a field by its ROS 2 name, else by its ROS 1 name."""
-    setattr(message, name if hasattr(message, name) else name.upper(), value)
 
 
 def _fill_header(header, pair):

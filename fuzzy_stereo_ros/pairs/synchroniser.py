@@ -45,10 +45,6 @@ class Synchroniser:
         queue_size: messages kept waiting by topic, >= 1; with a tolerance `FEWEST_JOINED` or more.
         tolerance: ns, 0 = any distance, None = equal stamps only.
         """
-        if queue_size < 1:
-            raise ValueError(f'queue_size is {queue_size}; allowed are whole numbers from 1')
-        if tolerance is not None and tolerance < 0:
-            raise ValueError(f'tolerance is {tolerance} ns; allowed are numbers from 0')
         self.topics = tuple(topics)
         self.received = dict.fromkeys(self.topics, 0)
         self.unmatched = dict.fromkeys(self.topics, 0)
@@ -118,22 +114,17 @@ class Synchroniser:
     def _nearest(self, final):
         sets = []
         while self._queues[self.topics[0]]:
-            chosen = self._choose(final)
+            pivot, *later = self._queues[self.topics[0]]
+            chosen = [pivot] + [
+                _join(pivot, later[0] if later else None, list(self._queues[topic]),
+                      self._tolerance, final) for topic in self._queued[1:]]
             if WAIT in chosen and None not in chosen:
                 break
             if None in chosen:
-                self._let_go(self.topics[0], chosen[:1])
+                self._let_go(self.topics[0], [pivot])
             else:
                 sets.append(self._take(chosen))
         return sets
-
-    def _choose(self, final):
-        """Return the oldest stamp of the first topic and what the others join to it."""
-        pivot, *later = self._queues[self.topics[0]]
-        following = later[0] if later else None
-        return [pivot] + [
-            _join(pivot, following, list(self._queues[topic]), self._tolerance, final)
-            for topic in self._queued[1:]]
 
     def _take(self, stamps):
         """Remove a set from the queues, let go what is older, and return the set."""

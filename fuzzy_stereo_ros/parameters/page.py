@@ -12,7 +12,7 @@ import sys
 import textwrap
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.pairs.image_files import write_whole
 from fuzzy_stereo_ros.parameters.table import (
     MATCHER_PARAMETERS, NODE_PARAMETERS, ROS_PARAMETERS, written)
 
@@ -25,7 +25,12 @@ def parameter_page():
     matcher = [('parameter', *configs, 'allowed', 'meaning')]
     for row in MATCHER_PARAMETERS:
         values = [written(getattr(config, row.field)) for config in configs.values()]
-        matcher.append((_names(row), *values, row.allowed, row.sentence))
+        name = f'`{row.field}`'
+        if row not in ROS_PARAMETERS:
+            name += ' (not in ROS)'
+        elif row.name != row.field:
+            name += f' (ROS: `{row.name}`)'
+        matcher.append((name, *values, row.allowed, row.sentence))
     node = [('parameter', 'default', 'allowed', 'meaning'),
             *((f'`{row.name}`', written(row.default), row.allowed, row.sentence)
               for row in NODE_PARAMETERS)]
@@ -58,13 +63,6 @@ def parameter_file():
         value = row.default if isinstance(row.default, float) else written(row.default)
         lines.append(f"    {'# ' if row.preset else ''}{row.name}: {value}")
     return '\n'.join(lines) + '\n'
-
-
-def _names(row):
-    """Return what a parameter is called, and in ROS where that differs."""
-    if row not in ROS_PARAMETERS:
-        return f'`{row.field}` (not in ROS)'
-    return f'`{row.field}`' if row.name == row.field else f'`{row.field}` (ROS: `{row.name}`)'
 
 
 def _markdown(lines):

@@ -7,14 +7,15 @@ One thread reads the next pair and another writes the last one while a pair is m
 """
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 import signal
 import threading
 import time
 
 from fuzzy_stereo_ros.pair_matcher import camera_of, MatchedPair, without_missing
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
-from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
+from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, kind_of
 from fuzzy_stereo_ros.replay.source import Refusal, refusal_of
 
 
@@ -29,7 +30,7 @@ class Stats:
     logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
     stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None. segments: how
     many were matched; workers: how many matched them at the most, 0 where this process matched.
-    epipolar: whether the rows of the images fit.
+    epipolar: whether the rows of the images fit. calibration: of the last pair.
     """
 
     matched: int = 0
@@ -47,6 +48,7 @@ class Stats:
     segments: int = 0
     workers: int = 0
     epipolar: EpipolarCheck = field(default_factory=EpipolarCheck)
+    calibration: Calibration | None = None
 
     def refuse(self, refusal, what, log):
         """Count and log the Refusal of what: a message, a pair, or the results of one."""
@@ -61,20 +63,18 @@ class Stats:
 
 
 def match_in_order(steps, matcher):
-    """Yield (Step, its Match, Refusal or None) of each Step; matcher: a StereoMatcher."""
-    for step in read_ahead(steps):
-        if step.went_back:
-            matcher.reset()
-        yield step, match_or_refuse(step.pair, matcher)
+    """
+    Yield (Step, its Match, Refusal or None) of each Step, the next being read meanwhile.
 
-
-def read_ahead(items):
-    """Yield what an iterator gives, the next item being made in a thread meanwhile."""
+    matcher: a StereoMatcher.
+    """
     with ThreadPoolExecutor(1, 'reader') as reader:
-        coming = reader.submit(next, items, None)
-        while (item := coming.result()) is not None:
-            coming = reader.submit(next, items, None)
-            yield item
+        coming = reader.submit(next, steps, None)
+        while (step := coming.result()) is not None:
+            coming = reader.submit(next, steps, None)
+            if step.went_back:
+                matcher.reset()
+            yield step, match_or_refuse(step.pair, matcher)
 
 
 def match_or_refuse(pair, matcher):
@@ -152,6 +152,11 @@ def _counted(step, outcome, config, stats, log):
         return None
     for remark in step.pair.calibration.remarks:
         stats.note(remark, log)
+    calibration = replace(step.pair.calibration, remarks=())
+    if calibration != (stats.calibration or calibration):
+        stats.note('the calibration changed: calibration.json, where there is one, is that of the '
+                   'last pairs', log)
+    stats.calibration = calibration
     stats.milliseconds += outcome.times['total']
     stats.warm += outcome.warm
     stats.again += step.again
@@ -162,30 +167,25 @@ def _counted(step, outcome, config, stats, log):
     return MatchedPair(step.pair, match, config, None)
 
 
-class Interruption:
+@contextmanager
+def interruption():
     """
-    A context manager in which SIGINT is only noted; a second one raises KeyboardInterrupt.
+    Give a function that returns whether SIGINT has come; a second one raises KeyboardInterrupt.
 
     Outside the main thread, where Python allows no handlers, nothing is noted.
     """
+    came = []
 
-    def __init__(self):
-        self._came, self._before = False, None
-
-    def __enter__(self):
-        if threading.current_thread() is threading.main_thread():
-            self._before = signal.signal(signal.SIGINT, self._note)
-        return self
-
-    def __exit__(self, *error):
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
-
-    def came(self):
-        """Return whether SIGINT has come."""
-        return self._came
-
-    def _note(self, number, frame):
-        if self._came:
+    def note(number, frame):
+        if came:
             raise KeyboardInterrupt
-        self._came = True
+        came.append(number)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: bool(came)
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
+from fuzzy_stereo_ros.pairs.result_messages import TOPICS
 from fuzzy_stereo_ros.parameters.table import OUTPUTS
 
 ALWAYS = 'disparity', 'preview'     # results that every bag has
@@ -91,6 +92,11 @@ class ReplayOptions:
         return *ALWAYS, *self.results
 
     @property
+    def result_topics(self):
+        """The names of the topics of the results."""
+        return {f'/{topic}' for word in self.words for topic, _ in TOPICS[word]}
+
+    @property
     def views(self):
         """Files and viewers that show the pairs, in words."""
         return [name for name in (self.video, self.view) if name is not None]
@@ -99,11 +105,6 @@ class ReplayOptions:
     def in_segments(self):
         """Whether segments are matched on workers, instead of one chain here."""
         return self.workers is not None or self.scheduler is not None
-
-    @property
-    def pairs_before(self):
-        """How many pairs that are written already a resumed replay needs to know."""
-        return WARM_PAIRS + (SEGMENT_PAIRS if self.in_segments else 0)
 
     @property
     def scaled_config(self):

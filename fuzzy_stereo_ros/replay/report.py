@@ -9,7 +9,6 @@ from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
 from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS
 from fuzzy_stereo_ros.replay.segments import ClusterFault
-from fuzzy_stereo_ros.replay.sinks import BagSink
 from fuzzy_stereo_ros.replay.source import SECOND
 
 
@@ -52,8 +51,12 @@ def figures_of(stats, synchroniser, begin):
     """
     seconds = max(stats.seconds, 1e-9)
     pairs, misalignment = stats.matched + stats.again, stats.epipolar.misalignment
+    ended = 'interrupted' if stats.interrupted else 'finished'
+    if stats.error is not None:
+        ended = ('damaged bag' if isinstance(stats.error, DamagedBag) else
+                 'workers lost' if isinstance(stats.error, ClusterFault) else 'cannot be written')
     figures = {
-        'ended': _ended(stats),
+        'ended': ended,
         'pairs': {'matched': stats.matched, 'matched_again': stats.again, 'warm': stats.warm,
                   'refused': dict(stats.refused)},
         'messages': {'received': synchroniser.received, 'unmatched': synchroniser.unmatched},
@@ -78,10 +81,8 @@ def sentences(figures, approximate):
     lines = [f"{pairs['matched']} pairs matched"]
     if 'segments' in figures:
         lines[0] += ', in {matched} segments on {workers} workers'.format(**figures['segments'])
-        if pairs['matched_again']:
-            lines[0] += f", {pairs['matched_again']} were matched again to warm up"
-    elif pairs['matched_again']:
-        lines[0] += f", after {pairs['matched_again']} that were matched again to warm up"
+    if pairs['matched_again']:
+        lines[0] += f", {pairs['matched_again']} were matched again to warm up"
     if pairs['refused']:
         lines.append(f"{sum(pairs['refused'].values())} refused: " + ', '.join(
             f'{reason} {number}' for reason, number in sorted(pairs['refused'].items())))
@@ -135,10 +136,10 @@ def end_sentence(stats, outputs, options, begin):
     where = options.output if options.can_be_resumed else ' and '.join(options.views)
     pairs, logged = outputs.written, outputs.logged
     far = f'{pairs} pairs were written to {where}'
-    for sink in outputs.sinks or ():
-        if isinstance(sink, BagSink):
-            pairs, logged = sink.bag.counts[f'/{DISPARITY}'], sink.bag.last
-            far = f'{where} holds {pairs} pairs'
+    if outputs.bag_sink is not None:
+        bag = outputs.bag_sink.bag
+        pairs, logged = bag.counts[f'/{DISPARITY}'], bag.last
+        far = f'{where} holds {pairs} pairs'
     if pairs:
         far += f', up to {(logged - begin) / SECOND:.3f} s into the bag'
     if stats.error is None:
@@ -150,10 +151,3 @@ def end_sentence(stats, outputs, options, begin):
     if options.can_be_resumed or isinstance(stats.error, DamagedBag):
         return f'{text_of(stats.error)}; {far}'
     return text_of(stats.error)     # a video or recording that failed is not there
-
-
-def _ended(stats):
-    if stats.error is not None:
-        return ('damaged bag' if isinstance(stats.error, DamagedBag) else
-                'workers lost' if isinstance(stats.error, ClusterFault) else 'cannot be written')
-    return 'interrupted' if stats.interrupted else 'finished'

@@ -10,7 +10,7 @@ dies, Dask gives its segment to another one; the scheduler keeps it until it is 
 from collections import deque
 from contextlib import contextmanager, ExitStack
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 import logging
 from multiprocessing import resource_tracker
 import signal
@@ -21,12 +21,11 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.matching.kernels.compiled import note, remarks
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
-from fuzzy_stereo_ros.replay.loop import Interruption, match_or_refuse
+from fuzzy_stereo_ros.replay.loop import interruption, match_or_refuse
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.source import Refusal
-from fuzzy_stereo_ros.saved_pairs.reproduction import versions
+from fuzzy_stereo_ros.saved_pair import versions
 
 PACKAGE = 'fuzzy_stereo_ros'
 LOOPBACK = '127.0.0.1'
@@ -72,12 +71,11 @@ class SegmentAnswer(NamedTuple):
 
     warming: of the pairs that warmed up: (how many were matched, how many of these started from
     the pair before, milliseconds of matching). outcomes: of each other pair the Match or the
-    Refusal. remarks: sentences on what was done without where it was matched.
+    Refusal.
     """
 
     warming: tuple
     outcomes: list
-    remarks: list
 
 
 def cut(steps):
@@ -86,7 +84,7 @@ def cut(steps):
 
     WARM_PAIRS numbers before them warm up. A DamagedBag is raised after the last Segment.
     """
-    before, own, place, damage = [], [], None, None
+    before, own, place = [], [], None
     try:
         for step in steps:
             if step.number is not None:
@@ -98,12 +96,12 @@ def cut(steps):
                               if one.number is not None and one.number >= first]
                     own = []
             own.append(step)
-    except DamagedBag as error:
-        damage = error
+    except DamagedBag:
+        if own:
+            yield Segment(before, own)
+        raise
     if own:
         yield Segment(before, own)
-    if damage is not None:
-        raise damage
 
 
 def match_in_segments(steps, cluster, stats, stopped):
@@ -158,7 +156,6 @@ class Cluster:
     def __init__(self, client, name, config):
         """Take the workers that there are; client: a distributed.Client; config: MatcherConfig."""
         self._client, self.name, self._config = client, name, config
-        self._match = partial(_match_on_worker, version=versions()[PACKAGE])
         self.workers, self._there = 1, time.monotonic()
         self._count_workers()
 
@@ -170,7 +167,8 @@ class Cluster:
 
     def submit(self, pairs, warming, **where):
         """Have pairs matched, as `match_segment` does; return the Future that `answer` takes."""
-        return self._client.submit(self._match, self._config, pairs, warming, pure=False, **where)
+        return self._client.submit(_match_on_worker, self._config, pairs, warming, pure=False,
+                                   **where)
 
     def answer(self, future, stopped):
         """
@@ -184,15 +182,11 @@ class Cluster:
         try:
             while True:
                 try:
-                    answer = future.result(LOOK_SECONDS)
-                    break
+                    return future.result(LOOK_SECONDS)
                 except distributed.TimeoutError:
                     if stopped():
                         return None
                     self._count_workers()
-            for remark in answer.remarks:
-                note(remark)
-            return answer
         except ClusterFault:
             raise
         except KilledWorker as error:
@@ -200,10 +194,9 @@ class Cluster:
                 f'worker after worker of {self.name} ended over the same pairs, '
                 f'{error.allowed_failures + 1} in all: see what they wrote last, and whether '
                 'they have enough memory') from error
-        except distributed.CancelledError as error:
-            raise ClusterFault(f'{self.name} does not answer') from error
         except Exception as error:      # noqa: B902  whatever it is, it cannot match
-            raise _unfit(f'{self.name} or a worker of it', error) from error
+            raise ClusterFault(f'{self.name} cannot match ({text_of(error)}): install {PACKAGE} '
+                               f'{versions()[PACKAGE]} there') from error
 
     def _count_workers(self):
         """Count the workers; ClusterFault where there is none for long."""
@@ -225,13 +218,13 @@ def opened_cluster(options, log):
     opened = ExitStack()
     try:
         # Started by halves, Dask would leave processes or log of it at length.
-        with Interruption() as interruption:
+        with interruption() as came:
             cluster = _cluster(options, log, opened)
-        if interruption.came():
+        if came():
             raise KeyboardInterrupt
         yield cluster
     finally:
-        with Interruption():
+        with interruption():
             opened.close()
 
 
@@ -288,7 +281,7 @@ def _local_cluster(workers, opened):
 
 
 def _check_workers(client, name, log):
-    """Raise ClusterFault where a worker cannot do what it will be asked for."""
+    """Raise ClusterFault where there is no worker, or one without this version of ours."""
     import distributed
 
     try:
@@ -298,9 +291,10 @@ def _check_workers(client, name, log):
                            f'{PACKAGE} is installed') from None
     here = versions()
     for address, there in client.run(versions, on_error='return').items():
-        if isinstance(there, Exception):
-            raise _unfit(f'the worker {address}', there)
-        _check_version(there[PACKAGE], f'the worker {address}')
+        fault = text_of(there) if isinstance(there, Exception) else there[PACKAGE]
+        if fault != here[PACKAGE]:
+            raise ClusterFault(f'the worker {address} is without {PACKAGE} {here[PACKAGE]} '
+                               f'(it has {fault}): install the same everywhere')
         different = [f'{what} {there[what]} (here {here[what]})' for what in DECISIVE
                      if there[what] != here[what]]
         if different:
@@ -308,51 +302,31 @@ def _check_workers(client, name, log):
                 'may differ')
 
 
-def _unfit(where, error):
-    """Return the ClusterFault of a process in which the package fails, with what to do."""
-    return ClusterFault(f'{where} cannot use {PACKAGE} ({text_of(error)}): install {PACKAGE} '
-                        f'{versions()[PACKAGE]} there')
-
-
-def _check_version(found, where):
-    """Raise ClusterFault where another version of the package was found than this one."""
-    if found != versions()[PACKAGE]:
-        raise ClusterFault(f'{where} has {PACKAGE} {found}, this is {versions()[PACKAGE]}: '
-                           'install the same everywhere')
-
-
-def _match_on_worker(config, pairs, warming, version):
-    """Match a segment in a thread of a worker, for a client of a version of this package."""
+def _match_on_worker(config, pairs, warming):
+    """Match a segment in a thread of a worker, with as many threads as are the worker's."""
     from distributed import get_worker
 
-    worker = get_worker()
-    _check_version(version, f'the replay that asks the worker {worker.address}')
-    task = worker.state.tasks[worker.get_current_task()]
-    return match_segment(replace(config, threads=config.threads or worker.state.nthreads), pairs,
-                         warming, lambda: task.state == 'executing')
+    threads = config.threads or get_worker().state.nthreads
+    return match_segment(replace(config, threads=threads), pairs, warming)
 
 
-def match_segment(config, pairs, warming, wanted=lambda: True):
+def match_segment(config, pairs, warming):
     """
     Return the SegmentAnswer of pairs, which depends on nothing that was matched before.
 
     config: MatcherConfig. pairs: [(StereoPair, whether it starts anew)]. warming: so many of
-    them, the first, only warm up. wanted(): whether to go on with the next pair; None is returned
-    where not.
+    them, the first, only warm up.
     """
     with _turn:
         matcher, outcomes = _warm_matcher(config), []
         matcher.reset()
         for pair, starts_anew in pairs:
-            if not wanted():
-                return None
             if starts_anew:
                 matcher.reset()
             outcomes.append(match_or_refuse(pair, matcher))
     warmed = [one for one in outcomes[:warming] if not isinstance(one, Refusal)]
-    return SegmentAnswer(
-        (len(warmed), sum(one.warm for one in warmed),
-         sum(one.times['total'] for one in warmed)), outcomes[warming:], list(remarks()))
+    return SegmentAnswer((len(warmed), sum(one.warm for one in warmed),
+                          sum(one.times['total'] for one in warmed)), outcomes[warming:])
 
 
 @lru_cache(maxsize=1)

@@ -1,29 +1,31 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where the results of a replay go: into a bag, files, a video, the viewer.
+Where the results of a replay go: into a bag, files, a video, the viewer; and their folder.
 
 A sink has take(matched, logged), with each MatchedPair in the order of the bag until it raises
 an exception, and close(), called in any case. All calls come from one thread, the one that made
 it. An OSError of a sink, as of a full disk, or a ValueError ends the replay.
 """
 from collections import Counter
-from contextlib import ExitStack
-from dataclasses import asdict
+from contextlib import ExitStack, suppress
+from dataclasses import asdict, replace
 import json
+from pathlib import Path
+import shutil
 
-from fuzzy_stereo_ros.bags.copying import Copies
-from fuzzy_stereo_ros.bags.reading import slashed
-from fuzzy_stereo_ros.bags.writing import BagWriter, Messages
+from fuzzy_stereo_ros.bags.reading import BagReader, read_stamped
+from fuzzy_stereo_ros.bags.writing import BagWriter, Messages, METADATA, SUFFIXES, UNFINISHED
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
+from fuzzy_stereo_ros.pairs.image_files import read_json, write_whole
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, TOPICS
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
-from fuzzy_stereo_ros.replay.options import VIEWER
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, VIEWER, WARM_PAIRS
 from fuzzy_stereo_ros.replay.source import refusal_of
 from fuzzy_stereo_ros.views.rerun_view import RerunSink
 from fuzzy_stereo_ros.views.video import RATES, VideoSink
 
 CALIBRATION = 'calibration.json'
+RECORD = 'replay.json'      # what the outputs were made of; it marks a folder as a replay's
 STAMP_DIGITS = 19           # of ns since 1970, so that names stand in the order of time
 
 
@@ -32,7 +34,8 @@ class Outputs:
     The sinks, made by the thread that uses them when there is something for them.
 
     config: the MatcherConfig of the images as they are matched. sinks: a list; None while there
-    are none. written: pairs that all of them took. logged: ns, of the last of these.
+    are none. bag_sink: the BagSink among them, or None. written: pairs that all of them took.
+    logged: ns, of the last of these.
     """
 
     def __init__(self, options, folder, source, copies, views):
@@ -42,7 +45,7 @@ class Outputs:
         options: ReplayOptions. folder: OutputFolder. source: ReplaySource. copies:
         CopiedMessages or None. views: sinks that are there already.
         """
-        self.config, self.sinks = options.scaled_config, None
+        self.config, self.sinks, self.bag_sink = options.scaled_config, None, None
         self.written, self.logged = 0, None
         self._options, self._folder, self._source = options, folder, source
         self._copies, self._views = copies, views
@@ -68,9 +71,8 @@ class Outputs:
         """Copy what stands behind the last pair, which may be of a replay before."""
         if self._folder.continued and self._source.resumed:
             self._open()
-        for sink in self.sinks or ():
-            if isinstance(sink, BagSink):
-                sink.copy()
+        if self.bag_sink is not None:
+            self.bag_sink.copy()
 
     def close(self):
         """Close all sinks, whatever one of them raises."""
@@ -85,7 +87,8 @@ class Outputs:
         self.sinks = [FileSink(self._folder.path, suffix) for suffix in self._options.files]
         if self._options.writes_bag:
             # After the files: --resume takes a pair for done that is in the bag.
-            self.sinks.append(BagSink(self._folder.path, self._options, self._copies))
+            self.bag_sink = BagSink(self._folder.path, self._options, self._copies)
+            self.sinks.append(self.bag_sink)
         self.sinks += self._views
 
 
@@ -107,43 +110,6 @@ def opened_views(options, source):
     if options.view is not None:
         views.append(RerunSink(None if options.view == VIEWER else options.view))
     return views
-
-
-class CopiedMessages:
-    """
-    Messages to be copied, of a BagReader that nobody else reads.
-
-    topics: names, all of a bag of ROS 2.
-    """
-
-    def __init__(self, options, bags, source):
-        """
-        Choose the topics; source: the ReplaySource, whose part of the bags is copied.
-
-        Raises ValueError for a topic that is not there, is a result, or cannot be copied.
-        """
-        results = {f'/{topic}' for word in options.words for topic, _ in TOPICS[word]}
-        self.topics = [slashed(name) for name in options.keep]
-        for topic in self.topics:
-            if topic not in bags.topics:
-                raise ValueError(f'--keep names {topic}, which is not in {bags.names}; there are '
-                                 f"{', '.join(sorted(bags.topics))}")
-            if topic in results:
-                raise ValueError(f'--keep names {topic}, under which the results are written')
-        if not self.topics:
-            self.topics = [topic for topic in bags.topics if topic not in results]
-        self._copies = Copies(bags, self.topics)
-        self._messages = bags.messages(self.topics, source.start, source.stop)
-        self._next = None
-
-    def until(self, logged):
-        """Yield (BagMessage, its Copying) up to a time, ns, or all that is left; DamagedBag."""
-        while True:
-            self._next = self._next or next(self._messages, None)
-            if self._next is None or (logged is not None and self._next.logged > logged):
-                return
-            message, self._next = self._next, None
-            yield message, self._copies.of(message)
 
 
 class BagSink:
@@ -193,11 +159,7 @@ class BagSink:
 
 
 class FileSink:
-    """
-    A file of disparities for each pair, named by its stamp in ns, and calibration.json.
-
-    recalibrated: how often calibration.json was replaced by another one.
-    """
+    """A file of disparities for each pair, named by its stamp in ns, and calibration.json."""
 
     def __init__(self, folder, suffix):
         """
@@ -206,33 +168,133 @@ class FileSink:
         suffix: 'npy', 'pfm' or 'png', as of pairs/disparity_files.py.
         """
         self._folder, self._suffix, self._calibration = folder, suffix, None
-        self._place, self.recalibrated = folder / DISPARITY, 0
+        self._place = folder / DISPARITY
         self._place.mkdir(exist_ok=True)
 
     def take(self, matched, logged=None):
         """Write the disparities of a pair: float (R, C), px, not corrected by the offset."""
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration
-            self._write_calibration()
+            write_whole(self._folder / CALIBRATION, (json.dumps(
+                {'formula': 'Z = focal * baseline / (disparity - offset)',
+                 **asdict(self._calibration),
+                 'left': self._calibration.left._asdict()}, indent=2) + '\n').encode())
         path = self._place / f'{matched.pair.stamp:0{STAMP_DIGITS}d}.{self._suffix}'
         write_disparity(path, matched.match.disparity)
 
     def close(self):
         """Do nothing: each file is whole."""
 
-    def _write_calibration(self):
-        path, content = self._folder / CALIBRATION, (json.dumps(
-            {'formula': 'Z = focal * baseline / (disparity - offset)',
-             **asdict(self._calibration),
-             'left': self._calibration.left._asdict()}, indent=2) + '\n').encode()
-        self.recalibrated += path.exists() and path.read_bytes() != content
-        write_whole(path, content)
+
+class OutputFolder:
+    """
+    Where outputs go; nothing is written before `begin`.
+
+    path: of the folder; None where no outputs go into one. continued: whether there are outputs
+    in it that are to be continued.
+    """
+
+    def __init__(self, options, source, copies):
+        """
+        Check the folder of ReplayOptions.
+
+        source, copies: ReplaySource and CopiedMessages or None, for what the outputs are made of.
+        Raises ValueError where the folder may not be used so.
+        """
+        self.path = None if options.output is None else Path(options.output)
+        self._options, self.continued = options, False
+        self._record = _record(options, source, copies)
+        if self.path is not None:
+            self._check()
+
+    def written(self):
+        """
+        Return the stamps of the last few pairs that are written already, ns, in order.
+
+        They are in the bag, or else in files of the suffix that is written last.
+        """
+        count = WARM_PAIRS + (SEGMENT_PAIRS if self._options.in_segments else 0)
+        if not self.continued:
+            return ()
+        if not self._options.writes_bag:
+            stamps = sorted(
+                int(file.stem)
+                for file in (self.path / DISPARITY).glob(f'*.{self._options.files[-1]}')
+                if file.stem.isdecimal())
+            return tuple(stamps[-count:])
+        if not (self.path / METADATA).exists():
+            return ()
+        with BagReader([self.path]) as bag:
+            return tuple(read_stamped(message)[0] for message in bag.newest(
+                f'/{DISPARITY}', bag.end + 1, count))
+
+    def begin(self):
+        """Make the folder, without what a replay before wrote to it unless that is continued."""
+        if self.continued or self.path is None:
+            return
+        self.path.mkdir(exist_ok=True)
+        self._clear()
+        write_whole(self.path / RECORD, (json.dumps(self._record, indent=2) + '\n').encode())
+
+    def _clear(self):
+        """Remove what replays write, and nothing else; last the mark that it may be removed."""
+        parts = [part for suffix in SUFFIXES.values() for part in self.path.glob(f'*_*{suffix}')]
+        names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, RECORD
+        for path in (*parts, *(self.path / name for name in names)):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+
+    def _check(self):
+        path, options = self.path, self._options
+        if not path.parent.is_dir():
+            raise ValueError(f'--output is {path}, but there is no folder {path.parent}')
+        whole = path.resolve()
+        for bag in options.bags:
+            if whole in (Path(bag).resolve(), *Path(bag).resolve().parents):
+                raise ValueError(f'--output is {path}, which holds the input {bag}')
+        if not path.exists() or (path.is_dir() and not any(path.iterdir())):
+            if options.resume:
+                raise ValueError(f'--resume finds nothing to continue in {path}')
+            return
+        made_by_replay = (path / RECORD).is_file()
+        if not made_by_replay and (options.overwrite or options.resume):
+            raise ValueError(f'{path} exists and was not made by replay (it has no {RECORD}); '
+                             'give another folder')
+        if not options.overwrite and not options.resume:
+            raise ValueError(f'{path} exists; give another folder'
+                             + (', --overwrite or --resume' if made_by_replay else ''))
+        if options.resume:
+            self._check_record()
+            self.continued = True
+
+    def _check_record(self):
+        path, before = self.path / RECORD, None
+        with suppress(ValueError):
+            before = read_json(path)
+        if not isinstance(before, dict):
+            raise ValueError(f'{path} is damaged; begin anew with --overwrite')
+        before, now = _flat(before), _flat(json.loads(json.dumps(self._record)))
+        different = [f'{name} ({before.get(name)}, now {now.get(name)})'
+                     for name in {**before, **now} if before.get(name) != now.get(name)]
+        if different:
+            raise ValueError('--resume goes on with the options of before; different are '
+                             + ', '.join(different))
 
 
-def remarks_on_files(sinks):
-    """Return sentences on what the files of sinks no longer say."""
-    times = sum(sink.recalibrated for sink in sinks if isinstance(sink, FileSink))
-    if not times:       # of several FileSinks the first one finds what is replaced
-        return []
-    return [f'the calibration changed, {times} times: {CALIBRATION} is that of the last pairs and '
-            'makes wrong metres of the files before']
+def _record(options, source, copies):
+    """Return what the outputs are made of, for JSON; with the same they can be continued."""
+    return {
+        'bags': [Path(bag).name for bag in options.bags], 'topics': source.topics._asdict(),
+        'calibration': source.calibration, 'start': options.start, 'duration': options.duration,
+        'every': options.every, 'format': options.storage, 'results': options.words,
+        'kept': sorted(copies.topics) if copies else [], 'files': options.files,
+        'settings': options.settings, 'segments': SEGMENT_PAIRS if options.in_segments else None,
+        'matcher': asdict(replace(options.config, threads=0))}      # they change no result
+
+
+def _flat(record):
+    """Return a record with the entries of those in it."""
+    return {key: value for name, part in record.items()
+            for key, value in (part if isinstance(part, dict) else {name: part}).items()}

@@ -8,7 +8,7 @@ from statistics import median
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, read_stamped, slashed, text_of
-from fuzzy_stereo_ros.bags.topics import are_raw_by_name, find_stereo_topics
+from fuzzy_stereo_ros.bags.topics import find_stereo_topics
 from fuzzy_stereo_ros.pairs.camera_files import read_camera, rectified_cameras
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
@@ -85,14 +85,6 @@ class ReplaySource:
         stamps: ns, of these, in order: they are read again, so that new pairs start warm.
         """
         self._done, self._waiting, self.resumed = stamps, bool(stamps), not stamps
-
-    @property
-    def remarks(self):
-        """Sentences on what can be done but is hardly meant."""
-        if self._options.settings['rectify'] or not are_raw_by_name(self.topics):
-            return []
-        return [f'{self.topics.left} and {self.topics.right} are matched as they come: give '
-                '--rectify unless they are rectified']
 
     def expected_pairs(self):
         """Return about how many pairs are selected."""
@@ -178,7 +170,7 @@ def _calibration(options, bags, topics):
     purpose = 'a calibration that is not that of the bag'
     if missing:
         purpose = f"{bags.names}, without camera_info beside {' and '.join(missing)},"
-    (_, first) = read_stamped(next(bags.messages([topics.left])))
+    _, first = read_stamped(next(bags.messages([topics.left])))
     shape = read_image(first).shape[:2]
     calibration = given_calibration(options, shape, ('focal', 'baseline'), purpose)
     files = options.camera_info

@@ -7,7 +7,7 @@ from itertools import cycle
 import sys
 
 import cv2
-from fuzzy_stereo_ros.bags.sequences import encoding_of
+from fuzzy_stereo_ros.bags.writing import encoding_of
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.node.run_node import log_arguments
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras

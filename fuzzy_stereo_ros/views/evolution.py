@@ -1,17 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A figure and an animation of an evolution; both need matplotlib.
+Figures of an evolution and of a sequence, and an animation; all need matplotlib.
 
 Above stand the images and the convergence curves; below, a row for each of some generations: the
 best chromosome, its possibility, whose genes it has, what mutation did (Figures 4 and 5 of the
 paper, with what lies between). The animation has one such row, which changes.
 """
-import math
-
 from fuzzy_stereo_ros.evaluation.scores import error_map
-from fuzzy_stereo_ros.views.evolution_record import ALIKE, FIRST, MUTATED, mutates, SECOND
-from fuzzy_stereo_ros.views.pictures import as_rgb, ERROR_LIMIT, show_map, write_figure
+from fuzzy_stereo_ros.views.evolution_record import (
+    ALIKE, FIRST, MUTATED, mutates, SECOND, shown_frames)
+from fuzzy_stereo_ros.views.pictures import as_rgb, ERROR_LIMIT, show_map
 from fuzzy_stereo_ros.views.video import VideoFile
 import numpy as np
 
@@ -26,34 +25,22 @@ CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wron
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no genes to tell of; no ground truth
 TRUTH_TITLE = 'ground truth; dark is unknown'
 WIDTH = 3.4         # inches of a panel with what is around it
+FRAME_HEIGHT = 2.7  # inches of a panel of a sequence
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
 AROUND = 0.5        # inches above and below a panel
 BELOW = 1.2         # inches that the title of all and the bars take
 DOTS = 100, 200     # fewest and most pixels an inch; between, a pixel is one of the images
-LARGE = 1e4         # fitness from which its power of ten stands in the title
+LIMITS = -4, 4      # powers of ten of the fitness beyond which its axis has a factor
 FEW = 12            # generations that are marked on a curve one by one
 DURATION = 10       # seconds of an animation
 RATES = 1, 10       # fewest and most generations a second
 STAY = 2            # seconds that the last one stays
 
 
-def write_evolution(path, convergence, match):
-    """
-    Write the figure of an evolution.
-
-    path: its suffix chooses the format: .png, .pdf or .svg. convergence: the Convergence, at its
-    end. match: the Match.
-    Raises ValueError for another suffix, OSError where it cannot be written.
-    """
-    write_figure(path, evolution_figure(convergence, match))
-
-
 def evolution_figure(convergence, match):
-    """Return what `write_evolution` writes, as a Figure of matplotlib."""
+    """Return the Figure of an evolution; convergence: the Convergence, at its end."""
     snapshots = convergence.shown()
-    layout = _Layout(convergence, len(snapshots), match.disparity)
-    for row, snapshot in enumerate(snapshots):
-        layout.draw(row, snapshot)
+    layout = _Layout(convergence, snapshots, match.disparity)
     layout.draw_curves()
     return layout.figure
 
@@ -73,8 +60,7 @@ class EvolutionAnimation:
         """
         self.rate = min(max(round(convergence.config.generations / DURATION), RATES[0]), RATES[1])
         self._video, self._last = VideoFile(path, self.rate), None
-        self._layout = _Layout(convergence, 1, dots=DOTS[0])
-        self.figure = self._layout.figure
+        self._convergence, self._layout, self.figure = convergence, None, None
 
     def take(self, snapshot):
         """Append the frame of the Snapshot that the Convergence took in last."""
@@ -83,6 +69,9 @@ class EvolutionAnimation:
 
     def frame(self, snapshot):
         """Return the frame of the Snapshot that the Convergence took in last: (R, C, 3) BGR."""
+        if self._layout is None:
+            self._layout = _Layout(self._convergence, [snapshot], dots=DOTS[0])
+            self.figure = self._layout.figure
         self._layout.draw(0, snapshot)
         self._layout.draw_curves()
         canvas = self.figure.canvas
@@ -101,11 +90,11 @@ class EvolutionAnimation:
 class _Layout:
     """Panels and curves in a grid; figure: of matplotlib."""
 
-    def __init__(self, convergence, rows, result=None, dots=None):
+    def __init__(self, convergence, snapshots, result=None, dots=None):
         """
-        Draw what belongs to no single generation.
+        Draw what belongs to no single generation, and a row of panels for each Snapshot.
 
-        rows: of panels, below each other. result: float (R, C), px, of all. dots: pixels an inch.
+        result: float (R, C), px, of all. dots: pixels an inch.
         """
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -119,17 +108,17 @@ class _Layout:
             invalid = '; dark is invalid' if np.isnan(result).any() else ''
             above['result'] = result, f'result{refined}{invalid}'
         curves = ['fitness'] if convergence.truth is None else ['fitness', 'wrong']
-        self._names, self._rows = _names(convergence), rows
-        across = max(len(self._names), len(above) + len(curves))
+        names, self._rows = list(panels_of(snapshots[-1], convergence)), len(snapshots)
+        across = max(len(names), len(above) + len(curves))
         free = across - len(above) - len(curves)
         mosaic = [[*above, *curves[:1] * free, *curves]] + [
-            [f'{name} {row}' for name in self._names] + ['.'] * (across - len(self._names))
-            for row in range(rows)]
+            [f'{name} {row}' for name in names] + ['.'] * (across - len(names))
+            for row in range(self._rows)]
         columns = convergence.image.shape[1]
         height = min(max(WIDTH * convergence.image.shape[0] / columns, HEIGHTS[0]), HEIGHTS[1])
         self.figure = Figure(
-            figsize=(across * WIDTH, (rows + 1) * (height + AROUND) + BELOW), layout='constrained',
-            dpi=dots or min(max(columns / WIDTH, DOTS[0]), DOTS[1]))
+            figsize=(across * WIDTH, (self._rows + 1) * (height + AROUND) + BELOW),
+            layout='constrained', dpi=dots or min(max(columns / WIDTH, DOTS[0]), DOTS[1]))
         self.figure.get_layout_engine().set(h_pad=0.08, w_pad=0.06)
         FigureCanvasAgg(self.figure)
         self._places = self.figure.subplot_mosaic(mosaic)
@@ -139,6 +128,8 @@ class _Layout:
         image.set_title(f'{self._config.reference} image, the reference', size='small')
         for name, (values, title) in list(above.items())[1:]:
             self._bar('best', self._show(name, 'best', values, title), [self._places[name]])
+        for row, snapshot in enumerate(snapshots):
+            self.draw(row, snapshot)
 
     def draw(self, row, snapshot):
         """Draw the panels of a Snapshot into a row; what is explained below stands there once."""
@@ -155,21 +146,20 @@ class _Layout:
     def draw_curves(self):
         """Draw fitness, and with truth the error of the best, of all generations so far."""
         convergence, config = self._convergence, self._config
-        largest = max(abs(row.best) for row in convergence.rows)
-        power = math.floor(math.log10(largest)) if largest >= LARGE else 0
         scale = 'Eq. 3' if config.algorithm == 'paper' else '1 is perfect'
         place = self._places['fitness']
         place.clear()
         for name in ('best', 'mean', 'worst'):
-            self._draw_curve(place, name, 10.0**-power)
-        place.set_title(f'fitness ({scale})' + (f' / 1e{power}' if power else ''), size='small')
+            self._draw_curve(place, name, f'{name}_fitness')
+        place.set_title(f'fitness ({scale})', size='small')
+        place.ticklabel_format(axis='y', scilimits=LIMITS)
         place.legend(fontsize='small', loc='lower right')
         if convergence.truth is not None:
             place = self._places['wrong']
             place.clear()
-            self._draw_curve(place, 'wrong')
+            self._draw_curve(place, 'wrong', 'bad_1')
             place.set_title('best: off by more than 1 px [%]', size='small')
-            place.set_ylim(0, max(1.1 * max(row.wrong for row in convergence.rows), 1))
+            place.set_ylim(0, max(1.1 * max(row.bad_1 for row in convergence.rows), 1))
         lowest = config.min_disparity
         most = 'at most ' if config.algorithm == 'realtime' else ''     # which converges
         self.figure.suptitle(
@@ -177,9 +167,9 @@ class _Layout:
             f'{config.algorithm}, population {config.population}, disparities {lowest} to '
             f'{lowest + config.disparities - 1} px')
 
-    def _draw_curve(self, place, name, factor=1.0):
+    def _draw_curve(self, place, name, figure):
         rows = self._convergence.rows
-        place.plot([row.number for row in rows], [factor * getattr(row, name) for row in rows],
+        place.plot([row.number for row in rows], [getattr(row, figure) for row in rows],
                    marker='o' if len(rows) < FEW else None, markersize=4, label=name,
                    color=CURVE_COLOURS[name])
         place.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
@@ -233,39 +223,27 @@ def panels_of(snapshot, convergence):
     """
     config, nothing = convergence.config, np.full(snapshot.best.shape, np.nan)
     generation = f'generation {snapshot.number}' if snapshot.number else 'initial population'
-    panels = {'best': (snapshot.best, f'{generation}: best chromosome'),
-              'possibility': (snapshot.possibility,
-                              f'its possibility, mean {snapshot.possibility.mean():.4f}')}
+    panels = {'best': (snapshot.best, f'{generation}: best chromosome')}
     if convergence.truth is not None:
         counted = True if convergence.mask is None else convergence.mask
         panels['error'] = (
             np.where(counted, error_map(snapshot.best, convergence.truth), np.nan),
-            f'{convergence.rows[snapshot.number].wrong:.2f} % off by more than 1 px')
+            f'{convergence.rows[snapshot.number].bad_1:.2f} % off by more than 1 px')
+    panels['possibility'] = (snapshot.possibility,
+                             f'its possibility, mean {snapshot.possibility.mean():.4f}')
     if config.generations > 0:
-        panels['origin'] = (nothing if snapshot.origin is None else snapshot.origin,
-                            _origin_title(snapshot, config))
+        title = 'parents of the fittest child, ' + (
+            'the new best' if snapshot.is_best else 'not the best')
+        if snapshot.origin is None:
+            title = 'no parents yet'
+        elif config.algorithm != 'paper':
+            new = np.isin(snapshot.origin, (SECOND, MUTATED)).mean()
+            title = f'its genes, {100 * new:.2f} % new'
+        panels['origin'] = nothing if snapshot.origin is None else snapshot.origin, title
     if mutates(config, config.generations):
         panels['mutated'] = (100 * snapshot.mutated, 'changed by mutation') \
             if mutates(config, snapshot.number) else (nothing, 'no mutation yet')
     return panels
-
-
-def _names(convergence):
-    """Return the names of the panels of a generation."""
-    config = convergence.config
-    return ['best', *['error'] * (convergence.truth is not None), 'possibility',
-            *['origin'] * (config.generations > 0),
-            *['mutated'] * mutates(config, config.generations)]
-
-
-def _origin_title(snapshot, config):
-    """Return whose genes the origins of a Snapshot are."""
-    if snapshot.origin is None:
-        return 'no parents yet'
-    if config.algorithm != 'paper':
-        return f'its genes, {100 * np.isin(snapshot.origin, (SECOND, MUTATED)).mean():.2f} % new'
-    return 'parents of the fittest child, ' + (
-        'the new best' if snapshot.is_best else 'not the best')
 
 
 def _colours(name, config):
@@ -287,3 +265,35 @@ def _colours(name, config):
     colours = [ORIGIN_COLOURS[code] for code in sorted(ORIGIN_COLOURS)]
     return {'cmap': ListedColormap(colours), 'vmin': -0.5, 'vmax': len(colours) - 0.5,
             'interpolation': 'nearest'}
+
+
+def frames_figure(frames, config):
+    """Return the Figure of a sequence: best, where it evolved, where work was done; the gains."""
+    from matplotlib.figure import Figure
+
+    shown = shown_frames(frames)
+    figure = Figure(figsize=(3 * WIDTH, FRAME_HEIGHT * (len(shown) + 1)), layout='constrained')
+    panels = figure.subplots(len(shown) + 1, 3)
+    low = config.min_disparity
+    for row, frame in zip(panels, shown):
+        title = f'frame {frame.number}'
+        show_map(row[0], frame.disparity, f'{title}: disparity', 'px', vmin=low,
+                 vmax=low + config.disparities - 1)
+        show_map(row[1], np.float32(frame.evolved), f'{title}: evolved', vmin=0, vmax=1)
+        show_map(row[2], np.float32(frame.work), f'{title}: planes proposed', vmin=0)
+    numbers = [frame.number for frame in frames]
+    names = list(dict.fromkeys(name for frame in frames for name in frame.gains))
+    for name in names:
+        panels[-1, 0].plot(numbers, np.cumsum([frame.gains.get(name, 0.0) for frame in frames]),
+                           label=name)
+    panels[-1, 0].set_title('fitness gained since the first frame', fontsize=9)
+    if names:
+        panels[-1, 0].legend(fontsize=7)
+    panels[-1, 1].plot(numbers, [frame.figures['evolved'] for frame in frames])
+    panels[-1, 1].set_title('share of the cells that have evolved', fontsize=9)
+    if frames[0].wrong is not None:
+        panels[-1, 2].plot(numbers, [frame.wrong for frame in frames])
+        panels[-1, 2].set_title('off by more than 1 px [%]', fontsize=9)
+    else:
+        panels[-1, 2].axis('off')
+    return figure

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The record of an evolution: its generations, where genes came from, what mutation changed.
+The record of an evolution: where genes came from, what mutation changed; and of a sequence.
 
 Nothing here takes part in matching. Where genes came from follows from comparing a generation with
 the one before, and from the lineage that the paper's algorithm keeps.
@@ -15,6 +15,7 @@ import numpy as np
 
 ALIKE, FIRST, SECOND, MUTATED = range(4)        # where a gene came from
 SHOWN = 5           # generations of an evolution in one figure, at the most
+FRAMES_SHOWN = 4    # frames of a sequence, likewise
 LANDMARKS = '1', '2', '5'       # times powers of ten: of these a few are shown
 
 
@@ -50,23 +51,28 @@ def observed_match(config, left, right, observe):
     left, right: as StereoMatcher.match takes them. observe(snapshot): called with a Snapshot of
     the initial population and of each generation. Raises ValueError where `match` does.
     """
-    config = replace(config, deadline_ms=0.0)
-    matcher, recorder = StereoMatcher(replace(config, generations=0)), _Recorder(config)
+    config, former = replace(config, deadline_ms=0.0), None
+
+    def take(number, population):
+        nonlocal former
+        observe(_snapshot(config, number, matcher.algorithm, former, population))
+        former = population.copy()
+
+    matcher = StereoMatcher(replace(config, generations=0))
     matcher.match(left, right)
-    observe(recorder.snapshot(0, matcher.algorithm, matcher.algorithm.population.genes))
+    take(0, matcher.algorithm.population.genes)
     matcher = StereoMatcher(config)
-    return matcher.match(left, right, observe=lambda number, population: observe(
-        recorder.snapshot(number, matcher.algorithm, population)))
+    return matcher.match(left, right, observe=take)
 
 
 class Row(NamedTuple):
     """The fitness of one generation, and how much of its best is off by more than 1 px."""
 
     number: int
-    best: float
-    mean: float
-    worst: float
-    wrong: float | None         # percent of the pixels with ground truth, None without any
+    best_fitness: float
+    mean_fitness: float
+    worst_fitness: float
+    bad_1: float | None         # percent of the pixels with ground truth, None without any
 
 
 class Convergence:
@@ -108,35 +114,24 @@ def mutates(config, number):
     return config.algorithm == 'paper' and number > 0
 
 
-class _Recorder:
-    """Makes a Snapshot of one generation after the other."""
-
-    def __init__(self, config):
-        self._config, self._former = config, None
-
-    def snapshot(self, number, algorithm, population):
-        """Return the Snapshot of an algorithm that has come to a generation."""
-        evolved = algorithm.population
-        best = population[evolved.best]
-        origin, is_best, mutated = None, False, np.zeros(best.shape, np.float32)
-        if number:
-            if self._config.algorithm == 'paper':
-                origin, child, mutated = origin_of_fittest_child(
-                    self._former, population, evolved.fitness, evolved.lineage)
-                retained = np.delete(evolved.fitness, evolved.lineage.children)
-                is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
-            else:
-                origin, is_best = origin_of_improved_fittest(self._former, population), True
-        self._former = population.copy()
-        lowest = np.float32(self._config.min_disparity)
-        return Snapshot(number, self._upright(best + lowest),
-                        self._upright(algorithm.possibility_of(best)), evolved.fitness.copy(),
-                        None if origin is None else self._upright(origin), is_best,
-                        self._upright(mutated))
-
-    def _upright(self, found):
+def _snapshot(config, number, algorithm, former, population):
+    """Return the Snapshot of an algorithm that has come from a population to the next."""
+    def upright(found):
         """Return a map as the reference image has it: the right one is searched mirrored."""
-        return np.ascontiguousarray(found[:, ::-1 if self._config.reference == 'right' else 1])
+        return np.ascontiguousarray(found[:, ::-1 if config.reference == 'right' else 1])
+
+    evolved, best = algorithm.population, population[algorithm.population.best]
+    origin, is_best, mutated = None, False, np.zeros(best.shape, np.float32)
+    if former is not None and config.algorithm == 'paper':
+        origin, child, mutated = origin_of_fittest_child(
+            former, population, evolved.fitness, evolved.lineage)
+        retained = np.delete(evolved.fitness, evolved.lineage.children)
+        is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
+    elif former is not None:
+        origin, is_best = origin_of_improved_fittest(former, population), True
+    return Snapshot(number, upright(best + np.float32(config.min_disparity)),
+                    upright(algorithm.possibility_of(best)), evolved.fitness.copy(),
+                    None if origin is None else upright(origin), is_best, upright(mutated))
 
 
 def origin_of_fittest_child(former, population, fitness, lineage):
@@ -181,3 +176,50 @@ def origin_of_improved_fittest(former, population):
     origin = np.where(differs, FIRST, ALIKE).astype(np.uint8)
     origin[fittest != kept] = SECOND
     return origin
+
+
+@dataclass(frozen=True)
+class Frame:
+    """
+    A frame of a sequence; maps are as the matcher has them: mirrored for the right reference.
+
+    number: from 1; disparity: float32 (R, C), px; evolved: uint8 (R / 2, C / 2), where a gene has
+    evolved; work: uint8 (R / 2, C / 2), planes proposed so far; gains: fitness by operator; warm:
+    see Match; wrong: percent off by more than 1 px, None without truth
+    """
+
+    number: int
+    disparity: np.ndarray
+    evolved: np.ndarray
+    work: np.ndarray
+    gains: dict
+    warm: bool
+    wrong: float | None
+
+    @property
+    def figures(self):
+        """The frame without its maps, for JSON."""
+        return {'frame': self.number, 'warm': self.warm, 'gains': self.gains, 'bad_1': self.wrong,
+                'evolved': float(np.mean(self.evolved > 0))}
+
+
+def watched_frames(config, pairs, truth=None, mask=None):
+    """
+    Yield a `Frame` for each of some pairs of images, matched one after the other.
+
+    config: MatcherConfig of the profile `realtime`, with warm_start; truth, mask: of all frames
+    """
+    matcher = StereoMatcher(config)
+    for number, (left, right) in enumerate(pairs, 1):
+        match = matcher.match(left, right)
+        state = matcher.state
+        wrong = None if truth is None else score(match.disparity, truth, mask).bad_dense[1.0]
+        yield Frame(number, match.disparity, state.evolved, state.work, match.gains, match.warm,
+                    wrong)
+
+
+def shown_frames(frames):
+    """Return the first of some frames, the last, and others between by equal factors."""
+    last = len(frames)
+    numbers = sorted({round(last**(place / (FRAMES_SHOWN - 1))) for place in range(FRAMES_SHOWN)})
+    return [frames[number - 1] for number in numbers]

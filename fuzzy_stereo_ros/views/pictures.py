@@ -6,8 +6,7 @@ from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.evaluation.scores import error_map
-from fuzzy_stereo_ros.pairs.colours import in_eight_bits, INVALID_GREY
-from fuzzy_stereo_ros.pairs.whole_files import write_whole
+from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, INVALID_GREY, write_whole
 import numpy as np
 
 ERROR_LIMIT = 4.0

@@ -7,9 +7,8 @@ from pathlib import Path
 import sys
 
 import cv2
-from fuzzy_stereo_ros.pairs.colours import in_eight_bits
-from fuzzy_stereo_ros.pairs.metres import depth_of, write_points
-from fuzzy_stereo_ros.pairs.whole_files import check_place
+from fuzzy_stereo_ros.pairs.calibration import depth_of, write_points
+from fuzzy_stereo_ros.pairs.image_files import check_place, in_eight_bits
 import numpy as np
 
 NEAREST_TO_ENDLESS = 1.0    # px; points of smaller disparities are left out, they lie anywhere
@@ -34,9 +33,14 @@ class RerunSink:
             raise ValueError(f"{path} has the suffix '{self._path.suffix}'; allowed is .rrd")
         if self._path is not None:
             check_place(self._path)
-        self._rerun, self._stream = _rerun(), None
+        try:
+            import rerun
+        except ImportError:
+            raise ValueError('the Rerun viewer needs rerun-sdk, which is not installed (about 170 '
+                             'MB): pip install rerun-sdk') from None
+        self._rerun, self._stream = rerun, None
         if self._path is None:
-            self._begin(_start_viewer)
+            self._begin()
 
     def take(self, matched, logged=None):
         """
@@ -46,8 +50,7 @@ class RerunSink:
         Raises OSError where a file cannot be begun.
         """
         if self._stream is None:
-            self._part = self._path.with_name(f'.{self._path.name}.{os.getpid()}.part')
-            self._begin(self._save)
+            self._begin()
         pair, match, config = matched.pair, matched.match, matched.config
         rerun, stream = self._rerun, self._stream
         image = in_eight_bits(getattr(pair, config.reference))
@@ -58,7 +61,9 @@ class RerunSink:
             focal_length=(camera.fx, camera.fy), principal_point=(camera.cx, camera.cy),
             resolution=image.shape[1::-1]))
         stream.log('rig/camera/image', rerun.EncodedImage(
-            contents=_jpeg(image), media_type='image/jpeg'))
+            contents=cv2.imencode(
+                '.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes(),
+            media_type='image/jpeg'))   # raw, a recording would grow by gigabytes
         stream.log('disparity', rerun.DepthImage(
             match.disparity, meter=1.0, colormap='turbo',
             depth_range=(lowest, lowest + config.disparities - 1)))
@@ -92,19 +97,19 @@ class RerunSink:
         finally:
             self._part.unlink(missing_ok=True)
 
-    def _begin(self, start):
-        """Start a stream by a function of it."""
+    def _begin(self):
+        """Start a stream, into the viewer or into a file that is not finished."""
         stream = self._rerun.RecordingStream('fuzzy_stereo_ros')
-        start(stream)
+        if self._path is None:
+            _start_viewer(stream)
+        else:
+            self._part = self._path.with_name(f'.{self._path.name}.{os.getpid()}.part')
+            try:
+                stream.save(self._part, default_blueprint=_blueprint())
+            except RuntimeError as error:
+                raise OSError(f'{self._path} cannot be begun: {error}') from error
         stream.log('rig', self._rerun.ViewCoordinates.RDF, static=True)
         self._stream = stream
-
-    def _save(self, stream):
-        """Write a stream to the file that is not finished."""
-        try:
-            stream.save(self._part, default_blueprint=_blueprint())
-        except RuntimeError as error:
-            raise OSError(f'{self._path} cannot be begun: {error}') from error
 
 
 def points_of(disparity, image, calibration, camera):
@@ -138,16 +143,6 @@ def has_display():
         os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY'))
 
 
-def _rerun():
-    """Return the module rerun; ValueError with the remedy where it is missing."""
-    try:
-        import rerun
-    except ImportError:
-        raise ValueError('the Rerun viewer needs rerun-sdk, which is not installed (about 170 '
-                         'MB): pip install rerun-sdk') from None
-    return rerun
-
-
 def _start_viewer(stream):
     """Start the viewer, or join the one that runs; ValueError with why where that cannot be."""
     if not has_display():
@@ -176,8 +171,3 @@ def _blueprint():
             blueprint.Spatial2DView(origin='rig/camera', name='image'),
             blueprint.Spatial2DView(origin='disparity', name='disparity [px]'),
             blueprint.Spatial2DView(origin='confidence', name='confidence'))))
-
-
-def _jpeg(image):
-    """Return an image as the bytes of a JPEG file: a recording would grow by gigabytes."""
-    return cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()

@@ -5,8 +5,8 @@ import os
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.pairs.colours import colour_disparity, in_eight_bits, INVALID_GREY
-from fuzzy_stereo_ros.pairs.whole_files import check_place
+from fuzzy_stereo_ros.pairs.image_files import (
+    check_place, colour_disparity, in_eight_bits, INVALID_GREY)
 import numpy as np
 
 CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
@@ -76,7 +76,9 @@ class VideoFile:
             return
         writer.release()
         try:
-            kept = self._kept()
+            video = cv2.VideoCapture(str(self._part))   # the writer tells of no error
+            kept = int(video.get(cv2.CAP_PROP_FRAME_COUNT)) if video.isOpened() else 0
+            video.release()
             if kept < self._frames:
                 raise OSError(f'{self._path} could not be written whole, {kept} of '
                               f'{self._frames} frames; is the disk full?')
@@ -99,14 +101,6 @@ class VideoFile:
             raise ValueError(f'{self._path} cannot be begun: this OpenCV has no encoder {codec}, '
                              f'or the folder is not writable; take {others}, or another folder')
         self._writer = writer
-
-    def _kept(self):
-        """Return how many frames the finished file has; the writer tells of no error."""
-        video = cv2.VideoCapture(str(self._part))
-        try:
-            return int(video.get(cv2.CAP_PROP_FRAME_COUNT)) if video.isOpened() else 0
-        finally:
-            video.release()
 
 
 def _fitted(frame, rows, columns):

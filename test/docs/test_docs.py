@@ -42,7 +42,7 @@ def test_the_page_names_modules_and_classes_that_exist():
     assert {kind for kind, _ in DIRECTIVES} == {'module', 'class'}
     names = documented()
     assert 'fuzzy_stereo_ros.matching.StereoMatcher.match' in names
-    assert 'fuzzy_stereo_ros.saved_pairs.saved_pair.write_saved_pair' in names
+    assert 'fuzzy_stereo_ros.saved_pair.write_saved_pair' in names
     assert len(names) > 60
 
 

@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from pages import commands, GUIDES, in_code_style, pages_with_commands, ROOT, text_of
 import pytest

@@ -6,14 +6,13 @@ import json
 
 import cv2
 from fuzzed import damaged, examples
-from fuzzy_stereo_ros.pairs import camera_files
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, read_calibration_files, read_yaml, rectified_cameras, write_camera,
     write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import (
     encode_numpy, encode_pfm, read_depth, read_disparity)
 from fuzzy_stereo_ros.pairs.image_files import read_image
-from fuzzy_stereo_ros.saved_pairs.saved_pair import read_saved_pair, write_saved_pair
+from fuzzy_stereo_ros.saved_pair import read_saved_pair, write_saved_pair
 from hypothesis import given, strategies as st
 from made_messages import noise
 import numpy as np
@@ -137,24 +136,17 @@ MERGED = 'a0: &a0 {x: 1}\n' + ''.join(
 
 
 @pytest.mark.parametrize('text, words', [
-    (LAUGHS, 'more than'), (MERGED, 'more than'), ('a: &a [*a]', 'contains itself'),
+    (LAUGHS, 'more than'), (MERGED, 'more than'),
     ('[' * 5000, 'recursion'), ('!!timestamp x', 'NoneType'), ('2001-99-99', 'month'),
     ('!!python/object/apply:os.getcwd []', 'could not determine a constructor'), ('a: b: c', ''),
     (b'\xff\xfe\x00', ''), ('!!int ""', '')],
-    ids=['laughs', 'merged', 'cycle', 'deep', 'timestamp', 'month', 'object', 'syntax', 'utf-16',
+    ids=['laughs', 'merged', 'deep', 'timestamp', 'month', 'object', 'syntax', 'utf-16',
          'integer'])
 def test_yaml_that_is_none_or_too_much_is_refused_in_one_line(text, words):
     with pytest.raises(ValueError) as refusal:
         read_yaml(text)
     assert words in str(refusal.value)
     assert str(refusal.value) and '\n' not in str(refusal.value)
-
-
-def test_as_many_entries_as_are_allowed_are_taken():
-    most = camera_files.MOST_ENTRIES - 2
-    assert read_yaml(f"[{', '.join('x' * most)}]") == ['x'] * most
-    with pytest.raises(ValueError):
-        read_yaml(f"[{', '.join('x' * (most + 1))}]")
 
 
 @examples(200)

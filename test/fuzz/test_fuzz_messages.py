@@ -10,12 +10,12 @@ import cv2
 from drawn_messages import (
     BENT_INFOS, COLUMNS, FILES, FORMATS, IMAGES, INFOS, jpeg, png, ROWS)
 from fuzzed import examples
-from fuzzy_stereo_ros.pairs.calibration import content_of, read_calibration
+from fuzzy_stereo_ros.pairs.calibration import (
+    content_of, depth_of, millimetres_of, read_calibration)
 from fuzzy_stereo_ros.pairs.messages import MOST_PIXELS, PIXELS_OF_BYTE, read_image, stamp_of
-from fuzzy_stereo_ros.pairs.metres import depth_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, SCALES
 from fuzzy_stereo_ros.pairs.result_messages import (
-    fill_camera_info, fill_depth, fill_disparity, fill_points)
+    fill_camera_info, fill_disparity, fill_image, fill_points)
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
 from made_messages import compressed, image, noise, refusal_of
@@ -76,8 +76,7 @@ def filled(pair):
     match = made_match(disparity)
     config = SimpleNamespace(min_disparity=0, disparities=16, fill=False, algorithm='realtime')
     depth = depth_of(match.disparity, pair.calibration)
-    for encoding in ('32FC1', '16UC1'):
-        fill_depth(image_stand_in(), depth, pair, encoding)
+    fill_image(image_stand_in(), millimetres_of(depth), pair, '16UC1')
     fill_camera_info(camera_info_stand_in(), pair)
     fill_points(cloud_stand_in(), match, pair, SimpleNamespace, use_color=True,
                 avoid_point_cloud_padding=True)

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Whatever ends a replay, what was matched is a bag, it says up to where, and can go on."""
+from contextlib import contextmanager
 import errno
 import json
 import os
@@ -8,10 +9,11 @@ import signal
 
 from fuzzy_stereo_ros.bags import writing as bag_writing
 from fuzzy_stereo_ros.bags.writing import BagWriter, UNFINISHED
+from fuzzy_stereo_ros.commands import replay as command
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.replay import sinks as replay_sinks
-from fuzzy_stereo_ros.replay.loop import Interruption
+from fuzzy_stereo_ros.replay.loop import interruption
 from fuzzy_stereo_ros.replay.options import WARM_PAIRS
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.replay.sinks import BagSink
@@ -92,7 +94,7 @@ def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interr
     assert replay('bag') == INTERRUPTED
     interrupt(None)
     assert replay('bag', options=['--resume']) == 0
-    assert f'4 pairs matched, after {WARM_PAIRS} that were matched again' in \
+    assert f'4 pairs matched, {WARM_PAIRS} were matched again to warm up' in \
         capsys.readouterr().out
     found = disparities(folder / 'out')
     assert list(found) == stamps(len(pairs))
@@ -137,14 +139,14 @@ def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, capsys):
 
 def test_an_interruption_before_the_first_pair_leaves_nothing(folder, capsys, monkeypatch):
     write_bag(folder / 'bag')
-    enter = Interruption.__enter__
 
-    def interrupted(self):
-        enter(self)
-        os.kill(os.getpid(), signal.SIGINT)
-        return self
+    @contextmanager
+    def interrupted():
+        with interruption() as came:
+            os.kill(os.getpid(), signal.SIGINT)
+            yield came
 
-    monkeypatch.setattr(Interruption, '__enter__', interrupted)
+    monkeypatch.setattr(command, 'interruption', interrupted)
     assert replay('bag') == INTERRUPTED
     assert 'interrupted before the first pair' in capsys.readouterr().err
     assert {path.name for path in folder.iterdir()} == {'bag'}

@@ -110,15 +110,6 @@ def test_a_cluster_finds_what_a_matcher_finds_in_segments(
         'again to warm up' in capsys.readouterr().out
 
 
-def test_what_a_worker_does_without_is_told_by_the_replay(folder, capsys):
-    write_bag(folder / 'bag', pairs=scene(3))
-    with dask_processes(folder, NUMBA_CACHE_DIR='/dev/null') as processes:
-        processes.worker()
-        assert replay('bag', options=['--scheduler', processes.address]) == 0
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith('fuzzy-stereo: compiled kernels cannot be kept in NUMBA_CACHE_DIR (')
-
-
 def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys, cluster):
     narrow, nonsense, back = SEGMENT_PAIRS - 4, SEGMENT_PAIRS - 2, SEGMENT_PAIRS + 10
     pairs = scene(SEGMENT_PAIRS + 20)

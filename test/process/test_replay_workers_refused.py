@@ -80,12 +80,11 @@ def test_workers_that_cannot_match_are_refused(folder, refused, tmp_path_factory
         assert refused(*options) == (
             f'{name} has no workers: start some with `dask worker {name}`, where '
             'fuzzy_stereo_ros is installed')
-        for before, fault in (
-                (OTHER_VERSION, f'has fuzzy_stereo_ros 0.0.7, this is {__version__}: install '
-                                'the same everywhere'),
-                (WITHOUT_PACKAGE, 'cannot use fuzzy_stereo_ros (ModuleNotFoundError(')):
+        for before, found in (
+                (OTHER_VERSION, '0.0.7)'), (WITHOUT_PACKAGE, 'ModuleNotFoundError(')):
             _, address = processes.worker(before)
-            assert refused(*options).startswith(f'the worker {address} {fault}')
+            assert refused(*options).startswith(
+                f'the worker {address} is without fuzzy_stereo_ros {__version__} (it has {found}')
             processes.client.retire_workers([address])
         processes.worker(OTHER_OPENCV)
         assert replay('bag', options=options) == 0
@@ -97,8 +96,7 @@ def test_a_scheduler_without_the_package_is_refused(refused, tmp_path_factory):
     with dask_processes(tmp_path_factory.mktemp('dask'), WITHOUT_PACKAGE) as processes:
         processes.worker()
         sentence = refused('--scheduler', processes.address)
-        assert sentence.startswith(
-            f'{processes.address} or a worker of it cannot use fuzzy_stereo_ros (')
+        assert sentence.startswith(f'{processes.address} cannot match (')
         assert f'): install fuzzy_stereo_ros {__version__} there' in sentence
 
 

@@ -9,7 +9,7 @@ from audits import all_files, environment, noted
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 import pytest
 from saved_scene import running

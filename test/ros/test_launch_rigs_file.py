@@ -46,8 +46,8 @@ rigs:
         ('left/image_rect', '/one/image_rect'), ('left/camera_info', '/one/camera_info'),
         ('right/image_rect', '/two/image_rect'), ('right/camera_info', '/two/camera_info')]
     assert rig.params_file == str(tmp_path / 'my file.yaml')
-    assert rig.parameters == {'deadline_ms': 40.0, 'fill': True, 'use_sim_time': True, 'P1': 200.0,
-                              'qos_overrides./disparity.publisher.depth': 4}
+    assert rig.parameters == {'deadline_ms': 40, 'fill': True, 'use_sim_time': True, 'P1': 200.0,
+                              'qos_overrides': {'/disparity': {'publisher': {'depth': 4}}}}
 
 
 def test_a_file_in_a_home_that_is_not_there_is_named(read, monkeypatch):
@@ -77,11 +77,6 @@ def test_the_example_is_read():
     ('rigs: {front: {namespace: 3}}', "rig 'front': namespace is 3; allowed are texts"),
     ('rigs: {front: {parameters: 3}}', "rig 'front': parameters is 3; allowed are maps"),
     ('rigs: {front: {remappings: {a: 3}}}', "rig 'front': remappings: a is 3; allowed are texts"),
-    ('rigs: {front: {parameters: {disparity_rang: 3}}}',
-     "rig 'front': the parameter 'disparity_rang' is unknown (did you mean disparity_range?); "
-     'config/fuzzy_stereo.yaml lists those of the node'),
-    ('rigs: {front: {parameters: {queue_size: 0}}}',
-     "rig 'front': queue_size is 0; allowed are numbers from 1 to 1000000"),
     ('rigs: {a: , b: {namespace: /a}}',
      'two rigs have one namespace and node_name; give each its own'),
     ('rigs: {', 'while parsing'),

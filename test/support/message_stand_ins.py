@@ -37,8 +37,9 @@ def image_stand_in():
     return SimpleNamespace(header=header())
 
 
-def camera_info_stand_in(names='dkrp'):
-    return SimpleNamespace(header=header(), roi=SimpleNamespace(), **dict.fromkeys(names))
+def camera_info_stand_in():
+    region = SimpleNamespace(x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
+    return SimpleNamespace(header=header(), roi=region, binning_x=0, binning_y=0)
 
 
 def cloud_stand_in():

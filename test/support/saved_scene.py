@@ -6,7 +6,7 @@ from functools import cache
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.saved_pairs.saved_pair import SavedPair
+from fuzzy_stereo_ros.saved_pair import SavedPair
 from fuzzy_stereo_ros.synthetic.scenes import made_sequence
 
 DISPARITIES = 24

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Topics are copied as they are, and from ROS 1 so that ROS 2 reads the same values."""
-from fuzzy_stereo_ros.bags.copying import Copies
+from fuzzy_stereo_ros.bags.copying import CopiedMessages
 from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import BagWriter
 from made_bags import BagOf, BEGIN, content, open_bag, same
@@ -20,10 +20,8 @@ LATCHED = [Qos(QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.T
 def copied(target, *sources):
     """Copy whole bags and return the path of the copy."""
     with BagReader(sources) as bag:
-        copies = Copies(bag, bag.topics)
         writer = BagWriter(target)
-        for message in bag.messages(bag.topics):
-            kind, typestore, qualities, converted = copies.of(message)
+        for message, (kind, typestore, qualities, converted) in CopiedMessages(bag).until():
             writer.write(message.topic, kind, typestore, converted(message.content),
                          message.logged, qualities)
         writer.close()
@@ -111,4 +109,4 @@ def test_a_type_without_definition_cannot_be_copied(tmp_path):
         del reader.typestore.fielddefs['own_msgs/msg/Thing']
         with pytest.raises(ValueError, match='/thing cannot be copied: the bag does not define '
                                              'its type own_msgs/msg/Thing'):
-            Copies(bag, ['/thing'])
+            CopiedMessages(bag, ['/thing'])

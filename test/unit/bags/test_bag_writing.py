@@ -59,14 +59,6 @@ def test_what_is_written_is_read_and_counted(tmp_path, storage):
         assert connection.digest == MESSAGES.typestore.hash_rihs01(KIND)
 
 
-@pytest.mark.parametrize('name', ['drive #2', 'what?', '100%41'])
-def test_a_folder_whose_name_sqlite_takes_for_a_uri_is_refused_for_a_database(tmp_path, name):
-    write(tmp_path / name, range(3))
-    assert numbers_of(tmp_path / name) == [0, 1, 2]
-    with pytest.raises(ValueError, match='give another folder, or --format mcap'):
-        BagWriter(tmp_path / name, 'sqlite3')
-
-
 def test_nothing_is_written_before_a_message_is(tmp_path):
     BagWriter(tmp_path / 'bag').close()
     assert list(tmp_path.iterdir()) == []

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The topics of the cameras are found by type and name; where in doubt, they are listed."""
 from fuzzy_stereo_ros.bags.topics import (
-    are_raw_by_name, COMPRESSED, find_stereo_topics, INFO, RAW, StereoTopics)
+    COMPRESSED, find_stereo_topics, INFO, RAW, StereoTopics)
 import pytest
 
 
@@ -66,7 +66,7 @@ def test_rectified_images_are_taken_unless_raw_ones_are_wanted(rectify, name, su
     ('image_raw/compressed', True), ('image_raw_color', True), ('image_rect/compressed', False)])
 def test_a_name_says_that_images_are_raw_where_it_does_not_say_that_they_are_rectified(name, raw):
     kind = COMPRESSED if name.endswith('compressed') else RAW
-    assert are_raw_by_name(found(rig(name=name, kind=kind, space='/raw'))) is raw
+    assert found(rig(name=name, kind=kind, space='/raw')).raw_by_name is raw
 
 
 def test_cameras_with_calibration_go_before_others():

@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_dispari
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, option_name
 from fuzzy_stereo_ros.parameters.table import written
-from fuzzy_stereo_ros.saved_pairs.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.saved_pair import write_saved_pair
 import numpy as np
 import pytest
 from saved_scene import running

@@ -240,11 +240,11 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
     ('a.npy b.ply --to depth', 'b.ply cannot hold depth'),
     ('a.ply b.npy', 'a.ply is a point cloud, which has no pixels any more'),
     ('a.npy b.tiff', "b.tiff has the suffix '.tiff'; allowed are .pfm, .npy, .png"),
-    ('a.npy b --from depth', "b has the suffix ''; allowed for depth are .pfm, .npy, .png"),
+    ('a.npy b --from depth', "b has the suffix ''; allowed are .pfm, .npy, .png"),
     ('a.npy no/b.npy', 'no/b.npy cannot be written: there is no folder no'),
     ('none.npy b.pfm', 'none.npy cannot be read: No such file'),
-    ('a.npy b.pfm --scale 4', 'a.npy holds pixels already; a scale is for pictures'),
-    ('a.npy b.pfm --from depth --scale 4', 'a.npy holds metres already; a scale is for pictures'),
+    ('a.npy b.pfm --scale 4', 'a.npy holds values already; a scale is for pictures'),
+    ('a.npy b.pfm --from depth --scale 4', 'a.npy holds values already; a scale is for pictures'),
     ('small.png b.pfm --from depth', 'small.png has 8 bits: say how many grey levels one metre'),
     ('far.npy b.png', 'a disparity of 300 px does not fit into a KITTI .png')])
 def test_what_cannot_be_converted_is_one_sentence_and_code_2(words, sentence, capsys):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rectangle in which no pixel is missing."""
 import cv2
-from fuzzy_stereo_ros.pairs.rectification import whole_window
+from fuzzy_stereo_ros.pairs.pair_reader import whole_window
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np

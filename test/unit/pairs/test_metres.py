@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Disparities into metres: depth, millimetres and points in space."""
-from fuzzy_stereo_ros.pairs.metres import depth_of, disparity_of, millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.calibration import depth_of, disparity_of, millimetres_of, write_points
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays

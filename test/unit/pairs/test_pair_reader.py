@@ -7,8 +7,7 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs import pair_reader
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
-from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from fuzzy_stereo_ros.pairs.rectification import source_places
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader, source_places
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from made_messages import header, image, info, noise, refusal_of, region

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
 import cv2
-from fuzzy_stereo_ros.pairs.rectification import COEFFICIENTS, has_source, NOWHERE, source_places
+from fuzzy_stereo_ros.pairs.pair_reader import COEFFICIENTS, has_source, NOWHERE, source_places
 from made_messages import info, refusal_of, region, ros_1
 import numpy as np
 import pytest

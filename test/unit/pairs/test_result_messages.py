@@ -5,11 +5,10 @@ from array import array
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
-from fuzzy_stereo_ros.pairs.calibration import read_calibration
+from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of, read_calibration
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
-from fuzzy_stereo_ros.pairs.metres import depth_of
 from fuzzy_stereo_ros.pairs.result_messages import (
-    DISPARITY_STEP, fill_camera_info, fill_depth, fill_disparity, fill_image)
+    DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image)
 from hypothesis import given, strategies as st
 from message_stand_ins import (
     camera_info_stand_in, disparity_stand_in, image_stand_in, LEFT, made_match, made_pair,
@@ -100,17 +99,9 @@ def test_confidence_is_sent_as_it_is():
     np.testing.assert_array_equal(read_values(message), [[0.5, 0.0, 0.5]])
 
 
-def test_ros_1_messages_get_the_baseline_by_its_old_name():
-    message = disparity_stand_in()
-    message.T = message.__dict__.pop('t')
-    match = made_match([[5.0]])
-    fill_disparity(message, match, made_pair((1, 1)), MatcherConfig())
-    assert message.T == 0.12
-
-
 def test_depth_in_metres_is_sent_as_it_is():
     depth = np.float32([[1.5, np.nan, np.inf]])
-    message = fill_depth(image_stand_in(), depth, made_pair((1, 3)), '32FC1')
+    message = fill_image(image_stand_in(), depth, made_pair((1, 3)), '32FC1')
     assert (message.encoding, message.height, message.width, message.step) == ('32FC1', 1, 3, 12)
     assert stamp_of(message.header) == 12_000_000_345
     assert message.header.frame_id == 'left_optical'
@@ -119,7 +110,7 @@ def test_depth_in_metres_is_sent_as_it_is():
 
 def test_depth_in_millimetres_is_sent_in_sixteen_bits():
     depth = np.float32([[1.5, np.nan, np.inf, 2.0014, 70.0]] * 2)
-    message = fill_depth(image_stand_in(), depth, made_pair((2, 5)), '16UC1')
+    message = fill_image(image_stand_in(), millimetres_of(depth), made_pair((2, 5)), '16UC1')
     assert (message.encoding, message.height, message.width, message.step) == ('16UC1', 2, 5, 10)
     assert (message.is_bigendian, message.data.typecode) == (0, 'B')
     np.testing.assert_array_equal(read_image(message), [[1500, 0, 0, 2001, 0]] * 2)
@@ -131,7 +122,7 @@ def test_depth_of_a_verged_pair_is_that_of_its_disparity_message(values, thousan
     offset = thousandths / 1000
     sent = filled([values], offset)
     disparity = read_values(sent.image)
-    depth = fill_depth(image_stand_in(), depth_of(
+    depth = fill_image(image_stand_in(), depth_of(
         np.float32([values]), made_pair((1, len(values)), offset).calibration),
         made_pair((1, len(values))), '32FC1')
     expected = np.full(disparity.shape, np.inf)
@@ -161,14 +152,6 @@ def test_a_camera_info_that_was_sent_reads_as_the_camera_it_was_made_of():
     assert read_calibration(left, right).left == LEFT
 
 
-def test_a_camera_info_of_ros_1_is_filled_by_its_old_names():
-    new, old = (fill_camera_info(camera_info_stand_in(names), made_pair((80, 100)))
-                for names in ('dkrp', 'DKRP'))
-    for name in 'dkrp':
-        assert not hasattr(old, name)
-        np.testing.assert_array_equal(getattr(old, name.upper()), getattr(new, name))
-
-
 def test_a_preview_is_sent_as_it_is():
     picture = np.arange(2 * 5 * 3, dtype=np.uint8).reshape(2, 5, 3)
     message = fill_image(image_stand_in(), picture, made_pair((2, 5)), 'bgr8')
@@ -191,6 +174,6 @@ def test_messages_of_ros_are_filled():
     assert fill_image(sensor_messages.Image(), picture, pair, 'bgr8').encoding == 'bgr8'
     info = fill_camera_info(sensor_messages.CameraInfo(), pair)
     assert list(info.p[:4]) == [200, 0, 50, 0]
-    depth = fill_depth(sensor_messages.Image(), depth_of(match.disparity, pair.calibration), pair,
-                       '16UC1')
+    depth = fill_image(sensor_messages.Image(), millimetres_of(
+        depth_of(match.disparity, pair.calibration)), pair, '16UC1')
     assert (read_image(depth) == round(1000 * 24 / 7)).all()

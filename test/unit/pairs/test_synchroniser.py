@@ -3,7 +3,6 @@
 """The synchroniser: sets depend on stamps alone, every message is accounted for."""
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from hypothesis import given, strategies as st
-import pytest
 
 TOPICS = ('left', 'left_info', 'right', 'right_info')
 MILLISECOND = 1_000_000
@@ -230,13 +229,3 @@ def test_what_lies_beyond_the_tolerance_is_not_joined():
     sets = play(synchroniser, [('left', 0), ('right', 3), ('left', 10), ('right', 12),
                                ('left', 20), ('right', 22), ('left', 30)])
     assert [found.messages for found in sets] == [('left10', 'right12'), ('left20', 'right22')]
-
-
-@pytest.mark.parametrize('given_wrong, sentence', [
-    ({'queue_size': 0}, 'queue_size is 0; allowed are whole numbers from 1'),
-    ({'tolerance': -1}, 'tolerance is -1 ns; allowed are numbers from 0'),
-])
-def test_a_wrong_argument_is_refused_with_a_sentence(given_wrong, sentence):
-    with pytest.raises(ValueError) as refusal:
-        Synchroniser(TOPICS, **given_wrong)
-    assert str(refusal.value) == sentence

@@ -114,7 +114,7 @@ class Workers:
         """Note what is asked and answer it."""
         found = [pair.stamp for pair, _ in pairs]
         self.asked.append((found[0], warming))
-        return SegmentAnswer((warming, 1, 0.5), found[warming:], [])
+        return SegmentAnswer((warming, 1, 0.5), found[warming:])
 
     def answer(self, future, stopped):
         """Return the answer."""
@@ -195,8 +195,3 @@ def test_a_pair_that_cannot_be_matched_is_answered_with_why():
     found = match_segment(CONFIG, [*pairs[:2], (small, False), *pairs[2:]], 1)
     assert [type(one) for one in found.outcomes] == [Match, Refusal, Match, Match]
     assert 'disparities' in found.outcomes[1].sentence
-
-
-def test_a_segment_that_nobody_wants_any_more_is_given_up():
-    wishes = iter([True, True, False])
-    assert match_segment(CONFIG, in_a_row(6), 0, lambda: next(wishes)) is None

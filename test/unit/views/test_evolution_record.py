@@ -209,4 +209,4 @@ def test_the_error_is_that_of_the_best_chromosome_inside_the_mask(pair):
     course = Convergence(CONFIGS['realtime'], pair.left, pair.truth, pair.visible)
     best = np.where(np.arange(100) < 50, pair.truth, pair.truth + 2).astype(np.float32)
     course.add(snapshot_of(0, best))
-    assert course.rows[0].wrong == score(best, pair.truth, pair.visible).bad_dense[1.0] > 30
+    assert course.rows[0].bad_1 == score(best, pair.truth, pair.visible).bad_dense[1.0] > 30

@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
-from fuzzy_stereo_ros.views.frame_evolution import shown_of, watched_frames
+from fuzzy_stereo_ros.views.evolution_record import shown_frames, watched_frames
 import numpy as np
 import pytest
 
@@ -40,7 +40,7 @@ def test_watching_a_sequence_changes_nothing_and_tells_what_came_over():
 
 @pytest.mark.parametrize('number, expected', [(1, [0]), (2, [0, 1]), (30, [0, 2, 9, 29])])
 def test_shown_are_the_first_the_last_and_some_between(number, expected):
-    assert shown_of(range(number)) == expected
+    assert shown_frames(range(number)) == expected
 
 
 def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys):

@@ -3,8 +3,7 @@
 """Pictures show what they are given, invalid pixels included."""
 import os
 
-from fuzzy_stereo_ros.pairs.colours import colour_disparity, INVALID_GREY
-from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.image_files import colour_disparity, INVALID_GREY, read_image
 from fuzzy_stereo_ros.synthetic.scenes import made_pair
 from fuzzy_stereo_ros.views.pictures import write_panel
 import numpy as np

@@ -16,8 +16,7 @@ from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState, LONGEST_GA
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.saved_pairs.reproduction import versions
-from fuzzy_stereo_ros.saved_pairs.saved_pair import read_saved_pair, SavedPair, write_saved_pair
+from fuzzy_stereo_ros.saved_pair import read_saved_pair, SavedPair, versions, write_saved_pair
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np

@@ -10,14 +10,19 @@ A pair in a folder, with all that its match depends on and the match itself: a b
 | arrays.npz | disparity and confidence, and the FrameState before the match where there was one |
 | README.txt | how to match it again |
 
-`fuzzy-stereo match --saved FOLDER` matches it again. The version that wrote it reads it.
+`fuzzy-stereo match --saved FOLDER` matches it again and says whether the same comes out, bit for
+bit. The version that wrote it reads it.
 """
 from dataclasses import asdict, dataclass, field, fields, replace
+from importlib.metadata import PackageNotFoundError
 import io
 import json
 from pathlib import Path
+import platform
 import tempfile
 
+import cv2
+import fuzzy_stereo_ros
 from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
@@ -27,7 +32,8 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.saved_pairs.reproduction import versions
+import numba
+from numba.core.registry import cpu_target
 import numpy as np
 
 README = """\
@@ -37,6 +43,31 @@ fuzzy-stereo match --saved .
 """
 RESULTS = 'disparity', 'confidence'
 STATE_NUMBERS = 'stamp', 'frame', 'disparities', 'min_disparity', 'reference'
+
+
+def versions():
+    """
+    Return {what: str}: versions, platform, and the processor that numba compiles for.
+
+    processor_features: names of instruction sets, separated by blanks.
+    """
+    try:
+        version = fuzzy_stereo_ros.__version__
+    except PackageNotFoundError:    # a source tree that was never installed
+        version = 'unknown'
+    _, processor, features = cpu_target.target_context.codegen().magic_tuple()
+    return {
+        'fuzzy_stereo_ros': version,
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'numba': numba.__version__,
+        'opencv': cv2.__version__,
+        'platform': '-'.join((platform.system(), platform.release(), platform.machine(),
+                              *platform.libc_ver())),
+        'processor': processor,
+        'processor_features': ' '.join(
+            name[1:] for name in features.split(',') if name.startswith('+')),
+    }
 
 
 @dataclass(frozen=True)
@@ -104,8 +135,13 @@ def read_saved_pair(folder):
     folder = Path(folder)
     if not folder.is_dir():
         raise ValueError(f'{folder} is no folder; give one that holds a saved pair')
-    record, arrays = read_json(folder / 'pair.json'), _arrays(folder)
+    record, content = read_json(folder / 'pair.json'), read_bytes(folder / 'arrays.npz')
     left, right = (read_image(folder / f'{side}.png') for side in ('left', 'right'))
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
+            arrays = dict(stored)
+    except Exception as error:  # numpy raises many kinds for foreign bytes  # noqa: B902
+        raise ValueError(f"{folder / 'arrays.npz'} is damaged: {error}") from error
     try:
         return _saved_pair(record, arrays, left, right)
     except (ValueError, TypeError, KeyError) as error:
@@ -143,24 +179,10 @@ def _floats(numbers):
     return {name: float(value) for name, value in numbers.items()}
 
 
-def _arrays(folder):
-    """Return {name: array} of the arrays of a folder; ValueError where they are damaged."""
-    path = folder / 'arrays.npz'
-    content = read_bytes(path)
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
-            return dict(stored)
-    except Exception as error:  # numpy raises many kinds for foreign bytes  # noqa: B902
-        raise ValueError(f'{path} is damaged: {error}') from error
-
-
 def _saved_pair(record, arrays, left, right):
     """Return the SavedPair of what files hold; ValueError, TypeError or KeyError for others."""
-    def text(about):
-        return _checked('about', about, dict.fromkeys(about, str))
-
-    def floats(name, numbers):
-        return _checked(name, numbers, dict.fromkeys(numbers, float))
+    def all_of(kind, name, values):
+        return _checked(name, values, dict.fromkeys(values, kind))
 
     _checked('pair.json', record, {
         'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
@@ -176,10 +198,10 @@ def _saved_pair(record, arrays, left, right):
         one.name: one.type for one in fields(MatcherConfig)}))
     kinds = {one.name: one.type for one in fields(Generation)}
     history = [Generation(**{**_checked('generation', row, kinds),
-                             'gains': floats('gains', row['gains'])})
+                             'gains': all_of(float, 'gains', row['gains'])})
                for row in record['generations']]
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
-                  floats('times', record['times']), record['warm'], record['motion'])
+                  all_of(float, 'times', record['times']), record['warm'], record['motion'])
     state = record['state']
     if state is not None:
         _checked('state', state, {'stamp': object, 'frame': int, 'disparities': int,
@@ -187,7 +209,8 @@ def _saved_pair(record, arrays, left, right):
         state = FrameState(**arrays, **state)
         if not isinstance(state.stamp, (int, type(None))):
             raise ValueError('the stamp of the state is no number')
-    return SavedPair(pair, config, state, match, text(record['about']), text(record['versions']))
+    return SavedPair(pair, config, state, match, *(
+        all_of(str, name, record[name]) for name in ('about', 'versions')))
 
 
 def _checked(name, record, kinds):
@@ -237,3 +260,60 @@ def _check_array(name, array, kind, shape):
     if not isinstance(array, np.ndarray) or (array.dtype, array.shape) != (kind, shape):
         raise ValueError(f'{name} is {array.dtype} {array.shape}; needed is '
                          f'{np.dtype(kind)} {shape}')
+
+
+def comparison(saved, config, match):
+    """
+    Return what a match has in common with the saved one, for JSON.
+
+    saved: SavedPair. config, match: what its pair was matched with now, and what came of it.
+    same: whether disparity and confidence are equal to the last bit; where not, `differences`
+    tells more. changed: {parameter: value} by which config is not `saved.repeatable`.
+    deadline_ms: that it was saved with. versions: which are not those of the saved match.
+    """
+    differences = {name: _difference(getattr(match, name), getattr(saved.match, name))
+                   for name in RESULTS}
+    here = versions()
+    return {
+        'same': not any(found['pixels'] for found in differences.values()),
+        'differences': differences,
+        'changed': {parameter.name: getattr(config, parameter.name)
+                    for parameter in fields(config)
+                    if getattr(config, parameter.name) != getattr(
+                        saved.repeatable, parameter.name)},
+        'deadline_ms': saved.config.deadline_ms,
+        'versions': [name for name in here if saved.versions.get(name) != here[name]],
+    }
+
+
+def is_broken(found):
+    """Return whether a comparison found a difference where there should be none."""
+    return not found['same'] and not found['changed']
+
+
+def sentence(found):
+    """Return a comparison as a person reads it."""
+    if found['same']:
+        told = ['the same as saved, bit for bit']
+    else:
+        told = ['not the same as saved: ' + ', '.join(
+            f"{name} differs in {difference['pixels']} pixels (by {difference['largest']:.6g} at "
+            f"the most, {difference['valid_in_one']} valid in only one of the two)"
+            for name, difference in found['differences'].items() if difference['pixels'])]
+    if found['changed']:
+        told.append('nothing is promised: other than saved are ' + ', '.join(found['changed']))
+    elif not found['same'] and found['deadline_ms'] > 0:
+        told.append(f"it was saved with a deadline of {found['deadline_ms']:g} ms and matched "
+                    'without one now; only without one are results the same on every run')
+    if not found['same'] and found['versions']:
+        told.append(f"saved where these were others: {', '.join(found['versions'])}")
+    return '\n'.join(told)
+
+
+def _difference(now, then):
+    unlike = now.view(np.uint32) != then.view(np.uint32)
+    valid_now, valid_then = np.isfinite(now), np.isfinite(then)
+    both = unlike & valid_now & valid_then
+    return {'pixels': int(np.count_nonzero(unlike)),
+            'largest': float(abs(now[both] - then[both]).max(initial=0)),
+            'valid_in_one': int(np.count_nonzero(valid_now != valid_then))}
