@@ -286,11 +286,6 @@ def comparison(saved, config, match):
     }
 
 
-def is_broken(found):
-    """Return whether a comparison found a difference where there should be none."""
-    return not found['same'] and not found['changed']
-
-
 def sentence(found):
     """Return a comparison as a person reads it."""
     if found['same']:

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.image_files import (
     check_image_suffix, colour_disparity, read_pair, write_image)
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
-from fuzzy_stereo_ros.saved_pair import comparison, is_broken, read_saved_pair, sentence
+from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 import numpy as np
 
 HELP = 'match two images'
@@ -122,7 +122,8 @@ def run(arguments, stream):
         print(json.dumps(for_json(figures), indent=2), file=stream)
     else:
         print(_sentences(figures), file=stream)
-    return DIFFERENT if saved is not None and is_broken(figures['saved']) else 0
+    found = figures.get('saved', {'same': True})
+    return 0 if found['same'] or found['changed'] else DIFFERENT
 
 
 def _sentences(figures):

@@ -21,7 +21,7 @@ from fuzzy_stereo_ros.replay.options import (
 from fuzzy_stereo_ros.replay.report import (
     end_sentence, figures_of, no_pair_sentence, ProgressBar, sentences)
 from fuzzy_stereo_ros.replay.segments import match_in_segments, opened_cluster
-from fuzzy_stereo_ros.replay.sinks import opened_views, OutputFolder, Outputs
+from fuzzy_stereo_ros.replay.sinks import Outputs
 from fuzzy_stereo_ros.replay.source import ReplaySource
 from fuzzy_stereo_ros.views.video import CODECS
 
@@ -137,17 +137,15 @@ def run(arguments, stream, progress_stream=None):
         if options.keep is not None:    # which are read by the thread that writes
             copies = CopiedMessages(opened.enter_context(BagReader(options.bags)), options.keep,
                                     options.result_topics, source.start, source.stop)
-        folder = OutputFolder(options, source, copies)
-        source.resume_after(folder.written())
+        outputs = Outputs(options, source, copies)
         if not arguments.json:
             stream.write(f'{source.topics.left} and {source.topics.right}, calibrated by '
                          f'{source.calibration}\n')
             stream.flush()
-        outputs = Outputs(options, folder, source, copies, opened_views(options, source))
         with ProgressBar(source.expected_pairs(), progress_stream, arguments.progress) as bar:
             stats = _replayed(options, source, outputs, bar)
         if not stats.matched:
-            _end_without_pairs(bags.names, options, folder, source, stats)
+            _end_without_pairs(bags.names, options, outputs, source, stats)
         figures = {'output': options.output, 'video': options.video, 'view': options.view,
                    'topics': source.topics._asdict(), 'calibration': source.calibration,
                    **figures_of(stats, source.synchroniser, bags.begin)}
@@ -178,20 +176,21 @@ def _replayed(options, source, outputs, bar):
             matcher = StereoMatcher(options.scaled_config)
             warm_up(matcher, *WARM_UP_SIZE)
         stopped = opened.enter_context(interruption())
-        results = (match_in_segments(source.steps(), cluster, stats, stopped)
-                   if options.in_segments else match_in_order(source.steps(), matcher))
+        steps = source.steps(outputs.stamps_before())
+        results = (match_in_segments(steps, cluster, stats, stopped) if options.in_segments
+                   else match_in_order(steps, matcher))
         replay(results, outputs, stats, stopped, bar.log, bar.step)
     return stats
 
 
-def _end_without_pairs(name, options, folder, source, stats):
+def _end_without_pairs(name, options, outputs, source, stats):
     """Say why no new pair was matched; return where that is no fault."""
-    if stats.interrupted or (folder.continued and source.resumed and stats.error is None):
+    if stats.interrupted or (outputs.continued and source.resumed and stats.error is None):
         return
     if stats.error is not None:
-        raise ValueError(f"{stats.error}; no {'new ' if folder.continued else ''}pair could be "
+        raise ValueError(f"{stats.error}; no {'new ' if outputs.continued else ''}pair could be "
                          'matched before that')
-    if folder.continued:
-        raise ValueError(f'--resume: the last pairs in {folder.path} are not in {name}')
+    if outputs.continued:
+        raise ValueError(f'--resume: the last pairs in {outputs.path} are not in {name}')
     raise ValueError(no_pair_sentence(
         name, stats, source.synchroniser, options.settings['approximate_sync']))

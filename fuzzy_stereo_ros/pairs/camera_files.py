@@ -77,10 +77,14 @@ def write_camera(path, camera, name):
 
 def read_camera(path):
     """Return the Camera of a YAML file; ValueError where the file says less, or another thing."""
-    text = read_bytes(path)
+    text, matrices = read_bytes(path), {}
     try:
         content = read_yaml(text)
-        matrices = {letter: _matrix(content, *MATRICES[letter]) for letter in MATRICES}
+        for letter, (title, rows, columns) in MATRICES.items():
+            matrices[letter] = tuple(map(float, content[title]['data']))
+            if columns is not None and len(matrices[letter]) != rows * columns:
+                raise ValueError(f'{title} has {len(matrices[letter])} numbers; needed are '
+                                 f'{rows * columns}')
         return Camera(int(content['image_height']), int(content['image_width']), **matrices,
                       distortion_model=str(content.get('distortion_model', 'plumb_bob')))
     except (ValueError, TypeError, KeyError, OverflowError) as error:
@@ -88,14 +92,6 @@ def read_camera(path):
             str(error).split())
         raise ValueError(f'{path} is no calibration of a camera, as camera_calibration writes '
                          f'it: {reason}') from None
-
-
-def _matrix(content, title, rows, columns):
-    """Return the numbers of a matrix of a file; ValueError where there are more or fewer."""
-    numbers = tuple(map(float, content[title]['data']))
-    if columns is not None and len(numbers) != rows * columns:
-        raise ValueError(f'{title} has {len(numbers)} numbers; needed are {rows * columns}')
-    return numbers
 
 
 def write_middlebury_calibration(path, calibration, shape, min_disparity, disparities):

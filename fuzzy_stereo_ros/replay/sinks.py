@@ -31,24 +31,37 @@ STAMP_DIGITS = 19           # of ns since 1970, so that names stand in the order
 
 class Outputs:
     """
-    The sinks, made by the thread that uses them when there is something for them.
+    The sinks, made by the thread that uses them when there is something for them; their folder.
 
-    config: the MatcherConfig of the images as they are matched. sinks: a list; None while there
-    are none. bag_sink: the BagSink among them, or None. written: pairs that all of them took.
-    logged: ns, of the last of these.
+    config: the MatcherConfig of the images as they are matched. path: of the folder; None where
+    no outputs go into one. continued: whether there are outputs in it that are to be continued.
+    sinks: a list; None while there are none. bag_sink: the BagSink among them, or None. written:
+    pairs that all of them took. logged: ns, of the last of these.
     """
 
-    def __init__(self, options, folder, source, copies, views):
+    def __init__(self, options, source, copies):
         """
-        Make nothing yet.
+        Check the folder of ReplayOptions, and begin the views; nothing else is made yet.
 
-        options: ReplayOptions. folder: OutputFolder. source: ReplaySource. copies:
-        CopiedMessages or None. views: sinks that are there already.
+        source: ReplaySource. copies: CopiedMessages or None.
+        Raises ValueError where the folder may not be used so, and as `opened_views`.
         """
         self.config, self.sinks, self.bag_sink = options.scaled_config, None, None
-        self.written, self.logged = 0, None
-        self._options, self._folder, self._source = options, folder, source
-        self._copies, self._views = copies, views
+        self.path = None if options.output is None else Path(options.output)
+        self.continued, self.written, self.logged = False, 0, None
+        self._options, self._source, self._copies = options, source, copies
+        # What the outputs are made of; with the same they can be continued.
+        self._record = json.loads(json.dumps({
+            'bags': [Path(bag).name for bag in options.bags], **source.topics._asdict(),
+            'calibration': source.calibration, 'start': options.start,
+            'duration': options.duration, 'every': options.every, 'format': options.storage,
+            'results': options.words, 'kept': sorted(copies.topics) if copies else [],
+            'files': options.files, **options.settings,
+            'segments': SEGMENT_PAIRS if options.in_segments else None,
+            **asdict(replace(options.config, threads=0))}))     # they change no result
+        if self.path is not None:
+            self._check()
+        self._views = opened_views(options, source)
 
     def put(self, matched, logged):
         """
@@ -69,7 +82,7 @@ class Outputs:
 
     def finish(self):
         """Copy what stands behind the last pair, which may be of a replay before."""
-        if self._folder.continued and self._source.resumed:
+        if self.continued and self._source.resumed:
             self._open()
         if self.bag_sink is not None:
             self.bag_sink.copy()
@@ -80,16 +93,86 @@ class Outputs:
             for sink in self.sinks or ():
                 closing.callback(sink.close)
 
+    def stamps_before(self):
+        """
+        Return the stamps of the last few pairs that are written already, ns, in order.
+
+        They are in the bag, or else in files of the suffix that is written last.
+        """
+        count = WARM_PAIRS + (SEGMENT_PAIRS if self._options.in_segments else 0)
+        if not self.continued:
+            return ()
+        if not self._options.writes_bag:
+            stamps = sorted(
+                int(file.stem)
+                for file in (self.path / DISPARITY).glob(f'*.{self._options.files[-1]}')
+                if file.stem.isdecimal())
+            return tuple(stamps[-count:])
+        if not (self.path / METADATA).exists():
+            return ()
+        with BagReader([self.path]) as bag:
+            return tuple(read_stamped(message)[0] for message in bag.newest(
+                f'/{DISPARITY}', bag.end + 1, count))
+
     def _open(self):
         if self.sinks is not None:
             return
-        self._folder.begin()
-        self.sinks = [FileSink(self._folder.path, suffix) for suffix in self._options.files]
+        if self.path is not None and not self.continued:
+            self.path.mkdir(exist_ok=True)
+            self._clear()
+            write_whole(self.path / RECORD, (json.dumps(self._record, indent=2) + '\n').encode())
+        self.sinks = [FileSink(self.path, suffix) for suffix in self._options.files]
         if self._options.writes_bag:
             # After the files: --resume takes a pair for done that is in the bag.
-            self.bag_sink = BagSink(self._folder.path, self._options, self._copies)
+            self.bag_sink = BagSink(self.path, self._options, self._copies)
             self.sinks.append(self.bag_sink)
         self.sinks += self._views
+
+    def _clear(self):
+        """Remove what replays write, and nothing else; last the mark that it may be removed."""
+        parts = [part for suffix in SUFFIXES.values() for part in self.path.glob(f'*_*{suffix}')]
+        names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, RECORD
+        for path in (*parts, *(self.path / name for name in names)):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+
+    def _check(self):
+        path, options = self.path, self._options
+        if not path.parent.is_dir():
+            raise ValueError(f'--output is {path}, but there is no folder {path.parent}')
+        whole = path.resolve()
+        for bag in options.bags:
+            if whole in (Path(bag).resolve(), *Path(bag).resolve().parents):
+                raise ValueError(f'--output is {path}, which holds the input {bag}')
+        if not path.exists() or (path.is_dir() and not any(path.iterdir())):
+            if options.resume:
+                raise ValueError(f'--resume finds nothing to continue in {path}')
+            return
+        made_by_replay = (path / RECORD).is_file()
+        if not made_by_replay and (options.overwrite or options.resume):
+            raise ValueError(f'{path} exists and was not made by replay (it has no {RECORD}); '
+                             'give another folder')
+        if not options.overwrite and not options.resume:
+            raise ValueError(f'{path} exists; give another folder'
+                             + (', --overwrite or --resume' if made_by_replay else ''))
+        if options.resume:
+            self._check_record()
+            self.continued = True
+
+    def _check_record(self):
+        path, before = self.path / RECORD, None
+        with suppress(ValueError):
+            before = read_json(path)
+        if not isinstance(before, dict):
+            raise ValueError(f'{path} is damaged; begin anew with --overwrite')
+        now = self._record
+        different = [f'{name} ({before.get(name)}, now {now.get(name)})'
+                     for name in {**before, **now} if before.get(name) != now.get(name)]
+        if different:
+            raise ValueError('--resume goes on with the options of before; different are '
+                             + ', '.join(different))
 
 
 def opened_views(options, source):
@@ -184,117 +267,3 @@ class FileSink:
 
     def close(self):
         """Do nothing: each file is whole."""
-
-
-class OutputFolder:
-    """
-    Where outputs go; nothing is written before `begin`.
-
-    path: of the folder; None where no outputs go into one. continued: whether there are outputs
-    in it that are to be continued.
-    """
-
-    def __init__(self, options, source, copies):
-        """
-        Check the folder of ReplayOptions.
-
-        source, copies: ReplaySource and CopiedMessages or None, for what the outputs are made of.
-        Raises ValueError where the folder may not be used so.
-        """
-        self.path = None if options.output is None else Path(options.output)
-        self._options, self.continued = options, False
-        self._record = _record(options, source, copies)
-        if self.path is not None:
-            self._check()
-
-    def written(self):
-        """
-        Return the stamps of the last few pairs that are written already, ns, in order.
-
-        They are in the bag, or else in files of the suffix that is written last.
-        """
-        count = WARM_PAIRS + (SEGMENT_PAIRS if self._options.in_segments else 0)
-        if not self.continued:
-            return ()
-        if not self._options.writes_bag:
-            stamps = sorted(
-                int(file.stem)
-                for file in (self.path / DISPARITY).glob(f'*.{self._options.files[-1]}')
-                if file.stem.isdecimal())
-            return tuple(stamps[-count:])
-        if not (self.path / METADATA).exists():
-            return ()
-        with BagReader([self.path]) as bag:
-            return tuple(read_stamped(message)[0] for message in bag.newest(
-                f'/{DISPARITY}', bag.end + 1, count))
-
-    def begin(self):
-        """Make the folder, without what a replay before wrote to it unless that is continued."""
-        if self.continued or self.path is None:
-            return
-        self.path.mkdir(exist_ok=True)
-        self._clear()
-        write_whole(self.path / RECORD, (json.dumps(self._record, indent=2) + '\n').encode())
-
-    def _clear(self):
-        """Remove what replays write, and nothing else; last the mark that it may be removed."""
-        parts = [part for suffix in SUFFIXES.values() for part in self.path.glob(f'*_*{suffix}')]
-        names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, RECORD
-        for path in (*parts, *(self.path / name for name in names)):
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path)
-            else:
-                path.unlink(missing_ok=True)
-
-    def _check(self):
-        path, options = self.path, self._options
-        if not path.parent.is_dir():
-            raise ValueError(f'--output is {path}, but there is no folder {path.parent}')
-        whole = path.resolve()
-        for bag in options.bags:
-            if whole in (Path(bag).resolve(), *Path(bag).resolve().parents):
-                raise ValueError(f'--output is {path}, which holds the input {bag}')
-        if not path.exists() or (path.is_dir() and not any(path.iterdir())):
-            if options.resume:
-                raise ValueError(f'--resume finds nothing to continue in {path}')
-            return
-        made_by_replay = (path / RECORD).is_file()
-        if not made_by_replay and (options.overwrite or options.resume):
-            raise ValueError(f'{path} exists and was not made by replay (it has no {RECORD}); '
-                             'give another folder')
-        if not options.overwrite and not options.resume:
-            raise ValueError(f'{path} exists; give another folder'
-                             + (', --overwrite or --resume' if made_by_replay else ''))
-        if options.resume:
-            self._check_record()
-            self.continued = True
-
-    def _check_record(self):
-        path, before = self.path / RECORD, None
-        with suppress(ValueError):
-            before = read_json(path)
-        if not isinstance(before, dict):
-            raise ValueError(f'{path} is damaged; begin anew with --overwrite')
-        before, now = _flat(before), _flat(json.loads(json.dumps(self._record)))
-        different = [f'{name} ({before.get(name)}, now {now.get(name)})'
-                     for name in {**before, **now} if before.get(name) != now.get(name)]
-        if different:
-            raise ValueError('--resume goes on with the options of before; different are '
-                             + ', '.join(different))
-
-
-def _record(options, source, copies):
-    """Return what the outputs are made of, for JSON; with the same they can be continued."""
-    return {
-        'bags': [Path(bag).name for bag in options.bags], 'topics': source.topics._asdict(),
-        'calibration': source.calibration, 'start': options.start, 'duration': options.duration,
-        'every': options.every, 'format': options.storage, 'results': options.words,
-        'kept': sorted(copies.topics) if copies else [], 'files': options.files,
-        'settings': options.settings, 'segments': SEGMENT_PAIRS if options.in_segments else None,
-        'matcher': asdict(replace(options.config, threads=0))}      # they change no result
-
-
-def _flat(record):
-    """Return a record with the entries of those in it."""
-    return {key: value for name, part in record.items()
-            for key, value in (part if isinstance(part, dict) else {name: part}).items()}

@@ -76,15 +76,7 @@ class ReplaySource:
         self.synchroniser = Synchroniser(queued, settings['queue_size'],
                                          sync_tolerance(settings), self._held)
         self._selected, self._went_back = 0, False
-        self._done, self._waiting, self.resumed = (), False, True
-
-    def resume_after(self, stamps):
-        """
-        Pass over the pairs that are written already, but for the last few.
-
-        stamps: ns, of these, in order: they are read again, so that new pairs start warm.
-        """
-        self._done, self._waiting, self.resumed = stamps, bool(stamps), not stamps
+        self.resumed = True
 
     def expected_pairs(self):
         """Return about how many pairs are selected."""
@@ -103,8 +95,14 @@ class ReplaySource:
         steps = [after - before for before, after in pairwise(stamps) if after > before]
         return SECOND / median(steps) / self._options.every if steps else RATE_WITHOUT
 
-    def steps(self):
-        """Yield each Step; DamagedBag where a bag can be read no further."""
+    def steps(self, done=()):
+        """
+        Yield each Step; DamagedBag where a bag can be read no further.
+
+        done: stamps, ns, of the last few pairs that are written already, in order. Those before
+        them are passed over; they are read again, so that new pairs start warm.
+        """
+        self._done, self._waiting, self.resumed = done, bool(done), not done
         for topic in self._held if self.start is not None else ():
             for message in self._bags.newest(topic, self.start):
                 self.synchroniser.add(topic, *read_stamped(message))

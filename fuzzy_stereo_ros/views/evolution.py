@@ -45,7 +45,7 @@ def evolution_figure(convergence, match):
     return layout.figure
 
 
-class EvolutionAnimation:
+class EvolutionAnimation(VideoFile):
     """
     A video with a frame for each generation, drawn as it comes.
 
@@ -58,14 +58,14 @@ class EvolutionAnimation:
 
         Raises ValueError where the path is none of a VideoFile.
         """
-        self.rate = min(max(round(convergence.config.generations / DURATION), RATES[0]), RATES[1])
-        self._video, self._last = VideoFile(path, self.rate), None
-        self._convergence, self._layout, self.figure = convergence, None, None
+        rate = round(convergence.config.generations / DURATION)
+        super().__init__(path, min(max(rate, RATES[0]), RATES[1]))
+        self._convergence, self._layout, self.figure, self._last = convergence, None, None, None
 
     def take(self, snapshot):
         """Append the frame of the Snapshot that the Convergence took in last."""
         self._last = self.frame(snapshot)
-        self._video.write(self._last)
+        self.write(self._last)
 
     def frame(self, snapshot):
         """Return the frame of the Snapshot that the Convergence took in last: (R, C, 3) BGR."""
@@ -83,8 +83,8 @@ class EvolutionAnimation:
         """Let the last generation stay for a while, and finish the file; see VideoFile.close."""
         if self._last is not None:
             for _ in range(self.rate * STAY):
-                self._video.write(self._last)
-        self._video.close()
+                self.write(self._last)
+        super().close()
 
 
 class _Layout:

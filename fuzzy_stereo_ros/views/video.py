@@ -48,7 +48,7 @@ class VideoFile:
         Raises ValueError for another suffix or rate, and where there is no such folder.
         """
         check_video(path, rate)
-        self._path, self._rate = Path(path), float(rate)
+        self._path, self.rate = Path(path), rate
         # With a slash in front: what stands before a colon is a protocol to FFmpeg.
         self._part = self._path.absolute().with_name(
             f'.{self._path.stem}.{os.getpid()}.part{self._path.suffix}')
@@ -92,7 +92,7 @@ class VideoFile:
         reduced = [max(1, round(side * shrink)) for side in (rows, columns)]
         self._size = tuple(side + side % 2 for side in reduced)
         codec = CODECS[self._path.suffix]
-        writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*codec), self._rate,
+        writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*codec), float(self.rate),
                                  self._size[::-1])
         if not writer.isOpened():
             writer.release()
@@ -114,24 +114,17 @@ def _fitted(frame, rows, columns):
         value=(INVALID_GREY,) * 3)
 
 
-class VideoSink:
+class VideoSink(VideoFile):
     """A video of matched pairs: reference image, disparity in colours and confidence."""
 
     def __init__(self, path, rate, low, high):
-        """
-        Prepare as a VideoFile does.
-
-        low, high: px, the ends of the disparities' colours.
-        """
-        self._video, self._range = VideoFile(path, rate), (low, high)
+        """Prepare as a VideoFile does; low, high: px, the ends of the disparities' colours."""
+        super().__init__(path, rate)
+        self._range = low, high
 
     def take(self, matched, logged=None):
-        """Append the frame of a MatchedPair; raises ValueError as VideoFile.write does."""
-        self._video.write(side_by_side(matched, *self._range))
-
-    def close(self):
-        """Finish the file; see VideoFile.close."""
-        self._video.close()
+        """Append the frame of a MatchedPair; raises ValueError as `write` does."""
+        self.write(side_by_side(matched, *self._range))
 
 
 def side_by_side(matched, low, high):

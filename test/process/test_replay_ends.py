@@ -438,5 +438,5 @@ def test_the_record_says_what_the_output_was_made_of(folder, capsys):
     assert replay('bag', options=['--queue-size', 9]) == 0
     record = json.loads((folder / 'out' / 'replay.json').read_text())
     assert record['bags'] == ['bag']
-    assert record['topics']['left'] == TOPICS[0]
-    assert (record['settings']['queue_size'], record['matcher']['disparities']) == (9, 16)
+    assert record['left'] == TOPICS[0]
+    assert (record['queue_size'], record['disparities']) == (9, 16)
