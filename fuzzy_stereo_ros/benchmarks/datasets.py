@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.evaluation.catalogue import (
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     GroundTruthPair, KITTI, MIDDLEBURY, read_motorcycle)
 from fuzzy_stereo_ros.matching.match import Camera
-from fuzzy_stereo_ros.synthetic.scenes import FOCAL, made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 import numpy as np
 
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'
@@ -118,7 +118,7 @@ def _read(files):
 def _made_scenes(count, size):
     """Return synthetic scenes of a size (rows, columns, disparities), None behind each."""
     return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: GroundTruthPair(
-        *made_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
+        *make_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
             for seed in range(1, count + 1)]
 
 
@@ -210,14 +210,14 @@ def hard_cut(before, after):
 
 def moving(seed, options):
     """Return eight frames of a synthetic scene whose objects move."""
-    return [GroundTruthPair(*made) for made in made_sequence(
+    return [GroundTruthPair(*made) for made in make_sequence(
         frames=8, seed=seed, objects=5, **MADE, **options)]
 
 
 def appearing(seed):
     """Return frames of a synthetic scene in which an object appears from a frame to the next."""
     # The objects of a seed are drawn one after the other: five are four and one more.
-    fewer, more = (list(made_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
+    fewer, more = (list(make_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
                                       noise=2, **MADE)) for count in (4, 5))
     return [GroundTruthPair(*made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
 

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck, LIMIT, SHARE, SURE
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence, misaligned
 import numpy as np
 
 SIZE, QUICK_SIZE = (480, 640, 64), (96, 160, 16)    # rows, columns, disparities
@@ -75,7 +75,7 @@ def _checked(request, pairs, disparities):
 
 def _frames(size, frames=FRAMES):
     """Return frames of a made scene that pans, so that corners change."""
-    return made_sequence(*size[:2], size[2], frames, seed=1, objects=6, pan=5.0, noise=2.0)
+    return make_sequence(*size[:2], size[2], frames, seed=1, objects=6, pan=5.0, noise=2.0)
 
 
 def _warning(found):

@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import (
 from fuzzy_stereo_ros.evaluation.matchers import fastest
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pandas as pd
 
@@ -188,7 +188,7 @@ def half_sawtooth(data):
     scene = next((scene for scene in available_scenes(data)[0]
                   if scene.path == 'midd2001/sawtooth'), None)
     if scene is None:
-        made = GroundTruthPair(*made_pair(rows, columns, TABLE_II_DISPARITIES, seed=1))
+        made = GroundTruthPair(*make_pair(rows, columns, TABLE_II_DISPARITIES, seed=1))
         return replace(made, counts=None), 'a made pair'
     pair = scene.read()
     left, right = (cv2.resize(image, TABLE_II_SIZE, interpolation=cv2.INTER_AREA)

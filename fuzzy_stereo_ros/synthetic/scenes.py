@@ -18,7 +18,7 @@ import numpy as np
 
 FOCAL = 0.9         # focal length in widths of the image
 BASELINE = 0.12     # m
-CAMERA = 'rate', 'offset'       # what made_sequence does not know
+CAMERA = 'rate', 'offset'       # what make_sequence does not know
 STANDING = 'min_disparity', 'poles', 'fence'    # what a street has not
 
 
@@ -40,7 +40,7 @@ class SceneOptions(NamedTuple):
     bits: int = 8
 
 
-class MadePair(NamedTuple):
+class ScenePair(NamedTuple):
     """
     One made pair, left-referenced.
 
@@ -55,16 +55,16 @@ class MadePair(NamedTuple):
     visible: np.ndarray
 
 
-def made_pair(rows, columns, disparities, seed=0, **options):
+def make_pair(rows, columns, disparities, seed=0, **options):
     """
-    Return one `MadePair`; the options are those of `made_sequence`.
+    Return one `ScenePair`; the options are those of `make_sequence`.
 
     Raises ValueError for a size or a number of disparities that cannot be made.
     """
-    return next(made_sequence(rows, columns, disparities, 1, seed, **options))
+    return next(make_sequence(rows, columns, disparities, 1, seed, **options))
 
 
-def made_sequence(rows, columns, disparities, frames, seed=0, **options):
+def make_sequence(rows, columns, disparities, frames, seed=0, **options):
     """
     Return an iterator over `frames` pairs of one scene; the same arguments give the same bits.
 
@@ -108,9 +108,9 @@ def made_sequence(rows, columns, disparities, frames, seed=0, **options):
         left, right, truth, visible = drawn(frame)
         random = np.random.default_rng([seed, 1, frame])
         gain = 1.0 + options.flicker * np.sin(2 * np.pi * frame / 8)
-        return MadePair(_expose(left, gain, options, random),
-                        _expose(right, gain * options.exposure, options, random),
-                        truth.astype(np.float32), visible)
+        return ScenePair(_expose(left, gain, options, random),
+                         _expose(right, gain * options.exposure, options, random),
+                         truth.astype(np.float32), visible)
 
     return map(pair, range(frames))
 
@@ -155,8 +155,8 @@ SCENE_PARAMETERS = {row.name: row for row in (
 
 
 def scene_pairs(values):
-    """Return an iterator over each `MadePair`; ValueError where the scene cannot be made."""
-    return made_sequence(**{name: value for name, value in values.items() if name not in CAMERA})
+    """Return an iterator over each `ScenePair`; ValueError where the scene cannot be made."""
+    return make_sequence(**{name: value for name, value in values.items() if name not in CAMERA})
 
 
 def scene_calibration(values):
@@ -167,7 +167,7 @@ def scene_calibration(values):
 
 def _drawn(view, x, y):
     """
-    Return what a `MadePair` is made of.
+    Return what a `ScenePair` is made of.
 
     view: returns image and disparity of one camera at x, y, float64 (R, C), px.
     """

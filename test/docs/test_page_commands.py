@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.pairs.camera_files import (
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from pages import commands, GUIDES, in_code_style, pages_with_commands, ROOT, text_of
 import pytest
 from saved_scene import running
@@ -106,7 +106,7 @@ def test_a_command_that_nothing_is_said_of_is_found_out():
 def fill(folder):
     """Put what the pages' commands read into a folder."""
     made_bags = pytest.importorskip('made_bags', reason='rosbags is not installed')
-    pair = made_pair(48, 100, 64)
+    pair = make_pair(48, 100, 64)
     write_image(folder / 'left.png', pair.left)
     write_image(folder / 'right.png', pair.right)
     write_disparity(folder / 'disparity.pfm', pair.truth)
@@ -231,7 +231,7 @@ def test_a_variable_that_is_set_has_an_effect(words, tmp_path):
 
 
 def test_the_python_of_the_readme_matches():
-    pair = made_pair(48, 100, 64)
+    pair = make_pair(48, 100, 64)
     found = PYTHON.findall(text_of('README.md'))
     (example,) = (block for block in found if block.startswith('from fuzzy_stereo_ros'))
     names = {'left': pair.left, 'right': pair.right}

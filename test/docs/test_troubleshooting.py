@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.result_messages import TOPICS
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 from pages import in_code_style, ROOT, said, text_of
 import pytest
@@ -97,7 +97,7 @@ def test_the_table_at_the_top_leads_to_every_section():
 
 def shares_of_valid_pixels():
     """Yield how a pair does not fit, and the share of valid pixels."""
-    pair = made_pair(200, 320, 64)
+    pair = make_pair(200, 320, 64)
     matcher = StereoMatcher(MatcherConfig.from_profile(
         'realtime', disparities=64, warm_start=False))
     for case, left, right in (('aligned', pair.left, pair.right),
@@ -116,7 +116,7 @@ def test_the_shares_that_wrong_images_leave_are_those_of_the_page():
 
 
 def test_the_blank_stripe_at_the_left_is_what_fill_fills_with_confidence_0():
-    pair = made_pair(60, 160, 32)
+    pair = make_pair(60, 160, 32)
     config = MatcherConfig.from_profile('realtime', disparities=32, warm_start=False)
     plain = StereoMatcher(config).match(pair.left, pair.right)
     filled = StereoMatcher(replace(config, fill=True)).match(pair.left, pair.right)

@@ -23,9 +23,9 @@ import json, time
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.matching import StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.compiled import remarks
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
-pair, matcher = made_pair(480, 640, 64), StereoMatcher()
+pair, matcher = make_pair(480, 640, 64), StereoMatcher()
 valid = np.isfinite(matcher.match(pair.left, pair.right).disparity).mean()
 seen = time.monotonic()
 matcher.warm_up(480, 640)

@@ -10,7 +10,7 @@ import fuzzy_stereo_ros
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import pytest
 from saved_scene import running
 
@@ -28,7 +28,7 @@ def folder(tmp_path):
     """Return a folder with a home, and a place to work with images, a saved pair and `out`."""
     for name in ('home', 'work', 'work/out'):
         (tmp_path / name).mkdir()
-    pair = made_pair(40, 100, 32)
+    pair = make_pair(40, 100, 32)
     write_image(tmp_path / 'work' / 'left.png', pair.left)
     write_image(tmp_path / 'work' / 'right.png', pair.right)
     write_saved_pair(tmp_path / 'work' / 'report', running()[2])

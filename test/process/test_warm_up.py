@@ -22,7 +22,7 @@ MATCH = """
 import gc, sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.compiling import compile_call, record_calls
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 from numba.core.dispatcher import Dispatcher
 import numpy as np
 
@@ -40,7 +40,7 @@ if sys.argv[2] == 'warm-up':
 before = compiled()
 if sys.argv[2] == 'dry run':
     matcher.warm_up(120, 160)
-for number, frame in enumerate(made_sequence(120, 160, 24, 5, noise=2.0)):
+for number, frame in enumerate(make_sequence(120, 160, 24, 5, noise=2.0)):
     matcher.match(*(np.roll(view, 3 * number, axis=1) for view in (frame.left, frame.right)))
 if sys.argv[1] == 'realtime':       # where planes evolve from frame to frame
     chance, view = np.random.default_rng(1), frame.left.astype(float)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import unittest
 
 from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import launched
 from launched import (
     check_disparity, FOLDER, included, launch_ros, launch_testing, PAIR, PROFILES_FILE,
@@ -206,7 +206,7 @@ def shows_a_picture_in_colour_of_the_ground_truth_of_the_made_scene(test):
     values = values_of(message.image)
     valid = values >= message.min_disparity
     assert valid.mean() > 0.7
-    frames = made_sequence(ROWS, COLUMNS, DISPARITIES, 12, pan=2.0)
+    frames = make_sequence(ROWS, COLUMNS, DISPARITIES, 12, pan=2.0)
     assert max(np.mean(np.abs(values - frame.truth)[valid] < 0.5) for frame in frames) > 0.9
 
 
@@ -346,10 +346,8 @@ class TestTheLaunched(unittest.TestCase):
         from rcl_interfaces.srv import GetParameters
         from rclpy.parameter import parameter_value_to_python
         client = self.around.listener.create_client(GetParameters, f'{node}/get_parameters')
-        self.around.until(client.service_is_ready, f'parameters of {node}')
-        future = client.call_async(GetParameters.Request(names=names))
-        self.around.until(future.done, f'parameters of {node}')
-        return [parameter_value_to_python(value) for value in future.result().values]
+        answer = self.around.answer(client, GetParameters.Request(names=names))
+        return [parameter_value_to_python(value) for value in answer.values]
 
 
 @launch_testing.post_shutdown_test()

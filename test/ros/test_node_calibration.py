@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The real node says when its calibration does not hold, and of what kind the error is."""
 from diagnostic_msgs.msg import DiagnosticStatus
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, misaligned
 import pytest
 
-PAIR = made_pair(240, 320, 32, seed=2, objects=6, noise=2.0)
+PAIR = make_pair(240, 320, 32, seed=2, objects=6, noise=2.0)
 
 
 @pytest.fixture(scope='module')

@@ -6,7 +6,7 @@ import sys
 
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.messages import read_image
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 from node_process import NodeProcess, own_domain
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_op
             around.close()
             code = rig.finish()
     assert code == 0
-    made = made_sequence(60, 90, 24, 3, 5, poles=2, fence=4, pan=3.0, noise=1.0, exposure=0.8,
+    made = make_sequence(60, 90, 24, 3, 5, poles=2, fence=4, pan=3.0, noise=1.0, exposure=0.8,
                          colour=True)
     known = {(pair.left.tobytes(), pair.right.tobytes()) for pair in made}
     published = {tuple(np.ascontiguousarray(read_image(image)).tobytes() for image in pair)

@@ -24,7 +24,8 @@ class Manager:
 
     def state(self):
         """Return the label of the state."""
-        return self._answer(GetState, GetState.Request()).current_state.label
+        answer = self._around.answer(self._clients[GetState], GetState.Request(), START)
+        return answer.current_state.label
 
     def ask(self, name):
         """Ask for a transition by its name and return the Future of the answer."""
@@ -40,8 +41,3 @@ class Manager:
         state = self.state()
         assert future.result().success == (state != before), name
         return state
-
-    def _answer(self, kind, request):
-        future = self._clients[kind].call_async(request)
-        self._around.until(future.done, f'answer of {kind.__name__}', timeout=START)
-        return future.result()

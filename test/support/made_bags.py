@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import cv2
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 import pytest
 
@@ -90,7 +90,7 @@ class BagOf:
 
 def scene(frames=6, rows=ROWS, columns=COLUMNS, disparities=DISPARITIES, **options):
     """Return made pairs that stay but for noise, so that a warm start matters."""
-    return list(made_sequence(rows, columns, disparities, frames, seed=5,
+    return list(make_sequence(rows, columns, disparities, frames, seed=5,
                               **{'noise': 6.0, **options}))
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 
 
 def scene(rows=60, columns=100, seed=0, **options):
-    """Return a noisy `MadePair` of 24 disparities."""
-    return made_pair(rows, columns, 24, seed, **{'noise': 2.0, **options})
+    """Return a noisy `ScenePair` of 24 disparities."""
+    return make_pair(rows, columns, 24, seed, **{'noise': 2.0, **options})
 
 
 def matched(pair, config, **changes):

@@ -5,7 +5,7 @@ import hashlib
 import sys
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 
 KINDS = {'grey': (np.uint8, False), 'colour of 16 bits': (np.uint16, True)}
@@ -18,7 +18,7 @@ def digests(profile, threads):
         matcher = StereoMatcher(MatcherConfig.from_profile(
             profile, disparities=24, threads=threads, warm_start=True, **changes))
         digest = hashlib.sha256()
-        for frame in made_sequence(131, 97, 24, 3, noise=3.0, pan=2.0, colour=colour):
+        for frame in make_sequence(131, 97, 24, 3, noise=3.0, pan=2.0, colour=colour):
             left, right = (image.astype(kind) * kind(np.iinfo(kind).max // 255)
                            for image in (frame.left, frame.right))
             match = matcher.match(left, right)

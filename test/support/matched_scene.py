@@ -5,7 +5,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.pair_matcher import MatchedPair
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 
 DISPARITIES = 24
@@ -17,9 +17,9 @@ def made_matched(rows=60, columns=330, stamp=1_250_000_000, reference='left', **
     """
     Return a MatchedPair with the true disparities, invalid where hidden, and a ramp as confidence.
 
-    options: those of `made_pair`.
+    options: those of `make_pair`.
     """
-    made = made_pair(rows, columns, DISPARITIES, **options)
+    made = make_pair(rows, columns, DISPARITIES, **options)
     disparity = np.where(made.visible, made.truth, np.nan).astype(np.float32)
     confidence = np.tile(np.linspace(0, 1, columns, dtype=np.float32), (rows, 1))
     return MatchedPair(StereoPair(made.left, made.right, CALIBRATION, stamp),

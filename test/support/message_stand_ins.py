@@ -20,7 +20,7 @@ def made_match(disparity):
                            confidence=np.where(np.isnan(disparity), 0, 0.5).astype(np.float32))
 
 
-def made_pair(shape, offset=0.0, left=None):
+def make_pair(shape, offset=0.0, left=None):
     left = np.zeros(shape, np.uint8) if left is None else left
     return StereoPair(left, left, Calibration(200.0, 0.12, offset, LEFT),
                       12_000_000_345, 'left_optical')

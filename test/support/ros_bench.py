@@ -81,6 +81,23 @@ class Surroundings:
             self.executor.spin_once(timeout_sec=0.05)
         return value
 
+    def answer(self, client, request, timeout=SOON, again=5):
+        """
+        Return what a service answers; it is asked anew every `again` s that it says nothing.
+
+        The first answer is lost where the service has not yet heard of its client: DDS tells the
+        two sides of a new connection one after the other.
+        """
+        self.until(client.service_is_ready, client.srv_name, timeout)
+        asked = {}
+
+        def answered():
+            if not asked or time.monotonic() - max(asked) > again:
+                asked[time.monotonic()] = client.call_async(request)
+            return next((future for future in asked.values() if future.done()), None)
+
+        return self.until(answered, f'answer of {client.srv_name}', timeout).result()
+
     def match(self, left, right, stamp=None, change=None):
         """Publish a pair and return the DisparityImage that comes of it."""
         sent = self.rig.publish(left, right, stamp, change)
@@ -198,15 +215,12 @@ class Bench(Surroundings):
 
     def trigger(self, name):
         """Call a service of the node of type Trigger; return (done, sentence)."""
-        answer = self._ask(Trigger, name, Trigger.Request())
+        answer = self._ask(Trigger, name, Trigger.Request(), again=SOON)
         return answer.success, answer.message
 
-    def _ask(self, kind, name, request):
+    def _ask(self, kind, name, request, **options):
         client = self.listener.create_client(kind, f'/disparity_node/{name}')
         try:
-            self.until(client.service_is_ready, f'service {name}')
-            future = client.call_async(request)
-            self.until(future.done, f'answer of {name}')
-            return future.result()
+            return self.answer(client, request, **options)
         finally:
             self.listener.destroy_client(client)

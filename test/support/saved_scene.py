@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.saved_pair import SavedPair
-from fuzzy_stereo_ros.synthetic.scenes import made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 
 DISPARITIES = 24
 PERIOD = 100_000_000        # ns
@@ -27,7 +27,7 @@ def running(profile='realtime', grey='', bits=8, min_disparity=0, frames=3, **ch
     config = MatcherConfig.from_profile(
         profile, disparities=DISPARITIES, min_disparity=min_disparity, **changes)
     matcher, saved = StereoMatcher(config), []
-    for number, frame in enumerate(made_sequence(
+    for number, frame in enumerate(make_sequence(
             60, 100, DISPARITIES, frames, min_disparity=min_disparity, noise=4.0, colour=True,
             bits=bits)):
         images = {side: getattr(frame, side) for side in ('left', 'right')}

@@ -6,14 +6,14 @@ from functools import partial
 from fuzzy_stereo_ros.benchmarks.request import Request
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, MIDDLEBURY
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 
 
 def known(seed=1, size=(ROWS, COLUMNS, DISPARITIES), **options):
     """Return a `GroundTruthPair`; size: rows, columns, disparities."""
-    return GroundTruthPair(*made_pair(*size, seed, **options))
+    return GroundTruthPair(*make_pair(*size, seed, **options))
 
 
 def small_scene(seed=1, group='small', name=None, size=(ROWS, COLUMNS, DISPARITIES), **options):

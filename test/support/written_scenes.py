@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.evaluation.ground_truth import warped_to_right
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 import numpy as np
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16
@@ -12,19 +12,19 @@ HOLE = np.s_[3:6, 50:60]        # where the truth is not known
 
 
 def pair(seed=1, **options):
-    """Return a `MadePair` whose truth has a hole; visible where it counts."""
-    made = made_pair(ROWS, COLUMNS, DISPARITIES, seed, **{'colour': True, 'noise': 1, **options})
+    """Return a `ScenePair` whose truth has a hole; visible where it counts."""
+    made = make_pair(ROWS, COLUMNS, DISPARITIES, seed, **{'colour': True, 'noise': 1, **options})
     return with_hole(made)
 
 
 def frames(count, seed=1):
-    """Return `MadePair`s of a noisy sequence that hardly moves."""
-    return [with_hole(made) for made in made_sequence(
+    """Return `ScenePair`s of a noisy sequence that hardly moves."""
+    return [with_hole(made) for made in make_sequence(
         ROWS, COLUMNS, DISPARITIES, count, seed, noise=6)]
 
 
 def with_hole(made):
-    """Return a `MadePair` whose truth has a hole."""
+    """Return a `ScenePair` whose truth has a hole."""
     made.truth[HOLE] = np.nan
     made.visible[HOLE] = False
     return made

@@ -27,7 +27,7 @@ from fuzzy_stereo_ros.evaluation.scores import (
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.progress import follow
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pandas as pd
 import pytest
@@ -141,7 +141,7 @@ def test_a_pixel_counts_where_the_right_image_shows_it():
 
 
 def test_visibility_from_truth_agrees_with_how_a_scene_was_made():
-    made = made_pair(60, 120, 24, 5)
+    made = make_pair(60, 120, 24, 5)
     assert (seen_by_both(made.truth) == made.visible).mean() > 0.97
 
 

@@ -3,14 +3,14 @@
 """A pair and its truth, as files of the folder in which a command runs."""
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
 
 
 @pytest.fixture(scope='module')
 def pair():
-    return made_pair(48, 80, 16, seed=3)
+    return make_pair(48, 80, 16, seed=3)
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ import json
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, misaligned
 import pytest
 
 DISPARITIES = 32
-MADE = made_pair(240, 320, DISPARITIES, seed=2, objects=6, noise=2.0)
+MADE = make_pair(240, 320, DISPARITIES, seed=2, objects=6, noise=2.0)
 SHIFTED = misaligned(MADE.right, tilt=0.8)
 
 

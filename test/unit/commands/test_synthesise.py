@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of
 from fuzzy_stereo_ros.synthetic.scenes import (
-    BASELINE, CAMERA, FOCAL, made_sequence, SCENE_PARAMETERS, SceneOptions)
+    BASELINE, CAMERA, FOCAL, make_sequence, SCENE_PARAMETERS, SceneOptions)
 import numpy as np
 import pytest
 from repository import ROOT
@@ -59,7 +59,7 @@ def test_the_files_hold_the_scene_that_the_options_make():
           for name, suffix in (('left', 'png'), ('right', 'png'), ('visible', 'png'),
                                ('truth', 'pfm'))),
         'scene/calib.txt', 'scene/left.yaml', 'scene/right.yaml'])
-    for number, pair in enumerate(made_sequence(**MADE)):
+    for number, pair in enumerate(make_sequence(**MADE)):
         assert np.array_equal(read_image(f'scene/left/{number:04}.png'), pair.left)
         assert np.array_equal(read_image(f'scene/right/{number:04}.png'), pair.right)
         assert np.array_equal(read_disparity(f'scene/truth/{number:04}.pfm'), pair.truth)
@@ -94,7 +94,7 @@ def test_a_bag_holds_the_same_scene_with_equal_stamps_at_the_rate(words, options
     stamps = sorted(heard['/left/image_rect'])
     assert all(sorted(messages) == stamps for messages in heard.values())
     assert np.diff(stamps).tolist() == [125_000_000] * 2
-    for stamp, pair in zip(stamps, made_sequence(**MADE, **options)):
+    for stamp, pair in zip(stamps, make_sequence(**MADE, **options)):
         for side, image in (('left', pair.left), ('right', pair.right)):
             read = read_message(heard[f'/{side}/image_rect'][stamp])
             assert read.dtype == image.dtype and np.array_equal(read, image)
@@ -103,7 +103,7 @@ def test_a_bag_holds_the_same_scene_with_equal_stamps_at_the_rate(words, options
 
 
 def test_every_option_of_a_made_sequence_is_one_of_the_command():
-    named = {*inspect.signature(made_sequence).parameters, *SceneOptions._fields} - {'options'}
+    named = {*inspect.signature(make_sequence).parameters, *SceneOptions._fields} - {'options'}
     assert set(SCENE_PARAMETERS) - set(CAMERA) == named
 
 
@@ -114,7 +114,7 @@ def test_what_to_do_next_works_as_it_is_printed(capsys):
     words = shlex.split(printed[1].removeprefix('match the first: fuzzy-stereo '))
     assert main([*words, '--json']) == 0
     truth = json.loads(capsys.readouterr().out)['ground_truth']
-    assert truth['pixels'] == np.count_nonzero(next(made_sequence(**MADE)).visible)
+    assert truth['pixels'] == np.count_nonzero(next(make_sequence(**MADE)).visible)
 
 
 def test_json_tells_what_was_made(capsys):

@@ -21,7 +21,7 @@ from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
 from written_scenes import (
@@ -543,7 +543,7 @@ def test_what_cannot_be_evaluated_is_refused_in_one_sentence(scene, words, reaso
      'low, opencv:bm: OpenCV cannot match 72x10 pixels with 9 disparities: '),
 ])
 def test_a_scene_that_cannot_be_matched_is_named_with_its_matcher(scene, words, reason, capsys):
-    write_named(scene / 'low', made_pair(10, WIDTH, 9))
+    write_named(scene / 'low', make_pair(10, WIDTH, 9))
     assert main(['evaluate', *words, '--csv', 'out.csv']) == 2
     printed = capsys.readouterr()
     assert reason in printed.err.splitlines()[-1]

@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
-from fuzzy_stereo_ros.synthetic.scenes import MadePair
+from fuzzy_stereo_ros.synthetic.scenes import ScenePair
 import pytest
 from real_pairs import DATA, motorcycle
 from written_scenes import write_2014
@@ -52,7 +52,7 @@ def of_benchmark(name, data=None):
 
 def test_motorcycle_in_the_layout_of_2014_has_the_figures_of_the_benchmark(tmp_path, capsys):
     pair = motorcycle()
-    write_2014(tmp_path / 'Motorcycle', MadePair(*pair[:4]), ndisp=64)
+    write_2014(tmp_path / 'Motorcycle', ScenePair(*pair[:4]), ndisp=64)
     records = evaluated(capsys, tmp_path, '--matcher', 'ours', 'opencv:hh4:tuned')
     assert_says_what_the_benchmark_says(records, of_benchmark('midd2014/Motorcycle'),
                                         'Motorcycle', 'nonocc')

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching import (
     evolution, matcher as matcher_module, MatcherConfig, StereoMatcher)
 from fuzzy_stereo_ros.matching.evolution import Budget, diversity, evolve, Generation, Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 from made_matches import bits
@@ -118,7 +118,7 @@ CONFIGS = {
     'realtime': MatcherConfig(**COMMON),
     'quality': MatcherConfig.from_profile('quality', **COMMON),
     'paper': MatcherConfig.from_profile('paper', **COMMON, population=8)}
-SCENE = made_pair(40, 60, 24, seed=2, noise=2.0)
+SCENE = make_pair(40, 60, 24, seed=2, noise=2.0)
 
 
 class Clock:

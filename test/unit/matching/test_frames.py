@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_matches import wrong
 import numpy as np
 import pytest
@@ -159,7 +159,7 @@ def faint(image):
 
 def still(config, frames=FRAMES, noise=0.5, seed=3, stages=None):
     """Return the matches of a faint scene that stands still under fresh noise, and the matcher."""
-    made = made_pair(160, 240, 32, seed, objects=4, colour=True)
+    made = make_pair(160, 240, 32, seed, objects=4, colour=True)
     made = made._replace(left=faint(made.left), right=faint(made.right))
     chance, matcher = np.random.default_rng(0), StereoMatcher(config, stages)
     return [matcher.match(*(with_noise(image, noise, chance) for image in (made.left, made.right)))
@@ -196,7 +196,7 @@ def test_sequences_are_the_same_with_any_number_of_threads_and_other_by_another_
 
 def test_a_frame_of_another_scene_takes_nothing_over():
     matcher = still(CONFIG)[1]
-    other = made_pair(160, 240, 32, 9, objects=4, colour=True)
+    other = make_pair(160, 240, 32, 9, objects=4, colour=True)
     match = matcher.match(other.left, other.right)
     assert not matcher.state.evolved.any()
     cold = StereoMatcher(CONFIG).match(other.left, other.right)

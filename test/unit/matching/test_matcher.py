@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 from made_matches import bits, matched, scene, wrong
 import numpy as np
 import pytest
@@ -131,13 +131,13 @@ def test_a_covered_camera_sees_nothing_at_any_distance(grey, kind):
     ({'min_disparity': -40}, 2.5), ({'min_disparity': 9}, 2.5), ({'colour': True}, 2.5),
     ({'bits': 12}, 2.5), ({'exposure': 1.3}, 2.5), ({'noise': 8.0}, 4)])
 def test_a_made_scene_is_found_but_for_few_pixels(options, limit):
-    pair = made_pair(160, 240, 24, **options)
+    pair = make_pair(160, 240, 24, **options)
     match = matched(pair, CONFIG, min_disparity=options.get('min_disparity', 0), fill=True)
     assert wrong(match, pair) < limit
 
 
 def test_disparities_are_finer_than_a_pixel():
-    pair = made_pair(160, 240, 24)
+    pair = make_pair(160, 240, 24)
     match = matched(pair, CONFIG)
     error = abs(match.disparity - pair.truth)[pair.visible & np.isfinite(match.disparity)]
     whole = abs(np.rint(match.disparity) - pair.truth)[
@@ -183,7 +183,7 @@ def test_warming_up_for_a_size_that_cannot_be_matched_is_refused(rows, columns):
 
 
 def test_warming_up_keeps_the_previous_frame():
-    frames = list(made_sequence(60, 100, 24, 2, noise=2.0))
+    frames = list(make_sequence(60, 100, 24, 2, noise=2.0))
     warmed, plain = StereoMatcher(CONFIG), StereoMatcher(CONFIG)
     warmed.warm_up(60, 100)
     assert warmed.state is None
@@ -233,7 +233,7 @@ def test_without_warm_start_a_restored_state_is_not_used():
 
 @pytest.mark.parametrize('stamped', [False, True])
 def test_a_restored_state_gives_the_next_frame_bit_for_bit(stamped):
-    frames = list(made_sequence(60, 100, 24, 4, noise=3.0, pan=1.0))
+    frames = list(make_sequence(60, 100, 24, 4, noise=3.0, pan=1.0))
     stamps = [1000 * number if stamped else None for number in range(4)]
     matcher = StereoMatcher(CONFIG)
     for frame, stamp in zip(frames[:3], stamps):
@@ -249,7 +249,7 @@ def test_a_restored_state_gives_the_next_frame_bit_for_bit(stamped):
 
 
 def test_a_state_is_not_changed_by_later_frames():
-    frames = list(made_sequence(60, 100, 24, 3, noise=3.0, pan=1.0))
+    frames = list(make_sequence(60, 100, 24, 3, noise=3.0, pan=1.0))
     matcher = StereoMatcher(CONFIG)
     matcher.match(frames[0].left, frames[0].right)
     state = matcher.state
@@ -305,7 +305,7 @@ BAD_PAIRS = {
 @pytest.mark.parametrize('left, right, sentence', BAD_PAIRS.values(), ids=BAD_PAIRS)
 def test_what_is_no_pair_is_refused_with_a_sentence_and_the_next_pair_is_matched(
         left, right, sentence):
-    frames = list(made_sequence(60, 100, 24, 2, noise=2.0))
+    frames = list(make_sequence(60, 100, 24, 2, noise=2.0))
     matcher, undisturbed = StereoMatcher(CONFIG), StereoMatcher(CONFIG)
     for frame in frames:
         expected = undisturbed.match(frame.left, frame.right)

@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.realtime import camera_motion, moving_camera
-from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
 from made_matches import wrong
@@ -20,7 +20,7 @@ CAMERA = Camera(FOCAL * COLUMNS, FOCAL * COLUMNS, (COLUMNS - 1) / 2, (ROWS - 1) 
 
 
 def drive(frames, seed=1, **options):
-    return list(made_sequence(ROWS, COLUMNS, DISPARITIES, frames, seed, drive=DRIVE, pan=PAN,
+    return list(make_sequence(ROWS, COLUMNS, DISPARITIES, frames, seed, drive=DRIVE, pan=PAN,
                               **options))
 
 

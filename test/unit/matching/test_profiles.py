@@ -7,7 +7,7 @@ import weakref
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 from made_matches import bits, matched, scene
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_a_matcher_that_nobody_holds_gives_its_memory_back_at_once(profile):
 
 def test_the_same_frames_give_the_same_bits_whatever_the_number_of_threads(config):
     rows = {'realtime': 645, 'quality': 150, 'paper': 40}[config.algorithm]    # several bands
-    frames = list(made_sequence(rows, 70, 24, 1 + config.warm_start, noise=3.0, pan=2.0))
+    frames = list(make_sequence(rows, 70, 24, 1 + config.warm_start, noise=3.0, pan=2.0))
     matchers = [StereoMatcher(replace(config, threads=threads)) for threads in (1, 1, 2, 3)]
     for frame in frames:
         assert len({repr(bits(matcher.match(frame.left, frame.right)))
@@ -136,7 +136,7 @@ def test_strided_and_read_only_images_are_matched_as_any_and_stay_as_they_are(co
     (17, 63, 63, 0), (129, 31, 9, -20), (40, 31, 9, -200), (5, 310, 300, -150)])
 def test_every_size_and_range_gives_a_disparity_everywhere_when_filled(
         config, rows, columns, disparities, min_disparity, colour):
-    pair = made_pair(rows, columns, disparities, noise=2.0, min_disparity=min_disparity,
+    pair = make_pair(rows, columns, disparities, noise=2.0, min_disparity=min_disparity,
                      colour=colour)
     matcher = StereoMatcher(replace(config, disparities=disparities, fill=True,
                                     min_disparity=min_disparity))

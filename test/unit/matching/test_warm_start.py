@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.evaluation.scores import flicker, score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 import numpy as np
 import pytest
 from real_pairs import (
@@ -49,14 +49,14 @@ def _bad(disparity, truth, visible, limit):
 @pytest.mark.parametrize('seed, noise', [
     (seed, noise) for noise in (0.0, 6.0) for seed in SCENES])
 def test_a_cut_between_made_scenes_does_no_harm(seed, noise):
-    before, after = (made_pair(200, 320, 48, scene, noise=noise) for scene in (seed, seed + 10))
+    before, after = (make_pair(200, 320, 48, scene, noise=noise) for scene in (seed, seed + 10))
     assert worst_after_cut(before, after, 48) <= MARGIN
 
 
 @pytest.mark.parametrize('seed', SCENES)
 @pytest.mark.parametrize('counts', [(2, 5), (5, 2)], ids=['appear', 'go'])
 def test_objects_that_appear_or_go_do_no_harm(counts, seed):
-    frames = (made_pair(200, 320, 48, seed, objects=count, noise=2.0) for count in counts)
+    frames = (make_pair(200, 320, 48, seed, objects=count, noise=2.0) for count in counts)
     assert worst_after_cut(*frames, 48) <= MARGIN
 
 
@@ -75,7 +75,7 @@ def test_a_cut_between_pairs_of_middlebury_does_no_harm(before, after):
 
 @pytest.mark.parametrize('grey', [0, 128, 255])
 def test_a_camera_that_is_covered_is_not_sure_of_what_it_saw_before(grey):
-    pair = made_pair(300, 400, 24, noise=2.0)
+    pair = make_pair(300, 400, 24, noise=2.0)
     covered = np.full((300, 400), grey, np.uint8)
     matcher = StereoMatcher(MatcherConfig(disparities=24, threads=2))
     matcher.match(pair.left, pair.right)
@@ -104,7 +104,7 @@ class Course(NamedTuple):
 @cache
 def made_course(seed, noise, warm):
     """Follow a made scene that pans by 2 px a frame with objects that move by themselves."""
-    frames = made_sequence(200, 320, 48, FRAMES, seed, noise=noise, pan=2.0, motion=1.0)
+    frames = make_sequence(200, 320, 48, FRAMES, seed, noise=noise, pan=2.0, motion=1.0)
     return _course(list(frames), 48, 2, warm)
 
 

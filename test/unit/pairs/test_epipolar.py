@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs import epipolar
 from fuzzy_stereo_ros.pairs.epipolar import corner_offsets, EpipolarCheck, Misalignment
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
-from fuzzy_stereo_ros.synthetic.scenes import made_pair, made_sequence, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence, misaligned
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
@@ -20,7 +20,7 @@ CALIBRATION = Calibration(200.0, 0.1, 0.0, Projection(200.0, 200.0, 160.0, 120.0
 
 @pytest.fixture(scope='module')
 def scene():
-    return made_pair(ROWS, COLUMNS, DISPARITIES, seed=2, objects=6, noise=2.0)
+    return make_pair(ROWS, COLUMNS, DISPARITIES, seed=2, objects=6, noise=2.0)
 
 
 def checked(pairs, disparities, **changes):
@@ -74,7 +74,7 @@ def test_images_that_fit_are_no_fault(scene):
 @pytest.mark.parametrize('swing, faults', [(0.3, []), (0.9, ['timing'])])
 def test_exposures_at_different_moments_swing_from_pair_to_pair(swing, faults):
     shifts = 2**0.5 * swing * np.sin(np.arange(24))     # as of a camera that shakes
-    frames = made_sequence(120, 200, 16, len(shifts), seed=1, noise=1.0, pan=2.0)
+    frames = make_sequence(120, 200, 16, len(shifts), seed=1, noise=1.0, pan=2.0)
     check = EpipolarCheck()
     for made, shift in zip(frames, shifts):
         check.look(*known(made, misaligned(made.right, tilt=shift)))
@@ -190,7 +190,7 @@ def test_another_calibration_or_size_begins_anew(scene):
     assert watched(check, scene, 1e9, tilt=0.9).pairs == 2
     new = watched(check, scene, 1e9, CALIBRATION.scaled(0.9))
     assert (new.pairs, new.faults) == (1, [])
-    smaller = made_pair(120, 200, 16, seed=1)
+    smaller = make_pair(120, 200, 16, seed=1)
     check.look(*known(smaller))
     assert (check.misalignment.pairs, check.misalignment.columns) == (1, 200)
 

@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.pairs import pair_reader
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, source_places
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_messages import header, image, info, noise, refusal_of, region
 import numpy as np
 import pytest
@@ -101,7 +101,7 @@ def test_messages_of_ros_are_read():
 
 def raw_pair(model='plumb_bob', channels=0, bits=8):
     """Return a made pair and the four messages of a rig that sees it through a lens."""
-    pair = made_pair(ROWS, COLUMNS, DISPARITIES, seed=3, colour=channels == 3, bits=bits)
+    pair = make_pair(ROWS, COLUMNS, DISPARITIES, seed=3, colour=channels == 3, bits=bits)
     encoding = {(0, 8): 'mono8', (0, 12): 'mono16', (3, 8): 'bgr8'}[channels, bits]
     cameras = (RawCamera(model, (0.02, -0.03, 0.015)),
                RawCamera(model, (-0.015, 0.025, -0.01), right=0.1))

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import fill_points
-from message_stand_ins import cloud_stand_in, made_match, made_pair
+from message_stand_ins import cloud_stand_in, made_match, make_pair
 import numpy as np
 import pytest
 
@@ -18,7 +18,7 @@ LAYOUTS = [     # use_color, avoid_point_cloud_padding, point_step, places; as p
 
 def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=False, message=None):
     match = made_match(disparity)
-    return fill_points(message or cloud_stand_in(), match, made_pair(left.shape[:2], left=left),
+    return fill_points(message or cloud_stand_in(), match, make_pair(left.shape[:2], left=left),
                        SimpleNamespace, use_color=use_color,
                        avoid_point_cloud_padding=avoid_point_cloud_padding)
 
@@ -102,7 +102,7 @@ def test_points_go_through_ros_and_back(use_color, avoid_padding, step, places):
     sensor_messages = pytest.importorskip('sensor_msgs.msg')
     serialization = pytest.importorskip('rclpy.serialization')
     message = fill_points(
-        sensor_messages.PointCloud2(), made_match(np.full((80, 100), 5.0)), made_pair((80, 100)),
+        sensor_messages.PointCloud2(), made_match(np.full((80, 100), 5.0)), make_pair((80, 100)),
         sensor_messages.PointField, use_color=use_color, avoid_point_cloud_padding=avoid_padding)
     read = serialization.deserialize_message(
         serialization.serialize_message(message), sensor_messages.PointCloud2)

@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.pairs.result_messages import (
     DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image)
 from hypothesis import given, strategies as st
 from message_stand_ins import (
-    camera_info_stand_in, disparity_stand_in, image_stand_in, LEFT, made_match, made_pair,
+    camera_info_stand_in, disparity_stand_in, image_stand_in, LEFT, made_match, make_pair,
     read_values)
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ import pytest
 
 def filled(disparity, offset=0.0, **config):
     match = made_match(disparity)
-    return fill_disparity(disparity_stand_in(), match, made_pair(match.disparity.shape, offset),
+    return fill_disparity(disparity_stand_in(), match, make_pair(match.disparity.shape, offset),
                           MatcherConfig(**config))
 
 
@@ -86,13 +86,13 @@ def test_the_valid_window_of_a_filled_image_is_the_whole_image():
 
 def test_a_match_is_not_changed_by_sending_it():
     match = made_match([[5.0, np.nan]])
-    fill_disparity(disparity_stand_in(), match, made_pair((1, 2), 3.0), MatcherConfig())
+    fill_disparity(disparity_stand_in(), match, make_pair((1, 2), 3.0), MatcherConfig())
     np.testing.assert_array_equal(match.disparity, np.float32([[5.0, np.nan]]))
 
 
 def test_confidence_is_sent_as_it_is():
     match = made_match([[5.0, np.nan, 7.0]])
-    message = fill_image(image_stand_in(), match.confidence, made_pair((1, 3)), '32FC1')
+    message = fill_image(image_stand_in(), match.confidence, make_pair((1, 3)), '32FC1')
     assert (message.encoding, message.step, message.header.frame_id) == (
         '32FC1', 12, 'left_optical')
     assert stamp_of(message.header) == 12_000_000_345
@@ -101,7 +101,7 @@ def test_confidence_is_sent_as_it_is():
 
 def test_depth_in_metres_is_sent_as_it_is():
     depth = np.float32([[1.5, np.nan, np.inf]])
-    message = fill_image(image_stand_in(), depth, made_pair((1, 3)), '32FC1')
+    message = fill_image(image_stand_in(), depth, make_pair((1, 3)), '32FC1')
     assert (message.encoding, message.height, message.width, message.step) == ('32FC1', 1, 3, 12)
     assert stamp_of(message.header) == 12_000_000_345
     assert message.header.frame_id == 'left_optical'
@@ -110,7 +110,7 @@ def test_depth_in_metres_is_sent_as_it_is():
 
 def test_depth_in_millimetres_is_sent_in_sixteen_bits():
     depth = np.float32([[1.5, np.nan, np.inf, 2.0014, 70.0]] * 2)
-    message = fill_image(image_stand_in(), millimetres_of(depth), made_pair((2, 5)), '16UC1')
+    message = fill_image(image_stand_in(), millimetres_of(depth), make_pair((2, 5)), '16UC1')
     assert (message.encoding, message.height, message.width, message.step) == ('16UC1', 2, 5, 10)
     assert (message.is_bigendian, message.data.typecode) == (0, 'B')
     np.testing.assert_array_equal(read_image(message), [[1500, 0, 0, 2001, 0]] * 2)
@@ -123,8 +123,8 @@ def test_depth_of_a_verged_pair_is_that_of_its_disparity_message(values, thousan
     sent = filled([values], offset)
     disparity = read_values(sent.image)
     depth = fill_image(image_stand_in(), depth_of(
-        np.float32([values]), made_pair((1, len(values)), offset).calibration),
-        made_pair((1, len(values))), '32FC1')
+        np.float32([values]), make_pair((1, len(values)), offset).calibration),
+        make_pair((1, len(values))), '32FC1')
     expected = np.full(disparity.shape, np.inf)
     np.divide(sent.f * sent.t, disparity, out=expected, where=disparity > 0, dtype=np.float64)
     expected[disparity < sent.min_disparity] = np.nan
@@ -132,7 +132,7 @@ def test_depth_of_a_verged_pair_is_that_of_its_disparity_message(values, thousan
 
 
 def test_a_camera_info_tells_the_projection_of_the_left_image_as_it_is():
-    message = fill_camera_info(camera_info_stand_in(), made_pair((80, 100)))
+    message = fill_camera_info(camera_info_stand_in(), make_pair((80, 100)))
     assert (message.height, message.width) == (80, 100)
     assert stamp_of(message.header) == 12_000_000_345
     assert message.header.frame_id == 'left_optical'
@@ -146,7 +146,7 @@ def test_a_camera_info_tells_the_projection_of_the_left_image_as_it_is():
 
 
 def test_a_camera_info_that_was_sent_reads_as_the_camera_it_was_made_of():
-    left, right = (fill_camera_info(camera_info_stand_in(), made_pair((80, 100)))
+    left, right = (fill_camera_info(camera_info_stand_in(), make_pair((80, 100)))
                    for _ in range(2))
     right.p[3] = -right.p[0] * 0.12
     assert read_calibration(left, right).left == LEFT
@@ -154,7 +154,7 @@ def test_a_camera_info_that_was_sent_reads_as_the_camera_it_was_made_of():
 
 def test_a_preview_is_sent_as_it_is():
     picture = np.arange(2 * 5 * 3, dtype=np.uint8).reshape(2, 5, 3)
-    message = fill_image(image_stand_in(), picture, made_pair((2, 5)), 'bgr8')
+    message = fill_image(image_stand_in(), picture, make_pair((2, 5)), 'bgr8')
     assert (message.encoding, message.height, message.width, message.step) == ('bgr8', 2, 5, 15)
     np.testing.assert_array_equal(read_image(message), picture)
 
@@ -162,7 +162,7 @@ def test_a_preview_is_sent_as_it_is():
 def test_messages_of_ros_are_filled():
     sensor_messages = pytest.importorskip('sensor_msgs.msg')
     stereo_messages = pytest.importorskip('stereo_msgs.msg')
-    pair = made_pair((80, 100), -2.0)
+    pair = make_pair((80, 100), -2.0)
     match = made_match(np.full((80, 100), 5.0))
     sent = fill_disparity(stereo_messages.DisparityImage(), match, pair, MatcherConfig())
     assert (sent.f, sent.t, sent.min_disparity) == pytest.approx((200.0, 0.12, 2.0))

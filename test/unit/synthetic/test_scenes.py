@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Made scenes are exact: what the truth says is what the images show."""
 import cv2
-from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, made_pair, made_sequence
+from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_pair, make_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -16,11 +16,11 @@ def warp_right_to_left(pair):
 
 
 def driven(frames, seed, **options):
-    return list(made_sequence(120, 160, 32, frames, seed, drive=0.1, pan=2.0, **options))
+    return list(make_sequence(120, 160, 32, frames, seed, drive=0.1, pan=2.0, **options))
 
 
 @pytest.mark.parametrize('pair', [
-    *(made_pair(150, 201, 40, seed, colour=True) for seed in range(4)),
+    *(make_pair(150, 201, 40, seed, colour=True) for seed in range(4)),
     *(pair for seed in range(3) for pair in driven(5, seed, colour=True, objects=8)[::4])])
 def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_where_visible(pair):
     difference, less, more = (abs(warp_right_to_left(pair._replace(
@@ -35,8 +35,8 @@ def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_wh
 
 @pytest.mark.parametrize('options', [{'poles': 6}, {'fence': 9}])
 def test_the_right_image_moved_by_the_truth_shows_the_thin_objects_too(options):
-    plain = made_pair(150, 201, 40, 2, objects=0, colour=True)
-    pair = made_pair(150, 201, 40, 2, objects=0, colour=True, **options)
+    plain = make_pair(150, 201, 40, 2, objects=0, colour=True)
+    pair = make_pair(150, 201, 40, 2, objects=0, colour=True, **options)
     thin = (pair.truth != plain.truth) & pair.visible
     assert thin.sum() > 500
     right, wrong = (np.median(
@@ -47,7 +47,7 @@ def test_the_right_image_moved_by_the_truth_shows_the_thin_objects_too(options):
 
 def test_visible_is_what_a_count_over_the_right_image_says():
     """A left pixel is hidden where another one, nearer, lands on the same right pixel."""
-    pair = made_pair(90, 130, 30, seed=3)
+    pair = make_pair(90, 130, 30, seed=3)
     rows, columns = pair.truth.shape
     wrong = 0
     for row in range(rows):
@@ -65,7 +65,7 @@ def test_visible_is_what_a_count_over_the_right_image_says():
        colour=st.booleans(), thin=st.integers(0, 5))
 def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits, colour, thin):
     disparities = 1 + int(share * (columns - 1))
-    pair = made_pair(rows, columns, disparities, seed, min_disparity=low, bits=bits,
+    pair = make_pair(rows, columns, disparities, seed, min_disparity=low, bits=bits,
                      colour=colour, poles=thin, fence=thin)
     shape = (rows, columns, 3) if colour else (rows, columns)
     for image in (pair.left, pair.right):
@@ -80,28 +80,28 @@ def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits
 @pytest.mark.parametrize('drive', [0.0, 0.1])
 def test_the_same_seed_gives_the_same_bits_and_another_seed_does_not(drive):
     options = {'drive': drive, 'pan': 2.5, 'motion': 3, 'noise': 4, 'flicker': 0.2, 'colour': True}
-    first, again = (list(made_sequence(40, 60, 16, 3, 7, **options)) for _ in range(2))
+    first, again = (list(make_sequence(40, 60, 16, 3, 7, **options)) for _ in range(2))
     assert all(map(np.array_equal, sum(first, ()), sum(again, ())))
-    assert not np.array_equal(first[0].truth, made_pair(40, 60, 16, 8, drive=drive).truth)
+    assert not np.array_equal(first[0].truth, make_pair(40, 60, 16, 8, drive=drive).truth)
 
 
 def test_a_pan_moves_the_whole_scene_by_its_pixels():
-    frames = list(made_sequence(40, 90, 16, 3, 2, pan=4))
+    frames = list(make_sequence(40, 90, 16, 3, 2, pan=4))
     for before, after in zip(frames, frames[1:]):
         assert np.allclose(before.truth[:, 4:], after.truth[:, :-4], atol=1e-4)
         assert np.abs(before.left[:, 4:].astype(int) - after.left[:, :-4]).max() <= 1
 
 
 def test_objects_move_by_themselves_and_the_background_stays():
-    frames = list(made_sequence(60, 90, 24, 4, 3, motion=5))
+    frames = list(make_sequence(60, 90, 24, 4, 3, motion=5))
     changed = abs(frames[-1].truth - frames[0].truth) > 1e-3
     assert 0.02 < changed.mean() < 0.8
 
 
 def test_thin_objects_leave_the_rest_of_the_scene_bit_for_bit_as_it_is():
     options = {'pan': 2.0, 'motion': 2, 'noise': 3, 'colour': True}
-    plain = made_sequence(60, 90, 24, 3, 3, **options)
-    for without, with_thin in zip(plain, made_sequence(60, 90, 24, 3, 3, poles=3, fence=5,
+    plain = make_sequence(60, 90, 24, 3, 3, **options)
+    for without, with_thin in zip(plain, make_sequence(60, 90, 24, 3, 3, poles=3, fence=5,
                                                        **options)):
         same = with_thin.truth == without.truth
         assert 0.5 < same.mean() < 0.98
@@ -116,7 +116,7 @@ def runs(row):
 
 @pytest.mark.parametrize('seed', range(6))
 def test_a_pole_is_one_to_three_pixels_wide(seed):
-    plain, pair = (made_pair(120, 160, 32, seed, objects=0, poles=count) for count in (0, 1))
+    plain, pair = (make_pair(120, 160, 32, seed, objects=0, poles=count) for count in (0, 1))
     widths = np.concatenate([runs(row) for row in pair.truth != plain.truth])
     assert len(widths) > 40
     assert set(widths) <= {1, 2, 3}
@@ -124,7 +124,7 @@ def test_a_pole_is_one_to_three_pixels_wide(seed):
 
 
 def test_a_fence_has_its_bars_and_comes_nearer_from_one_side_to_the_other():
-    plain, pair = (made_pair(120, 300, 64, 4, objects=0, fence=bars) for bars in (0, 11))
+    plain, pair = (make_pair(120, 300, 64, 4, objects=0, fence=bars) for bars in (0, 11))
     between_rails = 72
     bars = pair.truth[between_rails] != plain.truth[between_rails]
     assert len(runs(bars)) == 11
@@ -134,8 +134,8 @@ def test_a_fence_has_its_bars_and_comes_nearer_from_one_side_to_the_other():
 
 
 def test_noise_is_as_strong_as_asked_and_fresh_in_every_image():
-    clean = made_pair(100, 120, 16, 4)
-    first, second = made_sequence(100, 120, 16, 2, 4, noise=5)
+    clean = make_pair(100, 120, 16, 4)
+    first, second = make_sequence(100, 120, 16, 2, 4, noise=5)
     for image, plain in ((first.left, clean.left), (first.right, clean.right),
                          (second.left, clean.left)):
         assert 4.5 < (image.astype(float) - plain).std() < 5.5
@@ -144,11 +144,11 @@ def test_noise_is_as_strong_as_asked_and_fresh_in_every_image():
 
 
 def test_exposure_changes_the_right_image_and_flicker_both():
-    clean = made_pair(60, 80, 16, 4)
-    darker = made_pair(60, 80, 16, 4, exposure=0.5)
+    clean = make_pair(60, 80, 16, 4)
+    darker = make_pair(60, 80, 16, 4, exposure=0.5)
     assert np.array_equal(darker.left, clean.left)
     assert abs(darker.right.mean() / clean.right.mean() - 0.5) < 0.02
-    still = list(made_sequence(60, 80, 16, 3, 4, flicker=0.3))
+    still = list(make_sequence(60, 80, 16, 3, 4, flicker=0.3))
     assert still[2].left.mean() > 1.15 * still[0].left.mean()
     assert still[2].right.mean() > 1.15 * still[0].right.mean()
 
@@ -199,4 +199,4 @@ def test_objects_beside_the_way_move_only_where_asked():
        f'has no {name}') for name, value in (('poles', 2), ('fence', 5), ('min_disparity', -3)))])
 def test_what_cannot_be_made_is_refused_with_a_sentence(arguments, options, words):
     with pytest.raises(ValueError, match=words):
-        made_pair(*arguments, **options)
+        make_pair(*arguments, **options)

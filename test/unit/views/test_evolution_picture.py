@@ -6,7 +6,7 @@ import os
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.image_files import read_image
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views import evolution as evolution_view
 from fuzzy_stereo_ros.views.evolution import (
     evolution_figure, EvolutionAnimation, ORIGIN_COLOURS, ORIGIN_WORDS, panels_of, RATES, STAY)
@@ -21,7 +21,7 @@ import pytest
 
 def evolution(profile='realtime', with_truth=True, shape=(40, 60), **changes):
     """Return the course, the match and the snapshots of an evolution on a noisy pair."""
-    pair = made_pair(*shape, 16, noise=4.0, colour=True)
+    pair = make_pair(*shape, 16, noise=4.0, colour=True)
     config = MatcherConfig.from_profile(profile, **{
         'disparities': 16, 'generations': 2, 'reference': 'left', **changes})
     course, told = Convergence(config, pair.left, pair.truth if with_truth else None), []
@@ -172,7 +172,7 @@ def small_film(monkeypatch):
 
 def filmed(path, **options):
     """Return the frames as they were drawn, after the film was written, and the snapshots."""
-    pair = made_pair(*options.pop('shape', (40, 60)), 16, noise=4.0)
+    pair = make_pair(*options.pop('shape', (40, 60)), 16, noise=4.0)
     config = MatcherConfig.from_profile(options.pop('profile', 'realtime'), **{
         'disparities': 16, 'generations': 3, 'reference': 'left', **options})
     course, drawn, told = Convergence(config, pair.left, pair.truth), [], []

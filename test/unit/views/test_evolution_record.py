@@ -6,7 +6,7 @@ from dataclasses import replace
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.population import Lineage
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.evolution_record import (
     ALIKE, Convergence, FIRST, MUTATED, mutates, observed_match, origin_of_fittest_child,
     origin_of_improved_fittest, SECOND, SHOWN, Snapshot)
@@ -25,7 +25,7 @@ CONFIGS = {
 
 @pytest.fixture(scope='module')
 def pair():
-    return made_pair(*SHAPE, 24, seed=2, noise=4.0)
+    return make_pair(*SHAPE, 24, seed=2, noise=4.0)
 
 
 def watched(config, pair):

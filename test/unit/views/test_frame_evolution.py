@@ -6,13 +6,13 @@ import json
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.evolution_record import shown_frames, watched_frames
 import numpy as np
 import pytest
 
 CONFIG = MatcherConfig(disparities=24, threads=1)
-PAIR = made_pair(96, 128, 24, 2, colour=True)
+PAIR = make_pair(96, 128, 24, 2, colour=True)
 FRAMES = 4
 
 

@@ -4,7 +4,7 @@
 import os
 
 from fuzzy_stereo_ros.pairs.image_files import colour_disparity, INVALID_GREY, read_image
-from fuzzy_stereo_ros.synthetic.scenes import made_pair
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.pictures import write_panel
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_a_range_of_one_disparity_has_a_colour():
 @pytest.mark.parametrize('bits, colour', [(8, True), (8, False), (12, False), (16, True)])
 @pytest.mark.parametrize('with_truth', [True, False])
 def test_a_panel_of_any_kind_of_image_is_drawn(tmp_path, bits, colour, with_truth):
-    pair = made_pair(40, 60, 16, bits=bits, colour=colour)
+    pair = make_pair(40, 60, 16, bits=bits, colour=colour)
     disparity = np.where(pair.visible, pair.truth, np.nan)
     write_panel(tmp_path / 'panel.png', pair.left, disparity, pair.visible.astype(np.float32),
                 pair.truth if with_truth else None, low=0, high=15, title='made')
@@ -41,7 +41,7 @@ def test_a_panel_of_any_kind_of_image_is_drawn(tmp_path, bits, colour, with_trut
 
 
 def test_a_panel_shows_an_error_where_there_is_one(tmp_path):
-    pair = made_pair(60, 80, 16)
+    pair = make_pair(60, 80, 16)
     sure = np.ones((60, 80), np.float32)
     bright = []
     for name, wrong in (('right', pair.truth), ('wrong', pair.truth + 3)):
