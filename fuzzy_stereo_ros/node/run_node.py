@@ -47,15 +47,16 @@ def run_node(node_type, arguments):
     except (ValueError, RuntimeError) as error:
         return _refuse(error)
     try:
+        # Before the node, which takes its time: an executor that is made after a signal prints a
+        # traceback. Not rclpy's EventsExecutor, which takes a millisecond less for a pair: with
+        # rclpy 7.1 one process in a hundred that was interrupted as it started was aborted.
+        executor = SingleThreadedExecutor()
         node = node_type()
         if warning:
             node.get_logger().warning(warning)
         # An executor that nothing else wakes may miss that a signal shut ROS down.
         node.create_timer(LOOK_SECONDS, lambda: None,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
-        # Not rclpy's EventsExecutor, which takes a millisecond less for a pair: with rclpy 7.1 one
-        # process in a hundred that was interrupted as it started was aborted at its end.
-        executor = SingleThreadedExecutor()
         executor.add_node(node)
         if not signals:
             executor.spin()
