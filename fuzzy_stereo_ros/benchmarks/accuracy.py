@@ -197,7 +197,7 @@ def tables(several):
     halves = halves.pivot_table('bad', 'group', ['matcher', 'half'], sort=False)
     return [
         Table.of('Groups, mean error in percent', means(clean, 'bad', names),
-                 '*0 refused*: a disparity of 0 is filled as well, which helps where nothing is '
+                 '*0 rejected*: a disparity of 0 is filled as well, which helps where nothing is '
                  'infinitely far.'),
         Table.of('Odd and even scenes of each group, mean error in percent',
                  halves.reindex(columns=some).dropna(how='all').set_axis(
@@ -211,7 +211,7 @@ def tables(several):
               ('Noise: mean error in percent, dense', 'bad', ''),
               ('Noise: percent wrong of the valid pixels', 'sparse',
                'Ours: valid are pixels of a confidence above 0; baselines: those that they do not '
-               'refuse.'),
+               'reject.'),
               ('Noise: percent of the pixels that are valid', 'density', ''))),
         *_confidence(confidence, reliable),
         Table.of('Scenes, error in percent',

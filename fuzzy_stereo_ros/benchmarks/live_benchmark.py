@@ -29,7 +29,7 @@ TURNS = 3           # of each of the two nodes
 CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
 SMALL = 160, 120, 32                                # of the run for memory
 SETTLED = 3.0       # s at the most before anything is measured, which itself takes as long
-COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused')
+COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected')
 OURS = NODE,                                        # a module and its arguments
 PROBED, PLAIN = (('fuzzy_stereo_ros.benchmarks.live_nodes', kind) for kind in ('probed', 'plain'))
 FAILED = 1
@@ -154,7 +154,7 @@ def run(arguments):
          'measured': f'{arguments.seconds:g} s each; latency is from the stamp to the callback of '
                      'a subscriber of disparity in a third process'},
         [Table('Rate and latency', (
-            'live', 'pairs', 'matched', 'dropped', 'refused', 'pairs/s', 'latency median [ms]',
+            'live', 'pairs', 'matched', 'dropped', 'rejected', 'pairs/s', 'latency median [ms]',
             '95th percentile [ms]', 'of a core [%]', 'latest turn of the executor [ms]',
             '99th percentile [ms]', 'of a pair beyond its match [ms]'), rows,
             'The executor of another run, with one thread, is asked for a turn every 5 ms; what '

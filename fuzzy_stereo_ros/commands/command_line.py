@@ -147,7 +147,7 @@ def _sentence(error):
     """
     Return what an exception says in a line, without the number an OSError of the system has.
 
-    What a terminal would obey is escaped: it may stand in a file that is refused.
+    What a terminal would obey is escaped: it may stand in a file that is rejected.
     """
     said = str(error)
     if getattr(error, 'errno', None) is not None:

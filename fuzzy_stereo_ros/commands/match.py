@@ -22,7 +22,7 @@ import numpy as np
 
 HELP = 'match two images'
 DESCRIPTION = ('Match a rectified pair of images. The disparities belong to the image that\n'
-               '--reference names; a pixel that was refused is invalid (see --fill).\n'
+               '--reference names; a pixel that was rejected is invalid (see --fill).\n'
                'With --saved: match a saved pair as it was matched, and say whether the same\n'
                'comes out, bit for bit.')
 EXAMPLE = ('examples:\n'

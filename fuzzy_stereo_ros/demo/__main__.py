@@ -141,13 +141,13 @@ def _probe(listener, cameras, sequence):
 
 
 def _set_warm_start(listener, warm):
-    """Change this parameter of the node; NodeFailed where it refuses."""
+    """Change this parameter of the node; NodeFailed where it rejects."""
     client = AsyncParameterClient(listener.node, 'disparity_node')
     answer = client.set_parameters([Parameter('warm_start', value=warm)])
     listener.spin(PATIENCE, answer.done, 'the node did not take warm_start')
     result, = answer.result().results
     if not result.successful:
-        raise NodeFailed(f'the node refused warm_start: {result.reason}')
+        raise NodeFailed(f'the node rejected warm_start: {result.reason}')
 
 
 def _show(bar, phase):

@@ -18,7 +18,7 @@ import numpy as np
 ROWS, COLUMNS = 480, 640  # of the window
 STEP = 2  # pixels per frame to the right or left
 PATIENCE = 5.0  # s after which a pair that is not at work is lost
-NOT_MATCHED = 'pairs dropped', 'pairs refused'  # keys of the node's diagnostics
+NOT_MATCHED = 'pairs dropped', 'pairs rejected'  # keys of the node's diagnostics
 WAITING = 'pairs waiting'   # the one at work is among them
 
 

@@ -95,7 +95,7 @@ TUNED_SETTINGS = {
 DEFAULT = [Baseline(f'{name} default', name) for name in ALGORITHMS]
 TUNED = [Baseline(f'{name} tuned', name, tuned=True) for name in ALGORITHMS]
 REFERENCE = Baseline('3WAY tuned', '3WAY', tuned=True)      # of benchmarks that take one
-STRICTEST = Baseline('HH4 tuned, 0 refused', 'HH4', tuned=True, rejects_zero=True)
+STRICTEST = Baseline('HH4 tuned, 0 rejected', 'HH4', tuned=True, rejects_zero=True)
 
 
 @contextmanager

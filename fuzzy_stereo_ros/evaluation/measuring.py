@@ -94,7 +94,7 @@ def _run(frames, matcher, start, task):
     """
     Return a record for each mask and map of a matcher on (name, pair)s, and its last `Maps`.
 
-    No records and None where it has no result for one of them. A refusal names it and the frame.
+    No records and None where it has no result for one of them. A rejection names it and the frame.
     """
     match = matcher.begin(task, start)
     figures, times, covered, flickers, last = {}, [], [], [], None

@@ -24,7 +24,7 @@ class MatcherConfig:
     """
     What the matcher is asked to do, as a frozen value; the defaults are the profile `realtime`.
 
-    Where a sentence names algorithms, the others do not heed the number.
+    Where a sentence names algorithms, the others ignore the number.
     Make changes with `dataclasses.replace`; a value that is not allowed raises a ValueError
     that says what was given and what is allowed.
     """
@@ -37,12 +37,12 @@ class MatcherConfig:
         'left', ('left', 'right'),
         'image the disparities belong to; ROS wants left, the paper matches from the right')
     fill: bool = _switch(
-        False, 'fill refused pixels from the background; a filled pixel has confidence 0')
+        False, 'fill rejected pixels from the background; a filled pixel has confidence 0')
     confidence_threshold: float = _number(
         0.0, 0.0, 1.0, '', 'pixels of less confidence are invalid')
     speckle_size: int = _number(
         100, 0, 1000000, 'px',
-        'connected regions smaller than this are refused; 0 keeps all (realtime and '
+        'connected regions smaller than this are rejected; 0 keeps all (realtime and '
         'quality)')
     speckle_range: int = _number(
         1, 0, 255, 'px',

@@ -14,7 +14,7 @@ RECENT = 200    # pairs that medians and percentiles look back on
 # By what the keys of `counts_of` begin with: why they are lost, and what to do.
 LOSSES = {
     'pairs dropped': 'newer pairs came before they were matched, see scale and disparity_range',
-    'pairs refused': 'they cannot be matched, see the errors in the log',
+    'pairs rejected': 'they cannot be matched, see the errors in the log',
     'unmatched ': 'the other topics had not come with their stamps when newer ones came, the '
                   'stamps went back or no output was wanted any more, see queue_size and '
                   'approximate_sync',
@@ -26,14 +26,14 @@ class Diagnostics:
     """
     Publishes a level, a sentence and values in /diagnostics.
 
-    values: {key: text} as published last. refused: Counter of refused pairs by reason.
+    values: {key: text} as published last. rejected: Counter of rejected pairs by reason.
     """
 
     def __init__(self, node, now):
         """Advertise; now: s, from when rates are counted."""
         self._node = node
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 1)
-        self.values, self.refused = {}, Counter()
+        self.values, self.rejected = {}, Counter()
         self._lock, self._times, self._match = threading.Lock(), deque(maxlen=RECENT), None
         self._counted, self._counts = now, {}
 
@@ -49,10 +49,10 @@ class Diagnostics:
                 f'time of {stage}': value for stage, value in match.times.items()}})
             self._match = match
 
-    def refuse(self, reason):
+    def reject(self, reason):
         """Count a pair that was not matched, by a word for the reason; any thread."""
         with self._lock:
-            self.refused[reason] += 1
+            self.rejected[reason] += 1
 
     def close(self):
         """Advertise no longer."""
@@ -94,8 +94,8 @@ class Diagnostics:
         """Return {key: text}: times by stage, latency, and figures of the newest match."""
         with self._lock:
             times, match = list(self._times), self._match
-            figures = {f'refused: {reason}': str(count)
-                       for reason, count in sorted(self.refused.items())}
+            figures = {f'rejected: {reason}': str(count)
+                       for reason, count in sorted(self.rejected.items())}
         if match is None:
             return figures
         for name, last in times[-1].items():
@@ -141,10 +141,10 @@ def counts_of(synchroniser, pairs, lost):
     Return {key: number} of a Synchroniser and of its pairs, as in `Worker.counts`.
 
     lost: {topic: messages that the middleware lost}.
-    pairs synchronised = matched + dropped + refused + waiting.
+    pairs synchronised = matched + dropped + rejected + waiting.
     """
     counts = {'pairs synchronised': synchroniser.matched, 'pairs matched': pairs['done'],
-              'pairs dropped': pairs['dropped'], 'pairs refused': pairs['failed'],
+              'pairs dropped': pairs['dropped'], 'pairs rejected': pairs['failed'],
               'pairs waiting': pairs['pending'], 'stamps went back': synchroniser.jumps_back}
     for topic in synchroniser.topics:
         counts[f'received {topic}'] = synchroniser.received[topic]
@@ -167,10 +167,10 @@ def status_of(loading, idle, quiet, rates):
         return 'OK', idle
     if quiet:
         return 'ERROR', f'no stereo pair for {quiet:.0f} s'
-    matched, refused, dropped = (
-        rates[f'pairs {how}'] for how in ('matched', 'refused', 'dropped'))
-    if refused:
-        return ('WARN' if matched else 'ERROR'), f'refusing {refused:.1f} pairs/s'
+    matched, rejected, dropped = (
+        rates[f'pairs {how}'] for how in ('matched', 'rejected', 'dropped'))
+    if rejected:
+        return ('WARN' if matched else 'ERROR'), f'rejecting {rejected:.1f} pairs/s'
     if dropped > matched:
         return 'WARN', (f'matching {matched:.1f} pairs/s and dropping {dropped:.1f}: they come '
                         'faster than they can be matched; see scale and disparity_range')

@@ -12,7 +12,8 @@ from fuzzy_stereo_ros.node.diagnostics import (
     change_of, counts_of, Diagnostics, LOADING, LossReports)
 from fuzzy_stereo_ros.node.parameters import NodeParameters
 from fuzzy_stereo_ros.node.publications import Publications
-from fuzzy_stereo_ros.node.run_node import BROKEN, NOT_ALLOWED, REFUSED, run_node, SHUTDOWN_TIMEOUT
+from fuzzy_stereo_ros.node.run_node import (
+    BROKEN, NOT_ALLOWED, REJECTED, run_node, SHUTDOWN_TIMEOUT)
 from fuzzy_stereo_ros.node.services import Services
 from fuzzy_stereo_ros.node.subscriptions import Subscriptions, TOPICS
 from fuzzy_stereo_ros.node.worker import Worker
@@ -182,8 +183,8 @@ class DisparityNode(Node):
         reason, sentence = getattr(error, 'reason', 'match'), in_ros_words(str(error))
         if not isinstance(error, ValueError):
             reason, sentence = 'fault', f'internal error: {trace}'
-        self._diagnostics.refuse(reason)
-        self._logger_of(sentence).error(f'pair refused: {sentence}',
+        self._diagnostics.reject(reason)
+        self._logger_of(sentence).error(f'pair rejected: {sentence}',
                                         throttle_duration_sec=LOG_PERIOD)
 
     def _log_prepared(self, config, error):
@@ -205,7 +206,7 @@ class DisparityNode(Node):
                 self._active and self._ready.is_set() and self._outputs.wanted())
         except NOT_ALLOWED as error:
             if self.context.ok():
-                self._give_up(REFUSED, f'cannot subscribe: {error}')
+                self._give_up(REJECTED, f'cannot subscribe: {error}')
             return
         if self._inputs and not self._overrides_checked:
             self._overrides_checked = True      # those of the inputs are declared by now

@@ -75,7 +75,7 @@ def argument(context, row):
     value = LaunchConfiguration(row.name).perform(context)
     if isinstance(row.default, bool):
         return row.checked(TRUTH.get(value.lower(), value))
-    with suppress(ValueError):      # the check refuses it with its sentence
+    with suppress(ValueError):      # the check rejects it with its sentence
         value = type(row.default)(value)
     return row.checked(value)
 

@@ -117,7 +117,7 @@ class NodeParameters:
         try:
             presets = preset_changes(self._profile, given['profile'])
         except (ValueError, TypeError):
-            return parameters       # the check refuses it with its sentence
+            return parameters       # the check rejects it with its sentence
         return parameters + [Parameter(ros_name(name), value=value)
                              for name, value in presets.items() if ros_name(name) not in given]
 

@@ -18,7 +18,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logging_directory
 from rclpy.utilities import remove_ros_args
 
-BROKEN, REFUSED = 1, 2
+BROKEN, REJECTED = 1, 2
 NOT_ALLOWED = ValueError, RuntimeError, ParameterException     # by us, by ROS
 SHUTDOWN_TIMEOUT = 4.0      # s to wait for a match or a compilation that still runs
 LOOK_SECONDS = 0.5          # between two looks whether ROS shuts down
@@ -45,7 +45,7 @@ def run_node(node_type, arguments):
         arguments, warning = log_arguments(arguments)
         rclpy.init(args=arguments)
     except (ValueError, RuntimeError) as error:
-        return _refuse(error)
+        return _reject(error)
     try:
         # Before the node, which takes its time: an executor that is made after a signal prints a
         # traceback. Not rclpy's EventsExecutor, which takes a millisecond less for a pair: with
@@ -66,7 +66,7 @@ def run_node(node_type, arguments):
         if rclpy.ok():
             if node is not None or not isinstance(error, NOT_ALLOWED):
                 raise
-            code = _refuse(error)
+            code = _reject(error)
     ended = True
     if node is not None:
         code = max(code, node.exit_code)
@@ -82,7 +82,7 @@ def log_arguments(arguments):
     """
     Return (arguments, warning): those of a process with which ROS starts in any case.
 
-    ROS refuses to start where it cannot write files of logs. warning: '' where it can.
+    ROS does not start where it cannot write files of logs. warning: '' where it can.
     """
     reason = 'HOME is not set'
     if any(os.environ.get(name) for name in ('ROS_LOG_DIR', 'ROS_HOME', 'HOME')):
@@ -99,6 +99,6 @@ def log_arguments(arguments):
         'ROS_LOG_DIR to another folder')
 
 
-def _refuse(error):
+def _reject(error):
     sys.stderr.write(f'disparity_node cannot start: {error}\n')
-    return REFUSED
+    return REJECTED

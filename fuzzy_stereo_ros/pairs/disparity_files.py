@@ -11,7 +11,7 @@ Disparities, depth and points in files. Disparities: float32 (R, C), pixels, NaN
 
 A valid disparity is never stored as invalid: in a .png what would round to 0 becomes 1/256 px,
 and so does what sub-pixel refinement left below zero, down to -0.5 px. What lies below that or
-above 65535/256 px is refused, not bent. When reading, NaN and both infinities are invalid.
+above 65535/256 px is rejected, not bent. When reading, NaN and both infinities are invalid.
 
 Depth: float32 (R, C), metres, NaN = invalid, infinite = too far.
 

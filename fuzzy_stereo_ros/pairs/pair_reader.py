@@ -119,7 +119,7 @@ class PairReader:
         return _Plan(calibration, window, maps, missing and tuple(missing))
 
     def _remarks_on_size(self, infos, rows, columns):
-        """Return sentences on images of an unexpected size; refuse what depends on it."""
+        """Return sentences on images of an unexpected size; reject what depends on it."""
         remarks = []
         for side, info in zip(SIDES, infos):
             expected = expected_size(info)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A stereo pair as the matcher needs it, wherever it came from, and why one may be refused."""
+"""A stereo pair as the matcher needs it, wherever it came from, and why one may be rejected."""
 from dataclasses import dataclass, replace
 import re
 from typing import NamedTuple

@@ -16,7 +16,7 @@ import time
 from fuzzy_stereo_ros.pair_matcher import camera_of, MatchedPair, without_missing
 from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, kind_of
-from fuzzy_stereo_ros.replay.source import Refusal, refusal_of
+from fuzzy_stereo_ros.replay.source import Rejection, rejection_of
 
 
 @dataclass
@@ -25,7 +25,7 @@ class Stats:
     How a replay went.
 
     matched: pairs that are new; again: those matched to warm up. warm: of all these, how many
-    started from the pair before. refused: by reason; first_refusal: its sentence. remarks: on
+    started from the pair before. rejected: by reason; first_rejection: its sentence. remarks: on
     calibrations and files, by kind. milliseconds: of matching, of all. seconds: of the loop.
     logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
     stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None. segments: how
@@ -36,8 +36,8 @@ class Stats:
     matched: int = 0
     again: int = 0
     warm: int = 0
-    refused: Counter = field(default_factory=Counter)
-    first_refusal: str = ''
+    rejected: Counter = field(default_factory=Counter)
+    first_rejection: str = ''
     remarks: dict = field(default_factory=dict)
     milliseconds: float = 0.0
     seconds: float = 0.0
@@ -50,11 +50,11 @@ class Stats:
     epipolar: EpipolarCheck = field(default_factory=EpipolarCheck)
     calibration: Calibration | None = None
 
-    def refuse(self, refusal, what, log):
-        """Count and log the Refusal of what: a message, a pair, or the results of one."""
-        self.refused[refusal.reason] += 1
-        self.first_refusal = self.first_refusal or refusal.sentence
-        log(f'{what} refused: {refusal.sentence}')
+    def reject(self, rejection, what, log):
+        """Count and log the Rejection of what: a message, a pair, or the results of one."""
+        self.rejected[rejection.reason] += 1
+        self.first_rejection = self.first_rejection or rejection.sentence
+        log(f'{what} rejected: {rejection.sentence}')
 
     def note(self, remark, log):
         """Keep and log a remark, the first of its kind."""
@@ -64,7 +64,7 @@ class Stats:
 
 def match_in_order(steps, matcher):
     """
-    Yield (Step, its Match, Refusal or None) of each Step, the next being read meanwhile.
+    Yield (Step, its Match, Rejection or None) of each Step, the next being read meanwhile.
 
     matcher: a StereoMatcher.
     """
@@ -74,29 +74,29 @@ def match_in_order(steps, matcher):
             coming = reader.submit(next, steps, None)
             if step.went_back:
                 matcher.reset()
-            yield step, match_or_refuse(step.pair, matcher)
+            yield step, match_or_reject(step.pair, matcher)
 
 
-def match_or_refuse(pair, matcher):
-    """Return the Match of a StereoPair by a StereoMatcher, or a Refusal; those as they are."""
-    if pair is None or isinstance(pair, Refusal):
+def match_or_reject(pair, matcher):
+    """Return the Match of a StereoPair by a StereoMatcher, or a Rejection; those as they are."""
+    if pair is None or isinstance(pair, Rejection):
         return pair
     try:
         return matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))
     except ValueError as error:
-        return refusal_of(error)
+        return rejection_of(error)
     except Exception as error:          # noqa: B902  whatever it is, the next pair is matched
         matcher.reset()                 # which may hold half of this pair
-        return refusal_of(error)
+        return rejection_of(error)
 
 
 def replay(results, outputs, stats, stopped, log, on_pair):
     """
     Write what was matched, until the end, an error, or until it is stopped.
 
-    results: yields (Step, Match, Refusal or None). outputs: Outputs, closed in any case. stats:
+    results: yields (Step, Match, Rejection or None). outputs: Outputs, closed in any case. stats:
     Stats to be filled. stopped(): whether to stop before the next pair. log(sentence): of each
-    refused pair and each remark on a calibration. on_pair(): called after each pair.
+    rejected pair and each remark on a calibration. on_pair(): called after each pair.
     stats.error is what a damaged bag or a full disk raised.
     """
     started = time.perf_counter()
@@ -128,12 +128,12 @@ def replay(results, outputs, stats, stopped, log, on_pair):
 
 
 def _wait(writing, stats, log):
-    """Wait for what is being written; count a Refusal, keep the first error, log a further one."""
+    """Wait for what is being written; count a Rejection, keep the first error, log others."""
     try:
-        refusal = writing.result()
-        if refusal is not None:
+        rejection = writing.result()
+        if rejection is not None:
             stats.matched -= 1
-            stats.refuse(refusal, 'results', log)
+            stats.reject(rejection, 'results', log)
     except (ValueError, OSError) as error:
         if stats.error is None:
             stats.error = error
@@ -145,10 +145,10 @@ def _counted(step, outcome, config, stats, log):
     """Count a Step and return its MatchedPair, None where it was not matched."""
     if step.went_back:
         log('timestamps jumped back; matcher reset')
-    if isinstance(outcome, Refusal):
+    if isinstance(outcome, Rejection):
         what = 'message' if step.stamp is None else f'pair {step.stamp / 1e9:.3f}'
-        stats.refuse(outcome, what, log)
-    if outcome is None or isinstance(outcome, Refusal):
+        stats.reject(outcome, what, log)
+    if outcome is None or isinstance(outcome, Rejection):
         return None
     for remark in step.pair.calibration.remarks:
         stats.note(remark, log)

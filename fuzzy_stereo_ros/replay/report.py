@@ -58,7 +58,7 @@ def figures_of(stats, synchroniser, begin):
     figures = {
         'ended': ended,
         'pairs': {'matched': stats.matched, 'matched_again': stats.again, 'warm': stats.warm,
-                  'refused': dict(stats.refused)},
+                  'rejected': dict(stats.rejected)},
         'messages': {'received': synchroniser.received, 'unmatched': synchroniser.unmatched},
         'remarks': list(stats.remarks.values()),
         'last_pair': None if stats.logged is None else {
@@ -83,9 +83,9 @@ def sentences(figures, approximate):
         lines[0] += ', in {matched} segments on {workers} workers'.format(**figures['segments'])
     if pairs['matched_again']:
         lines[0] += f", {pairs['matched_again']} were matched again to warm up"
-    if pairs['refused']:
-        lines.append(f"{sum(pairs['refused'].values())} refused: " + ', '.join(
-            f'{reason} {number}' for reason, number in sorted(pairs['refused'].items())))
+    if pairs['rejected']:
+        lines.append(f"{sum(pairs['rejected'].values())} rejected: " + ', '.join(
+            f'{reason} {number}' for reason, number in sorted(pairs['rejected'].items())))
     unmatched = {topic: number for topic, number in messages['unmatched'].items() if number}
     if unmatched:
         lines.append('messages not synchronised: ' + ', '.join(
@@ -107,10 +107,10 @@ def no_pair_sentence(name, stats, synchroniser, approximate):
 
     name: of the bag. approximate: whether stamps may differ.
     """
-    refused = sum(stats.refused.values())
-    if refused:
-        return f'{name}: none of {refused} pairs could be matched; the first: ' \
-               f'{stats.first_refusal}'
+    rejected = sum(stats.rejected.values())
+    if rejected:
+        return f'{name}: none of {rejected} pairs could be matched; the first: ' \
+               f'{stats.first_rejection}'
     counts = ', '.join(f'{topic} {number}' for topic, number in synchroniser.received.items())
     sentence = f'{name}: no messages were synchronised; received: {counts}'
     silent = [topic for topic, number in synchroniser.received.items() if not number]

@@ -22,9 +22,9 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
-from fuzzy_stereo_ros.replay.loop import interruption, match_or_refuse
+from fuzzy_stereo_ros.replay.loop import interruption, match_or_reject
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
-from fuzzy_stereo_ros.replay.source import Refusal
+from fuzzy_stereo_ros.replay.source import Rejection
 from fuzzy_stereo_ros.saved_pair import versions
 
 PACKAGE = 'fuzzy_stereo_ros'
@@ -71,7 +71,7 @@ class SegmentAnswer(NamedTuple):
 
     warming: of the pairs that warmed up: (how many were matched, how many of these started from
     the pair before, milliseconds of matching). outcomes: of each other pair the Match or the
-    Refusal.
+    Rejection.
     """
 
     warming: tuple
@@ -106,7 +106,7 @@ def cut(steps):
 
 def match_in_segments(steps, cluster, stats, stopped):
     """
-    Yield (Step, its Match, Refusal or None) of each Step, matched by a Cluster.
+    Yield (Step, its Match, Rejection or None) of each Step, matched by a Cluster.
 
     stats: Stats, in which segments, workers and warming up are counted. stopped(): whether to
     end early. Raises DamagedBag, and ClusterFault where no worker answers.
@@ -131,7 +131,7 @@ def match_in_segments(steps, cluster, stats, stopped):
 def _outcomes(segment, future, cluster, stats, stopped):
     """Yield what `match_in_segments` does, of one segment; nothing where it is stopped."""
     if future is None:      # it is written already
-        yield from ((step, step.pair if isinstance(step.pair, Refusal) else None)
+        yield from ((step, step.pair if isinstance(step.pair, Rejection) else None)
                     for step in segment.steps)
         return
     answer = cluster.answer(future, stopped)
@@ -323,8 +323,8 @@ def match_segment(config, pairs, warming):
         for pair, starts_anew in pairs:
             if starts_anew:
                 matcher.reset()
-            outcomes.append(match_or_refuse(pair, matcher))
-    warmed = [one for one in outcomes[:warming] if not isinstance(one, Refusal)]
+            outcomes.append(match_or_reject(pair, matcher))
+    warmed = [one for one in outcomes[:warming] if not isinstance(one, Rejection)]
     return SegmentAnswer((len(warmed), sum(one.warm for one in warmed),
                           sum(one.times['total'] for one in warmed)), outcomes[warming:])
 

@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_json, write_whole
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, TOPICS
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, VIEWER, WARM_PAIRS
-from fuzzy_stereo_ros.replay.source import refusal_of
+from fuzzy_stereo_ros.replay.source import rejection_of
 from fuzzy_stereo_ros.views.rerun_view import RerunSink
 from fuzzy_stereo_ros.views.video import RATES, VideoSink
 
@@ -67,7 +67,7 @@ class Outputs:
         """
         Give a MatchedPair to the sinks; logged: ns, when its last message was recorded.
 
-        Returns the Refusal of a pair whose results cannot be made, None where they are written.
+        Returns the Rejection of a pair whose results cannot be made, None where they are written.
         """
         self._open()
         try:
@@ -76,7 +76,7 @@ class Outputs:
         except (ValueError, OSError):
             raise
         except Exception as error:      # noqa: B902  whatever it is, the next pair is written
-            return refusal_of(error)
+            return rejection_of(error)
         self.written, self.logged = self.written + 1, logged
         return None
 

@@ -21,7 +21,7 @@ RATED_IMAGES = 31       # whose stamps tell the rate
 RATE_WITHOUT = 10.0     # pairs per second, where the stamps tell none
 
 
-class Refusal(NamedTuple):
+class Rejection(NamedTuple):
     """Why a pair is not matched: a word for counting, and a sentence."""
 
     reason: str
@@ -34,14 +34,14 @@ class Step(NamedTuple):
 
     logged: ns, when the last message that led to it was recorded. stamp: ns, of the pair, None
     where there is none; number: which of the selected pairs it is, from 0, likewise.
-    pair: the StereoPair, or the Refusal where it cannot be read. went_back: the stamp is smaller
+    pair: the StereoPair, or the Rejection where it cannot be read. went_back: the stamp is smaller
     than that of a pair before. again: a replay that is resumed wrote the pair already.
     """
 
     logged: int
     stamp: int | None = None
     number: int | None = None
-    pair: StereoPair | Refusal | None = None
+    pair: StereoPair | Rejection | None = None
     went_back: bool = False
     again: bool = False
 
@@ -112,7 +112,7 @@ class ReplaySource:
             try:
                 found = self.synchroniser.add(message.topic, *read_stamped(message))
             except BadPair as bad:
-                yield Step(logged, pair=refusal_of(bad))
+                yield Step(logged, pair=rejection_of(bad))
                 continue
             yield from self._selected_of(logged, found)
         yield from self._selected_of(logged, self.synchroniser.finish())
@@ -139,20 +139,20 @@ class ReplaySource:
             self._went_back = False
 
     def _pair(self, messages):
-        """Return the StereoPair of a set, or its Refusal."""
+        """Return the StereoPair of a set, or its Rejection."""
         if self._infos is not None:
             messages = messages[0], self._infos[0], messages[1], self._infos[1]
         try:
             return self._read(*messages)
         except Exception as error:      # noqa: B902  whatever it is, the next pair is read
-            return refusal_of(error)
+            return rejection_of(error)
 
 
-def refusal_of(error):
-    """Return the Refusal of a pair at which an exception was raised."""
+def rejection_of(error):
+    """Return the Rejection of a pair at which an exception was raised."""
     if isinstance(error, ValueError):
-        return Refusal(getattr(error, 'reason', 'match'), str(error))
-    return Refusal('internal error', f'internal error, {type(error).__name__}: {text_of(error)}')
+        return Rejection(getattr(error, 'reason', 'match'), str(error))
+    return Rejection('internal error', f'internal error, {type(error).__name__}: {text_of(error)}')
 
 
 def _calibration(options, bags, topics):

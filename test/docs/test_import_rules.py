@@ -108,7 +108,7 @@ def imports_of(path, tree):
     return found
 
 
-def why_refused(room_name, name, inside):
+def why_rejected(room_name, name, inside):
     """Return what is wrong with importing a name in a room, or None."""
     room = ROOMS[room_name]
     top, *below = name.split('.')
@@ -149,7 +149,7 @@ def breaches(path, source):
                      f'{LONGEST_MODULE} are allowed')
     room = name_of_room(path)
     for line, name, inside in imports_of(path, ast.parse(source)):
-        reason = why_refused(room, name, inside)
+        reason = why_rejected(room, name, inside)
         if reason:
             found.append(f'{path}:{line}: {reason}')
     return found
@@ -226,14 +226,14 @@ def test_an_import_of_its_own_room_is_accepted(place, line):
     ('pair_matcher', 'from PACKAGE.node.disparity_node import main', 'outside its room'),
     ('node/disparity_node', 'import torch', 'not a library of this room'),
 ])
-def test_an_import_from_another_room_is_refused(place, line, reason):
+def test_an_import_from_another_room_is_rejected(place, line, reason):
     (breach,) = breaches_of(place, line)
     assert breach.endswith(reason)
 
 
 @pytest.mark.parametrize('name', [
     'utils.py', 'image_helpers.py', 'pairs/common.py', 'base/parts.py', 'manager.py'])
-def test_a_module_name_that_says_nothing_is_refused(name):
+def test_a_module_name_that_says_nothing_is_rejected(name):
     (breach,) = breaches(f'{PACKAGE}/{name}', made_source())
     assert 'says nothing' in breach
 
@@ -248,7 +248,7 @@ def test_a_module_may_have_400_lines_and_no_more():
 @pytest.mark.parametrize('source', [
     '', 'import os\n', SPDX_LINES[0] + '\n', '\n' + made_source(),
     '\n'.join(reversed(SPDX_LINES))])
-def test_a_file_without_the_spdx_lines_at_its_start_is_refused(source):
+def test_a_file_without_the_spdx_lines_at_its_start_is_rejected(source):
     for path in (f'{PACKAGE}/flat.py', 'test/unit/node/test_worker.py', 'setup.py'):
         (breach,) = breaches(path, source)
         assert 'SPDX' in breach

@@ -40,7 +40,7 @@ def keyword(node, name):
     return next((word.value for word in node.keywords if word.arg == name), None)
 
 
-def why_refused(path, node):
+def why_rejected(path, node):
     """Return what is wrong with a call, or None."""
     name = called(node)
     if name in CALLS or name.startswith(BEGINNINGS):
@@ -72,7 +72,7 @@ def breaches(path, source):
             names = [node.module or '']
         found += [f'imports {name}' for name in names if name.split('.')[0] in MODULES]
         if isinstance(node, ast.Call):
-            found += filter(None, [why_refused(path, node)])
+            found += filter(None, [why_rejected(path, node)])
     return found
 
 

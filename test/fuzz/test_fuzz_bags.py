@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever bytes stand in a bag: what is whole is read, and the rest refused with a sentence."""
+"""Whatever bytes stand in a bag: what is whole is read, and the rest rejected with a sentence."""
 from contextlib import closing, contextmanager, suppress
 import resource
 import sqlite3
@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
 from fuzzy_stereo_ros.replay.options import ReplayOptions
-from fuzzy_stereo_ros.replay.source import Refusal, ReplaySource
+from fuzzy_stereo_ros.replay.source import Rejection, ReplaySource
 from hypothesis import given, strategies as st
 from made_bags import FORMATS, scene, TOPICS, write_bag
 import pytest
@@ -60,14 +60,14 @@ def read_all(path):
                 with suppress(BadPair):
                     _, latest[message.topic] = read_stamped(message)
                     read += 1
-                # What a bag defines otherwise than ROS lacks fields: a replay refuses such pairs.
+                # What a bag defines otherwise than ROS lacks fields: a replay rejects such pairs.
                 with suppress(BadPair, AttributeError, TypeError):
                     if len(latest) == len(TOPICS):
                         reader.read(*map(latest.get, TOPICS))
     except DamagedBag as damage:
         assert f'{path} is damaged: ' in str(damage)
-    except ValueError as refusal:
-        assert str(path) in str(refusal)
+    except ValueError as rejection:
+        assert str(path) in str(rejection)
     return read
 
 
@@ -80,7 +80,7 @@ def test_a_whole_bag_is_read_to_its_end(bags, tmp_path, form):
 
 @pytest.mark.parametrize('form', ['mcap', 'ros1'])
 @pytest.mark.parametrize('field', [b' encoding', b' height'])
-def test_pairs_of_types_that_the_bag_defines_otherwise_are_refused(bags, tmp_path, form, field):
+def test_pairs_of_types_that_the_bag_defines_otherwise_are_rejected(bags, tmp_path, form, field):
     path = tmp_path / FILES[form]
     path.write_bytes(bags[form].replace(field, field[:-1] + b'Q'))
     if form == 'ros1':      # rosbags compares a checksum of the definition
@@ -89,11 +89,11 @@ def test_pairs_of_types_that_the_bag_defines_otherwise_are_refused(bags, tmp_pat
     with BagReader([path]) as bag:
         source = ReplaySource(ReplayOptions(
             bags=(path,), config=MatcherConfig(), output='out', settings=SETTINGS), bag)
-        assert {type(step.pair) for step in source.steps()} == {Refusal}
+        assert {type(step.pair) for step in source.steps()} == {Rejection}
 
 
 @pytest.mark.parametrize('form', FORMATS)
-def test_a_bag_of_any_bytes_is_read_as_far_as_it_goes_or_refused(
+def test_a_bag_of_any_bytes_is_read_as_far_as_it_goes_or_rejected(
         bags, tmp_path, form, little_memory):
     path = tmp_path / FILES[form]
 
@@ -124,7 +124,7 @@ def described(bags, tmp_path):
 
 @examples(60)
 @given(data=st.data())
-def test_a_folder_with_any_description_is_read_or_refused(bags, described, data):
+def test_a_folder_with_any_description_is_read_or_rejected(bags, described, data):
     read_all(described(data.draw(
         st.one_of(damaged(bags['metadata.yaml']), st.binary(max_size=60)))))
 
@@ -139,7 +139,7 @@ def leaves(tree, path=()):
 
 @examples(60)
 @given(data=st.data())
-def test_a_folder_described_by_any_values_is_read_or_refused(bags, described, data):
+def test_a_folder_described_by_any_values_is_read_or_rejected(bags, described, data):
     description = yaml.safe_load(bags['metadata.yaml'])
     *way, last = data.draw(st.sampled_from(leaves(description)))
     place = description
@@ -151,7 +151,7 @@ def test_a_folder_described_by_any_values_is_read_or_refused(bags, described, da
 
 
 @pytest.mark.parametrize('key, value, read', [('files', 'x', 12), ('message_count', 1.5, 0)])
-def test_a_value_that_rosbags_takes_unseen_of_a_description_is_no_obstacle_or_refused(
+def test_a_value_that_rosbags_takes_unseen_of_a_description_is_no_obstacle_or_rejected(
         bags, described, key, value, read):
     description = yaml.safe_load(bags['metadata.yaml'])
     description['rosbag2_bagfile_information'][key] = value
@@ -173,7 +173,7 @@ def any_values(path, table):
 
 @examples(60)
 @given(data=st.data())
-def test_a_database_with_any_values_is_read_or_refused(bags, tmp_path, data):
+def test_a_database_with_any_values_is_read_or_rejected(bags, tmp_path, data):
     path = tmp_path / FILES['sqlite3']
     path.write_bytes(bags['sqlite3'])
     table = data.draw(st.sampled_from(['topics', 'messages', 'message_definitions', 'schema']))
@@ -191,7 +191,7 @@ def test_a_database_with_any_values_is_read_or_refused(bags, tmp_path, data):
     ('messages', 'timestamp', -1, 'a message has no content or no time'),
     ('messages', 'data', None, 'a message has no content or no time'),
 ])
-def test_a_value_that_rosbags_takes_unseen_of_a_database_is_refused(
+def test_a_value_that_rosbags_takes_unseen_of_a_database_is_rejected(
         bags, tmp_path, table, column, value, words):
     path = tmp_path / FILES['sqlite3']
     path.write_bytes(bags['sqlite3'])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever bytes stand in a file: it is read, or refused as a ValueError that names it."""
+"""Whatever bytes stand in a file: it is read, or rejected as a ValueError that names it."""
 import io
 import json
 
@@ -43,8 +43,8 @@ def header_of(kind, shape):
     return stored.getvalue() + bytes(8)
 
 
-def refused(read, path):
-    """Return what a file gives; None where it is refused by name, in one line of its own."""
+def rejected(read, path):
+    """Return what a file gives; None where it is rejected by name, in one line of its own."""
     try:
         return read(path)
     except ValueError as error:
@@ -63,9 +63,9 @@ IMAGES = {suffix: cv2.imencode(suffix, noise(6, 9))[1].tobytes() for suffix in S
 
 @examples(150)
 @given(data=st.data(), suffix=st.sampled_from(SUFFIXES))
-def test_an_image_file_of_any_bytes_is_read_or_refused(tmp_path, data, suffix):
+def test_an_image_file_of_any_bytes_is_read_or_rejected(tmp_path, data, suffix):
     content = data.draw(st.one_of(damaged(IMAGES[suffix]), st.binary(max_size=60)))
-    image = refused(read_image, written(tmp_path, f'image{suffix}', content))
+    image = rejected(read_image, written(tmp_path, f'image{suffix}', content))
     assert image is None or image.dtype in (np.uint8, np.uint16)
 
 
@@ -76,9 +76,9 @@ MAPS = {'.pfm': encode_pfm(MAP), '.npy': encode_numpy(MAP), '.npz': archive(one=
 @examples(200)
 @given(data=st.data(), suffix=st.sampled_from(sorted(MAPS)),
        read=st.sampled_from([read_disparity, read_depth]))
-def test_a_map_of_any_bytes_is_read_or_refused(tmp_path, data, suffix, read):
+def test_a_map_of_any_bytes_is_read_or_rejected(tmp_path, data, suffix, read):
     content = data.draw(st.one_of(damaged(MAPS[suffix]), st.binary(max_size=60)))
-    values = refused(read, written(tmp_path, f'map{suffix}', content))
+    values = rejected(read, written(tmp_path, f'map{suffix}', content))
     assert values is None or values.dtype == np.float32 and values.ndim == 2
 
 
@@ -88,8 +88,8 @@ def test_a_map_of_any_bytes_is_read_or_refused(tmp_path, data, suffix, read):
     ('map.pfm', b'Pf\n3 ' + b'9' * 5000 + b'\n-1\n')],
     ids=['npy larger than any memory', 'npy', 'pfm', 'pfm of 5000 digits'])
 @pytest.mark.parametrize('read', [read_disparity, read_depth])
-def test_a_size_that_is_only_said_is_refused(tmp_path, name, content, read):
-    assert refused(read, written(tmp_path, name, content)) is None
+def test_a_size_that_is_only_said_is_rejected(tmp_path, name, content, read):
+    assert rejected(read, written(tmp_path, name, content)) is None
 
 
 @pytest.fixture(scope='module')
@@ -104,17 +104,17 @@ def calibrations(tmp_path_factory):
 
 @examples(150)
 @given(data=st.data(), suffix=st.sampled_from(['.yaml', '.txt']))
-def test_a_calibration_of_any_bytes_is_read_or_refused(tmp_path, calibrations, data, suffix):
+def test_a_calibration_of_any_bytes_is_read_or_rejected(tmp_path, calibrations, data, suffix):
     content = data.draw(st.one_of(
         damaged(calibrations[suffix]), st.binary(max_size=60),
         PLAIN.map(lambda plain: json.dumps(plain).encode())))
     path = written(tmp_path, f'calibration{suffix}', content)
-    refused(lambda one: read_calibration_files([one]), path)
+    rejected(lambda one: read_calibration_files([one]), path)
 
 
 @examples(150)
 @given(data=st.data())
-def test_a_calibration_with_any_value_under_any_name_is_read_or_refused(
+def test_a_calibration_with_any_value_under_any_name_is_read_or_rejected(
         tmp_path, calibrations, data):
     content = read_yaml(calibrations['.yaml'])
     name = data.draw(st.sampled_from(sorted(content)))
@@ -124,7 +124,7 @@ def test_a_calibration_with_any_value_under_any_name_is_read_or_refused(
         content[name] = data.draw(PLAIN)
     text = json.dumps(content).replace('Infinity', '.inf').replace('NaN', '.nan')
     path = written(tmp_path, 'right.yaml', text.encode())
-    refused(lambda one: read_calibration_files([one]), path)
+    rejected(lambda one: read_calibration_files([one]), path)
 
 
 # ---- YAML ----
@@ -142,17 +142,17 @@ MERGED = 'a0: &a0 {x: 1}\n' + ''.join(
     (b'\xff\xfe\x00', ''), ('!!int ""', '')],
     ids=['laughs', 'merged', 'deep', 'timestamp', 'month', 'object', 'syntax', 'utf-16',
          'integer'])
-def test_yaml_that_is_none_or_too_much_is_refused_in_one_line(text, words):
-    with pytest.raises(ValueError) as refusal:
+def test_yaml_that_is_none_or_too_much_is_rejected_in_one_line(text, words):
+    with pytest.raises(ValueError) as rejection:
         read_yaml(text)
-    assert words in str(refusal.value)
-    assert str(refusal.value) and '\n' not in str(refusal.value)
+    assert words in str(rejection.value)
+    assert str(rejection.value) and '\n' not in str(rejection.value)
 
 
 @examples(200)
 @given(st.one_of(st.text(max_size=60), st.binary(max_size=60), st.text(
     '{}[]&*a!:,-?|>\n "\'<%#', max_size=25)))
-def test_any_text_is_yaml_or_is_refused(text):
+def test_any_text_is_yaml_or_is_rejected(text):
     try:
         read_yaml(text)
     except ValueError as error:
@@ -187,16 +187,16 @@ def place(saved, tmp_path_factory):
 
 @examples(120)
 @given(data=st.data())
-def test_a_saved_pair_with_a_file_of_any_bytes_is_read_or_refused(saved, place, data):
+def test_a_saved_pair_with_a_file_of_any_bytes_is_read_or_rejected(saved, place, data):
     name = data.draw(st.sampled_from(sorted(saved)))
     content = data.draw(damaged(saved[name]))
-    refused(read_saved_pair, place(name, content))
+    rejected(read_saved_pair, place(name, content))
 
 
 @examples(150)
 @given(data=st.data())
-def test_a_saved_pair_with_any_value_in_a_record_is_read_or_refused(saved, place, data):
+def test_a_saved_pair_with_any_value_in_a_record_is_read_or_rejected(saved, place, data):
     name = data.draw(st.sampled_from(sorted(each for each in saved if each.endswith('.json'))))
     record = json.loads(saved[name])
     record[data.draw(st.sampled_from(sorted(record)))] = data.draw(PLAIN)
-    refused(read_saved_pair, place(name, json.dumps(record).encode()))
+    rejected(read_saved_pair, place(name, json.dumps(record).encode()))

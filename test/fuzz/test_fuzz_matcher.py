@@ -28,16 +28,16 @@ EDGES = [0, 1, 127, 128, 254, 255, 256, 2**15, 2**16 - 1]
 def noise(kind, shape, seed):
     """Return an array of random bytes, so of any values of its kind, NaN and infinite as well."""
     size = math.prod(shape) * np.dtype(kind).itemsize
-    chance = np.random.default_rng(seed)
-    return np.frombuffer(chance.bytes(size), kind).reshape(shape)
+    random = np.random.default_rng(seed)
+    return np.frombuffer(random.bytes(size), kind).reshape(shape)
 
 
 def edges(kind, shape, seed):
     """Return an array of the extremes of whole numbers, where it has a kind of them."""
     if np.dtype(kind).kind not in 'iu':
         return noise(kind, shape, seed)
-    chance = np.random.default_rng(seed)
-    return chance.choice(EDGES, shape).astype(kind)
+    random = np.random.default_rng(seed)
+    return random.choice(EDGES, shape).astype(kind)
 
 
 def spread(array, steps):
@@ -94,7 +94,7 @@ def assert_sound(match, shape, config):
 @examples(120)
 @given(configs(), KINDS, SHAPES, STEPS, st.sampled_from([noise, edges]), st.booleans(),
        st.data())
-def test_arrays_of_any_kind_are_matched_or_refused(
+def test_arrays_of_any_kind_are_matched_or_rejected(
         config, kind, shape, steps, make, odd, data):
     left = make(kind, shape, 0)
     other_kind, other_shape = data.draw(st.one_of(
@@ -107,8 +107,8 @@ def test_arrays_of_any_kind_are_matched_or_refused(
     matcher = StereoMatcher(config)
     try:
         matches = [matcher.match(*given_pair) for _ in range(2)]
-    except ValueError as refusal:
-        assert str(refusal).isprintable() and ' ' in str(refusal)
+    except ValueError as rejection:
+        assert str(rejection).isprintable() and ' ' in str(rejection)
         assert left.dtype not in (np.uint8, np.uint16) or left.shape != right.shape \
             or left.dtype != right.dtype or left.ndim not in (2, 3) \
             or left.shape[-1] not in (1, 3) and left.ndim == 3 or min(left.shape[:2]) < 2 \
@@ -131,7 +131,7 @@ def test_images_of_more_pixels_than_can_be_numbered_take_no_memory(shape):
 
 @pytest.mark.parametrize('stamp', [1.5, math.nan, 'now', b'1', [1], np.datetime64(5, 'ns')])
 @pytest.mark.parametrize('profile', PROFILES)
-def test_a_stamp_that_is_no_whole_number_is_refused_and_the_next_frame_is_warm(stamp, profile):
+def test_a_stamp_that_is_no_whole_number_is_rejected_and_the_next_frame_is_warm(stamp, profile):
     matcher = StereoMatcher(MatcherConfig.from_profile(
         profile, disparities=8, generations=1, threads=1))
     image = noise(np.uint8, (20, 30), 0)
@@ -164,11 +164,11 @@ VALUES = st.one_of(
 
 @examples(400)
 @given(st.dictionaries(st.sampled_from(NAMES), VALUES, max_size=3))
-def test_a_configuration_takes_a_value_or_refuses_it_by_name(changes):
+def test_a_configuration_takes_a_value_or_rejects_it_by_name(changes):
     try:
         config = MatcherConfig(**changes)
-    except ValueError as refusal:
-        name, rest = str(refusal).split(' is ', 1)
+    except ValueError as rejection:
+        name, rest = str(rejection).split(' is ', 1)
         assert name in changes
         assert '; allowed are ' in rest
         return
@@ -182,11 +182,11 @@ def test_a_configuration_takes_a_value_or_refuses_it_by_name(changes):
 @examples(60)
 @given(st.one_of(VALUES, st.sampled_from(sorted(PROFILES))), st.dictionaries(
     st.one_of(st.sampled_from(NAMES), st.text(max_size=5)), VALUES, max_size=2))
-def test_a_profile_is_known_or_refused(name, changes):
+def test_a_profile_is_known_or_rejected(name, changes):
     try:
         config = MatcherConfig.from_profile(name, **changes)
-    except ValueError as refusal:
-        assert 'allowed are' in str(refusal) or 'no parameter is called' in str(refusal)
+    except ValueError as rejection:
+        assert 'allowed are' in str(rejection) or 'no parameter is called' in str(rejection)
         return
     assert isinstance(name, str) and name in PROFILES
     assert isinstance(config, MatcherConfig)
@@ -197,12 +197,12 @@ ROWS = ROS_PARAMETERS
 
 @examples(400)
 @given(st.sampled_from(ROWS), VALUES)
-def test_a_row_of_the_table_takes_a_value_of_its_type_or_refuses_it(row, value):
+def test_a_row_of_the_table_takes_a_value_of_its_type_or_rejects_it(row, value):
     try:
         taken = row.checked(value)
-    except ValueError as refusal:
-        assert str(refusal).startswith(f'{row.name} is ')
-        assert '; allowed are ' in str(refusal)
+    except ValueError as rejection:
+        assert str(rejection).startswith(f'{row.name} is ')
+        assert '; allowed are ' in str(rejection)
         return
     assert type(taken) is type(row.default)
     assert taken == value

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever stands in any field of a message: it is read, or refused as BadPair."""
+"""Whatever stands in any field of a message: it is read, or rejected as BadPair."""
 import math
 import struct
 from types import SimpleNamespace
@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.pairs.result_messages import (
     fill_camera_info, fill_disparity, fill_image, fill_points)
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
-from made_messages import compressed, image, noise, refusal_of
+from made_messages import compressed, image, noise, rejection_of
 from message_stand_ins import (
     camera_info_stand_in, cloud_stand_in, disparity_stand_in, image_stand_in, made_match,
     read_values)
@@ -26,21 +26,21 @@ import numpy as np
 import pytest
 
 
-def read_or_refused(read, *arguments):
+def read_or_rejected(read, *arguments):
     """Return what a call gives; None where it raises a BadPair of one printable line."""
     try:
         return read(*arguments)
-    except BadPair as refusal:
-        assert refusal.reason in ('encoding', 'size', 'calibration', 'damaged message')
-        assert str(refusal).isprintable()
-        assert len(str(refusal)) < 700
+    except BadPair as rejection:
+        assert rejection.reason in ('encoding', 'size', 'calibration', 'damaged message')
+        assert str(rejection).isprintable()
+        assert len(str(rejection)) < 700
         return None
 
 
 @examples(300)
 @given(IMAGES)
-def test_an_image_of_any_fields_is_read_within_its_data_or_refused(message):
-    read = read_or_refused(read_image, message)
+def test_an_image_of_any_fields_is_read_within_its_data_or_rejected(message):
+    read = read_or_rejected(read_image, message)
     if read is not None:
         assert read.dtype in (np.uint8, np.uint16)
         assert read.flags.c_contiguous
@@ -51,9 +51,9 @@ def test_an_image_of_any_fields_is_read_within_its_data_or_refused(message):
 
 @examples(200)
 @given(INFOS, INFOS)
-def test_calibrations_of_any_fields_are_finite_or_refused(left, right):
+def test_calibrations_of_any_fields_are_finite_or_rejected(left, right):
     assert content_of(left) == content_of(left)
-    calibration = read_or_refused(read_calibration, left, right)
+    calibration = read_or_rejected(read_calibration, left, right)
     if calibration is not None:
         assert_usable(calibration)
 
@@ -85,7 +85,7 @@ def filled(pair):
 
 def assert_read_and_filled(messages, reader):
     rectify, crop, scale = reader
-    pair = read_or_refused(PairReader(rectify, crop, scale).read, *messages)
+    pair = read_or_rejected(PairReader(rectify, crop, scale).read, *messages)
     if pair is None:
         return
     assert pair.left.shape[:2] == pair.right.shape[:2]
@@ -99,14 +99,14 @@ def assert_read_and_filled(messages, reader):
 
 @examples(250)
 @given(IMAGES, INFOS, IMAGES, INFOS, READERS)
-def test_a_pair_of_any_four_messages_is_read_and_answered_or_refused(
+def test_a_pair_of_any_four_messages_is_read_and_answered_or_rejected(
         left, left_info, right, right_info, reader):
     assert_read_and_filled((left, left_info, right, right_info), reader)
 
 
 @examples(300)
 @given(BENT_INFOS, BENT_INFOS, READERS)
-def test_a_calibration_with_any_number_in_any_place_is_used_or_refused(left, right, reader):
+def test_a_calibration_with_any_number_in_any_place_is_used_or_rejected(left, right, reader):
     picture = image(noise(ROWS, COLUMNS), 'mono8')
     assert_read_and_filled((picture, left, picture, right), reader)
 
@@ -116,8 +116,8 @@ def test_a_calibration_with_any_number_in_any_place_is_used_or_refused(left, rig
 
 @examples(300)
 @given(FILES, FORMATS)
-def test_a_compressed_image_of_any_bytes_is_read_or_refused(content, form):
-    read = read_or_refused(read_image, compressed(content, form))
+def test_a_compressed_image_of_any_bytes_is_read_or_rejected(content, form):
+    read = read_or_rejected(read_image, compressed(content, form))
     if read is not None:
         assert read.dtype in (np.uint8, np.uint16)
         assert read.size <= 3 * PIXELS_OF_BYTE * len(content)
@@ -130,10 +130,10 @@ def test_a_compressed_image_of_any_bytes_is_read_or_refused(content, form):
     ids=['png huge', 'png', 'jpeg huge', 'jpeg', 'progressive jpeg', 'bomb'])
 def test_a_size_that_is_only_said_takes_no_memory(content, monkeypatch):
     monkeypatch.setattr(cv2, 'imdecode', lambda *_: pytest.fail('it was decoded'))
-    refusal = refusal_of(read_image, compressed(content))
-    assert refusal.reason == 'size'
+    rejection = rejection_of(read_image, compressed(content))
+    assert rejection.reason == 'size'
     most = min(MOST_PIXELS, PIXELS_OF_BYTE * len(content))
-    assert f'by its header; {len(content)} bytes may hold {most} pixels' in str(refusal)
+    assert f'by its header; {len(content)} bytes may hold {most} pixels' in str(rejection)
 
 
 @pytest.mark.parametrize('options', [
@@ -148,13 +148,13 @@ def test_a_large_image_of_one_grey_is_no_lie(options):
 
 @examples(100)
 @given(st.data())
-def test_a_jpeg_that_is_cut_anywhere_is_refused_and_one_that_is_padded_is_read(data):
+def test_a_jpeg_that_is_cut_anywhere_is_rejected_and_one_that_is_padded_is_read(data):
     thumbnail = cv2.imencode('.jpg', noise(8, 8))[1].tobytes()
     whole = cv2.imencode('.jpg', noise(ROWS, COLUMNS))[1].tobytes()
     whole = (whole[:2] + b'\xff\xe1' + struct.pack('>H', len(thumbnail) + 2) + thumbnail
              + whole[2:])
     kept = data.draw(st.integers(0, len(whole) - 1))
-    refusal_of(read_image, compressed(whole[:kept] + bytes(data.draw(st.sampled_from([0, 9])))))
+    rejection_of(read_image, compressed(whole[:kept] + bytes(data.draw(st.sampled_from([0, 9])))))
     padding = data.draw(st.binary(max_size=40))
     np.testing.assert_array_equal(
         read_image(compressed(whole + padding)), read_image(compressed(whole)))

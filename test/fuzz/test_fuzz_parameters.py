@@ -46,7 +46,7 @@ def same(one, other):
     return repr(one) == repr(other)     # NaN is like itself
 
 
-def test_any_values_are_set_all_at_once_or_refused_with_a_reason(bench):
+def test_any_values_are_set_all_at_once_or_rejected_with_a_reason(bench):
     first = dict(zip(NAMES, bench.parameters(*NAMES)))
     changeable = {name: first[name] for name in NAMES if not bench.descriptor(name).read_only}
 

@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.replay.sinks import BagSink
 from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
 import numpy as np
 import pytest
-from replayed import figures, INTERRUPTED, matches, refusal, replay, RESTRICTED, run, TERMINATED
+from replayed import figures, INTERRUPTED, matches, rejection, replay, RESTRICTED, run, TERMINATED
 
 
 @pytest.fixture
@@ -209,7 +209,7 @@ def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form, name, l
     place = whole.index(pairs[30].left.tobytes()[:64]) + 9000
     whole[place:place + length] = b'\xff' * length
     file.write_bytes(whole)
-    sentence = refusal(capsys, path.name)
+    sentence = rejection(capsys, path.name)
     found = disparities(folder / 'out')
     assert 10 < len(found) <= 30
     assert list(found) == stamps(len(found))
@@ -268,7 +268,7 @@ def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(
     options = ['--format', storage]
     monkeypatch.setattr(bag_writing, 'PART_BYTES', 2**20)
     monkeypatch.setattr(BagWriter, '_write', limited)
-    sentence = refusal(capsys, 'bag', options=options)
+    sentence = rejection(capsys, 'bag', options=options)
     left = len(disparities(folder / 'out'))
     assert 10 < left < 20
     assert sentence.startswith('out cannot be written any further: No space left on device')
@@ -325,7 +325,7 @@ def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, 
 
     write_bag(folder / 'bag')
     monkeypatch.setattr(replay_sinks, 'write_disparity', without_room)
-    assert 'No space left on device' in refusal(capsys, 'bag', options=['--files', *options])
+    assert 'No space left on device' in rejection(capsys, 'bag', options=['--files', *options])
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     assert replay('bag', options=['--files', *options, '--resume']) == 0
@@ -335,29 +335,29 @@ def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, 
 
 def test_a_folder_that_cannot_be_made_is_told_as_that(folder, capsys):
     write_bag(folder / 'bag')
-    assert refusal(capsys, 'bag', output='/proc/out') == (
+    assert rejection(capsys, 'bag', output='/proc/out') == (
         '/proc/out cannot be made: No such file or directory')
 
 
-def test_options_that_differ_from_those_of_before_are_refused(folder, capsys, interrupt):
+def test_options_that_differ_from_those_of_before_are_rejected(folder, capsys, interrupt):
     write_bag(folder / 'bag')
     interrupt(3)
     assert replay('bag') == INTERRUPTED
     interrupt(None)
-    sentence = refusal(capsys, 'bag', disparities=20, options=['--resume', '--every', 2])
+    sentence = rejection(capsys, 'bag', disparities=20, options=['--resume', '--every', 2])
     assert sentence == ('--resume goes on with the options of before; different are every (1, '
                         'now 2), disparities (16, now 20)')
     assert figures(capsys, 'bag', options=['--resume', '--threads', 1])['pairs']['matched'] == 3
 
 
-def test_a_bag_in_which_the_last_pairs_are_missing_is_refused(folder, capsys, interrupt):
+def test_a_bag_in_which_the_last_pairs_are_missing_is_rejected(folder, capsys, interrupt):
     write_bag(folder / 'bag')
     interrupt(3)
     assert replay('bag') == INTERRUPTED
     interrupt(None)
     (folder / 'other').mkdir()
     write_bag(folder / 'other' / 'bag', first=20)
-    assert refusal(capsys, 'other/bag', options=['--resume']) == (
+    assert rejection(capsys, 'other/bag', options=['--resume']) == (
         '--resume: the last pairs in out are not in other/bag')
     assert list(disparities(folder / 'out')) == stamps(3)
 
@@ -366,7 +366,7 @@ def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder
     write_bag(folder / 'bag')
     write_bag(folder / 'short', pairs=scene(2))
     assert replay('bag') == 0
-    assert refusal(capsys, 'short') == (
+    assert rejection(capsys, 'short') == (
         'out exists; give another folder, --overwrite or --resume')
     assert len(disparities(folder / 'out')) == 6
     assert replay('short', options=['--overwrite']) == 0
@@ -374,14 +374,14 @@ def test_an_output_is_replaced_only_where_it_is_one_and_that_is_asked_for(folder
     (folder / 'mine').mkdir()
     (folder / 'mine' / 'letter.txt').write_text('dear')
     for options in ([], ['--overwrite'], ['--resume']):
-        assert 'mine exists' in refusal(capsys, 'bag', output='mine', options=options)
+        assert 'mine exists' in rejection(capsys, 'bag', output='mine', options=options)
     assert (folder / 'mine' / 'letter.txt').read_text() == 'dear'
     (folder / 'mine' / 'letter.txt').unlink()
     assert replay('bag', output='mine') == 0
-    assert '--resume finds nothing to continue in new' in refusal(
+    assert '--resume finds nothing to continue in new' in rejection(
         capsys, 'bag', output='new', options=['--resume'])
-    assert 'give one of them' in refusal(capsys, 'bag', options=['--resume', '--overwrite'])
-    assert 'there is no folder missing' in refusal(capsys, 'bag', output='missing/out')
+    assert 'give one of them' in rejection(capsys, 'bag', options=['--resume', '--overwrite'])
+    assert 'there is no folder missing' in rejection(capsys, 'bag', output='missing/out')
 
 
 def test_replacing_an_output_leaves_alone_what_others_put_beside_it(folder):
@@ -406,7 +406,7 @@ def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, capsys, monkeyp
     (folder / 'place').mkdir()
     (folder / 'link').symlink_to('place')
     monkeypatch.chdir(folder / 'place')
-    refusal(capsys, '../bad', output=output)
+    rejection(capsys, '../bad', output=output)
     assert list((folder / 'place').iterdir()) == []
     for options in ([], ['--overwrite'], ['--resume']):
         assert replay('../bag', output=output, options=options) == 0
@@ -418,18 +418,18 @@ def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, capsys, monkeyp
 def test_an_output_never_replaces_what_is_read(folder, capsys):
     write_bag(folder / 'bag')
     assert replay('bag', options=['--keep']) == 0
-    assert refusal(capsys, 'out', options=['--overwrite']) == (
+    assert rejection(capsys, 'out', options=['--overwrite']) == (
         '--output is out, which holds the input out')
-    assert refusal(capsys, 'out/out_0.mcap', options=['--overwrite']) == (
+    assert rejection(capsys, 'out/out_0.mcap', options=['--overwrite']) == (
         '--output is out, which holds the input out/out_0.mcap')
 
 
 @pytest.mark.parametrize('content', ['{', '[1]', '[' * 100_000])
-def test_a_damaged_record_is_refused(folder, capsys, content):
+def test_a_damaged_record_is_rejected(folder, capsys, content):
     write_bag(folder / 'bag')
     assert replay('bag') == 0
     (folder / 'out' / 'replay.json').write_text(content)
-    assert 'replay.json is damaged; begin anew with --overwrite' in refusal(
+    assert 'replay.json is damaged; begin anew with --overwrite' in rejection(
         capsys, 'bag', options=['--resume'])
 
 

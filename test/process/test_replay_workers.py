@@ -15,7 +15,7 @@ from made_bags import (
     write_torn_bag)
 import numpy as np
 import pytest
-from replayed import figures, refusal, replay
+from replayed import figures, rejection, replay
 from repository import ROOT
 
 PAIRS = 2 * SEGMENT_PAIRS + 20
@@ -36,14 +36,14 @@ if __name__ == '__main__':
 HALTING = """\
 import threading
 from fuzzy_stereo_ros.replay import segments
-match, pairs = segments.match_or_refuse, []
+match, pairs = segments.match_or_reject, []
 def halting(pair, matcher):
     pairs.append(None)
     if len(pairs) == 30:
         print('in the middle', flush=True)
         threading.Event().wait()
     return match(pair, matcher)
-segments.match_or_refuse = halting
+segments.match_or_reject = halting
 """
 
 
@@ -63,7 +63,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def in_segments(pairs, times=None, refused=(), length=SEGMENT_PAIRS):
+def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS):
     """Return the float32 (R, C) of each DisparityImage, as a matcher finds them by itself."""
     times, found = times or stamps(len(pairs)), []
     for begin in range(0, len(pairs), length):
@@ -71,7 +71,7 @@ def in_segments(pairs, times=None, refused=(), length=SEGMENT_PAIRS):
         for number in range(max(begin - WARM_PAIRS, 0), min(begin + length, len(pairs))):
             if number and times[number] < times[number - 1]:
                 matcher.reset()
-            if number in refused:
+            if number in rejected:
                 continue
             match = matcher.match(pairs[number].left, pairs[number].right, times[number])
             if number >= begin:
@@ -126,7 +126,7 @@ def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys
     write_bag(folder / 'bag', pairs=pairs, change=spoil)
     plain = figures(capsys, 'bag', output='plain')
     found = figures(capsys, 'bag', options=['--scheduler', cluster.address])
-    assert found['pairs']['refused'] == plain['pairs']['refused'] == {'encoding': 1, 'match': 1}
+    assert found['pairs']['rejected'] == plain['pairs']['rejected'] == {'encoding': 1, 'match': 1}
     assert found['remarks'] == plain['remarks']
     assert found['pairs']['matched'] == len(pairs) - 2
     assert found['pairs']['matched_again'] == WARM_PAIRS - 2
@@ -134,8 +134,8 @@ def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys
     assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
     told = capsys.readouterr().err
     assert 'timestamps jumped back; matcher reset' in told
-    assert f'pair {times[narrow] / 1e9:.3f} refused: ' in told
-    assert f'pair {times[nonsense] / 1e9:.3f} refused: left image: encoding is' in told
+    assert f'pair {times[narrow] / 1e9:.3f} rejected: ' in told
+    assert f'pair {times[nonsense] / 1e9:.3f} rejected: left image: encoding is' in told
 
 
 def test_what_is_chosen_and_copied_is_where_it_is_without_workers(folder, cluster):
@@ -187,7 +187,7 @@ def test_two_workers_that_are_interrupted_and_one_that_goes_on_find_the_same(fol
         f'{((SEGMENT_PAIRS + later - 1) * STEP + 3) / 1e9:.3f} s into the bag; --resume goes on']
     expected = in_segments(pairs)
     assert_same(written(folder / 'out'), expected[:SEGMENT_PAIRS + later])
-    assert refusal(capsys, 'bag', options=['--resume']) == (
+    assert rejection(capsys, 'bag', options=['--resume']) == (
         '--resume goes on with the options of before; different are segments '
         f'({SEGMENT_PAIRS}, now None)')
     found = figures(capsys, 'bag', options=['--workers', 1, '--resume'])
@@ -200,7 +200,7 @@ def test_two_workers_that_are_interrupted_and_one_that_goes_on_find_the_same(fol
 def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, cluster):
     pairs = scene(60, rows=120, columns=240)
     write_torn_bag(folder / 'bag', pairs, 30)
-    sentences = [refusal(capsys, 'bag', output=output, options=['--keep', TOPICS[0], *options])
+    sentences = [rejection(capsys, 'bag', output=output, options=['--keep', TOPICS[0], *options])
                  for output, options in (('plain', []), ('out', ['--scheduler', cluster.address]))]
     assert sentences[0] == sentences[1].replace('out holds', 'plain holds')
     found, plain = (content(folder / name) for name in ('out', 'plain'))

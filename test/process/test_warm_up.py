@@ -43,10 +43,10 @@ if sys.argv[2] == 'dry run':
 for number, frame in enumerate(make_sequence(120, 160, 24, 5, noise=2.0)):
     matcher.match(*(np.roll(view, 3 * number, axis=1) for view in (frame.left, frame.right)))
 if sys.argv[1] == 'realtime':       # where planes evolve from frame to frame
-    chance, view = np.random.default_rng(1), frame.left.astype(float)
+    random, view = np.random.default_rng(1), frame.left.astype(float)
     view[40:, 40:140] = 90
     for _ in range(20):
-        matcher.match(*np.clip(view + chance.normal(0, 1.5, (2, *view.shape)), 0, 255).astype('B'))
+        matcher.match(*np.clip(view + random.normal(0, 1.5, (2, *view.shape)), 0, 255).astype('B'))
 print(*sorted(name for name, kinds in compiled() - before))
 """
 

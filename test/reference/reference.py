@@ -88,7 +88,7 @@ def row_fitness(volume, chromosome, left_norm, right_norm, min_disparity, neighb
     return sums
 
 
-# ---- chance ----
+# ---- random numbers ----
 
 
 def mixed(key, counter):

@@ -141,7 +141,7 @@ def gives_a_disparity_within_a_minute(test):
     assert (message.f, message.t) == (1.0, 0.0)
     assert np.mean(values_of(message.image) >= message.min_disparity) > 0.7
     assert test.printed().count('disparities are without metres (t is 0)') == 1
-    assert 'refused' not in test.printed()
+    assert 'rejected' not in test.printed()
     assert test.printed().count('no topic of this node has these QoS') == 1
 
 

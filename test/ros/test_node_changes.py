@@ -98,7 +98,7 @@ def test_pairs_are_matched_with_the_old_value_until_the_new_one_is_prepared(benc
     after = bench.counts()
     assert (after['disparity_range in use'], after['change of parameters']) == ('24', 'none')
     assert int(after['pairs matched']) - int(before['pairs matched']) == 10
-    for lost in ('pairs dropped', 'pairs refused', 'pairs waiting'):
+    for lost in ('pairs dropped', 'pairs rejected', 'pairs waiting'):
         assert after[lost] == before[lost]
 
 

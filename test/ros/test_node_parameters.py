@@ -76,7 +76,7 @@ def test_a_change_that_is_not_allowed_changes_nothing(bench):
     ({'queue_size': 3}, 'read-only parameter: queue_size'),
     ({'confidence_threshold': 'high'}, 'Wrong parameter type'),
 ])
-def test_a_refusal_says_why(bench, change, reason):
+def test_a_rejection_says_why(bench, change, reason):
     done, said = bench.set_parameters(**change)
     assert not done
     assert reason in said

@@ -17,8 +17,8 @@ LEFT, RIGHT = shifted_pair(7)
 
 def noisy(seed):
     """Return the pair with noise: what a warm start has something to say about."""
-    chance = np.random.default_rng(seed)
-    return [np.clip(image + chance.normal(0, 5, image.shape), 0, 255).astype(np.uint8)
+    random = np.random.default_rng(seed)
+    return [np.clip(image + random.normal(0, 5, image.shape), 0, 255).astype(np.uint8)
             for image in (LEFT, RIGHT)]
 
 

@@ -46,8 +46,8 @@ def narrow_both(messages):
         replace_image(f'{side}/image_rect', width=8)(messages)
 
 
-def refused_since(bench, before):
-    return int(bench.counts()['pairs refused']) - int(before['pairs refused'])
+def rejected_since(bench, before):
+    return int(bench.counts()['pairs rejected']) - int(before['pairs rejected'])
 
 
 def share_near(values, disparity):
@@ -156,14 +156,14 @@ def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(
 
     def logged():
         return [float(when) for when in re.findall(
-            r"\[(\d+\.\d+)\][^\n]*pair refused: left image: encoding is 'flow'",
+            r"\[(\d+\.\d+)\][^\n]*pair rejected: left image: encoding is 'flow'",
             bench.node.log(mark))]
 
     number = 0
     while len(logged()) < 2:
         number += 1
         bench.rig.publish(*PAIR, change=replace_image('left/image_rect', encoding='flow'))
-        bench.until(lambda: refused_since(bench, before) == number, 'it is counted')  # noqa: B023
+        bench.until(lambda: rejected_since(bench, before) == number, 'it is counted')  # noqa: B023
         assert logged()
     first, second = logged()
     assert second - first > 4
@@ -171,8 +171,8 @@ def test_bad_pairs_that_keep_coming_are_counted_and_logged_once_in_five_seconds(
     after = bench.counts()
     assert int(after['pairs synchronised']) - int(before['pairs synchronised']) == number + 1
     assert int(after['pairs matched']) - int(before['pairs matched']) == 1
-    assert int(after['refused: encoding']) >= number
-    assert 'since the last report: pairs refused ' in bench.node.log()
+    assert int(after['rejected: encoding']) >= number
+    assert 'since the last report: pairs rejected ' in bench.node.log()
 
 
 def test_stamps_that_go_back_are_matched_and_reported(bench):
@@ -193,11 +193,11 @@ def test_in_a_flood_the_newest_pair_wins_and_the_counts_add_up(bench):
         bench.executor.spin_once(timeout_sec=0)
     bench.until(lambda: last in bench.disparities, 'the newest pair')
     after = bench.counts()
-    came, matched, dropped, refused = (
+    came, matched, dropped, rejected = (
         int(after[key]) - int(before[key])
-        for key in ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused'))
+        for key in ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected'))
     assert after['pairs waiting'] == '0'
-    assert refused == 0
+    assert rejected == 0
     assert came == matched + dropped
     assert dropped > 0
     bench.node.logged('since the last report: pairs dropped ')
@@ -266,21 +266,21 @@ def test_cameras_with_frames_and_focal_lengths_of_their_own_are_matched_in_the_l
 
 
 @pytest.mark.parametrize('value', [0.0, float('nan')])
-def test_an_uncalibrated_camera_is_refused_with_a_sentence_and_nothing_is_published(bench, value):
+def test_an_uncalibrated_camera_is_rejected_with_a_sentence_and_nothing_is_published(bench, value):
     def uncalibrate(messages):
         for side in ('left', 'right'):
             messages[f'{side}/camera_info'].p = [value] * 12
             messages[f'{side}/camera_info'].k = [value] * 9
 
-    def refusals():
-        return int(bench.counts().get('refused: calibration', 0))
+    def rejections():
+        return int(bench.counts().get('rejected: calibration', 0))
 
-    before = refusals()
-    refused = bench.rig.publish(*PAIR, change=uncalibrate)
-    bench.until(lambda: refusals() > before, 'a refusal')
+    before = rejections()
+    rejected = bench.rig.publish(*PAIR, change=uncalibrate)
+    bench.until(lambda: rejections() > before, 'a rejection')
     assert 'left camera_info: ' in bench.node.log()
     bench.match(*PAIR)
-    assert refused not in bench.disparities
+    assert rejected not in bench.disparities
 
 
 def test_the_header_is_the_left_image_s_whatever_stands_in_the_camera_info(bench):

@@ -18,7 +18,7 @@ from soak_figures import broken_sums, promises_of, Run, Waits
 from soak_script import DECK, events_of, TOPICS
 from soaked_node import FAULT, FAULTS
 
-SHOWN = 'pairs ', 'refused: ', 'unmatched ', 'lost ', 'stamps went'
+SHOWN = 'pairs ', 'rejected: ', 'unmatched ', 'lost ', 'stamps went'
 FIRST = TOPICS[0]
 LIMITS = 'memory', 'resident', 'latency', 'work', 'wait'    # options of the same names
 SMALL = 3       # samples, below which thirds of a run mean nothing

@@ -342,10 +342,10 @@ class SoakBench(Bench):
             done, reason = self.set_parameters(**values)
             assert done, reason
 
-    def parameters_are_refused(self, values):
+    def parameters_are_rejected(self, values):
         """Ask for a change that is not allowed."""
         done, reason = self.set_parameters(**values)
-        assert not done and reason, f'{values} were not refused'
+        assert not done and reason, f'{values} were not rejected'
 
     def subscriber_comes_and_goes(self, topic):
         """Subscribe to one more output for a while."""

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-PAIRS = 'pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs refused', 'pairs waiting'
+PAIRS = 'pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected', 'pairs waiting'
 PLACE = re.compile(r'-\d+_\d+$')     # in the name of a thread of a pool: which pool and thread
-LOST = re.compile(r'(pairs dropped|pairs refused|unmatched \S+|lost \S+) (\d+)')
-REFUSED = ']: pair refused: '
+LOST = re.compile(r'(pairs dropped|pairs rejected|unmatched \S+|lost \S+) (\d+)')
+REJECTED = ']: pair rejected: '
 
 
 class Sample(NamedTuple):
@@ -181,7 +181,7 @@ def losses_told(log):
 def losses_of(counts):
     """Return those of the counts of diagnostics that a log must tell, as `losses_told` does."""
     return {key: number for key, number in counts.items() if number and (
-        key in ('pairs dropped', 'pairs refused') or key.startswith(('unmatched ', 'lost ')))}
+        key in ('pairs dropped', 'pairs rejected') or key.startswith(('unmatched ', 'lost ')))}
 
 
 def whole_numbers(diagnostics):
@@ -196,10 +196,10 @@ def is_under_way(counts, sent):
 
 
 def faults_of(log):
-    """Return the lines of a log that tell of a fault, not of what was refused."""
+    """Return the lines of a log that tell of a fault, not of what was rejected."""
     return [line for line in log.splitlines() if 'Traceback' in line or '[FATAL]' in line
             or 'internal error' in line
-            or ('[ERROR]' in line and REFUSED not in line)]
+            or ('[ERROR]' in line and REJECTED not in line)]
 
 
 def broken_sums(counts, sent):
@@ -211,9 +211,9 @@ def broken_sums(counts, sent):
     pairs = {key: counts[key] for key in PAIRS}
     total, *parts = pairs.values()
     broken = [] if total == sum(parts) else [f'{pairs} do not add up']
-    refused = sum(number for key, number in counts.items() if key.startswith('refused: '))
-    if refused != counts['pairs refused']:
-        broken.append(f"refused by reason are {refused}, in all {counts['pairs refused']}")
+    rejected = sum(number for key, number in counts.items() if key.startswith('rejected: '))
+    if rejected != counts['pairs rejected']:
+        broken.append(f"rejected by reason are {rejected}, in all {counts['pairs rejected']}")
     for topic, messages in sent.items():
         received, unmatched, lost = (
             counts[f'{what} {topic}'] for what in ('received', 'unmatched', 'lost'))
@@ -239,7 +239,7 @@ def promises_of(run, limits):
     lost = losses_of(counts)
     faults = faults_of(log)
     return [
-        Promise('sent = matched + dropped + refused + unmatched + lost',
+        Promise('sent = matched + dropped + rejected + unmatched + lost',
                 'at every turn' if not broken else '; '.join(broken), not broken),
         Promise('every loss is in the log', f'{sum(told.values())} of {sum(lost.values())}',
                 dict(told) == lost),

@@ -12,7 +12,7 @@ DAMAGES = 'encoding', 'data', 'calibration'
 CHANGES = (
     {'disparity_range': 24}, {'disparity_range': 32}, {'min_disparity': -4},
     {'warm_start': False}, {'fill': True}, {'profile': 'quality'}, {'speckle_size': 0})
-REFUSALS = (
+REJECTIONS = (
     {'disparity_range': 0}, {'profile': 'none'}, {'min_disparity': 5000}, {'queue_size': 9})
 SIZES = (0.5, 0.5), (0.75, 1.0), (1.0, 0.75), (1.25, 1.25)     # of the rows, of the columns
 LARGEST = max(SIZES)
@@ -26,16 +26,16 @@ class Event(NamedTuple):
 
 
 def _one_of(choices):
-    return lambda chance: choices[chance.integers(len(choices))]
+    return lambda random: choices[random.integers(len(choices))]
 
 
 def _several_of(choices):
-    return lambda chance: [choices[place] for place in chance.integers(
-        len(choices), size=chance.integers(2, 5))]
+    return lambda random: [choices[place] for place in random.integers(
+        len(choices), size=random.integers(2, 5))]
 
 
 def _whole(low, high):
-    return lambda chance: int(chance.integers(low, high + 1))
+    return lambda random: int(random.integers(low, high + 1))
 
 
 # By kind: how each of its values comes of a Generator.
@@ -51,7 +51,7 @@ KINDS = {
     'topic_is_missing': {'topic': _one_of(TOPICS), 'pairs': _whole(1, 12)},
     'silence': {},
     'parameters_change': {'changes': _several_of(CHANGES)},
-    'parameters_are_refused': {'values': _one_of(REFUSALS)},
+    'parameters_are_rejected': {'values': _one_of(REJECTIONS)},
     'subscriber_comes_and_goes': {'topic': _one_of(OUTPUTS)},
     'all_subscribers_go': {'pairs': _whole(0, 5)},
     'reset': {},
@@ -63,8 +63,8 @@ DECK = -(-len(KINDS) // HAND)       # rounds in which every kind has its turn
 def events_of(seed, number):
     """Return the list of Events of a round; `DECK` rounds, from 0 on, have every kind once."""
     deck, hand = divmod(number, DECK)
-    chance = np.random.default_rng([seed, deck])
-    kinds = chance.permutation(list(KINDS)).tolist()
-    events = [Event(kind, {name: draw(chance) for name, draw in KINDS[kind].items()})
+    random = np.random.default_rng([seed, deck])
+    kinds = random.permutation(list(KINDS)).tolist()
+    events = [Event(kind, {name: draw(random) for name, draw in KINDS[kind].items()})
               for kind in kinds]
     return events[hand * HAND:(hand + 1) * HAND]

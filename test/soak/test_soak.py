@@ -20,8 +20,8 @@ from soak_script import DECK, events_of, HAND, KINDS, TOPICS
 
 LIMITS = {'memory': 1.0, 'resident': 5.0, 'latency': 50.0, 'work': 20.0, 'wait': 10.0}
 SENT = dict.fromkeys(TOPICS, 30)
-COUNTS = {'pairs synchronised': 28, 'pairs matched': 20, 'pairs dropped': 5, 'pairs refused': 3,
-          'pairs waiting': 0, 'refused: size': 2, 'refused: encoding': 1, 'queue_size': 5,
+COUNTS = {'pairs synchronised': 28, 'pairs matched': 20, 'pairs dropped': 5, 'pairs rejected': 3,
+          'pairs waiting': 0, 'rejected: size': 2, 'rejected: encoding': 1, 'queue_size': 5,
           **{f'received {topic}': 30 for topic in TOPICS},
           **{f'unmatched {topic}': 2 for topic in TOPICS},
           **{f'lost {topic}': 0 for topic in TOPICS}}
@@ -29,8 +29,8 @@ UNMATCHED = ', '.join(f'unmatched {topic} 2' for topic in TOPICS)
 LOG = f"""\
 [INFO] [1.5] [disparity_node]: ready: the kernels are warm after 2.0 s
 [INFO] [2.5] [disparity_node]: since the last report: pairs dropped 1; newer ones came
-[ERROR] [3.5] [disparity_node]: pair refused: the left image is 2x3, the right one 4x3
-[INFO] [3.6] [disparity_node]: since the last report: pairs refused 3; they cannot
+[ERROR] [3.5] [disparity_node]: pair rejected: the left image is 2x3, the right one 4x3
+[INFO] [3.6] [disparity_node]: since the last report: pairs rejected 3; they cannot
 [INFO] [9.6] [disparity_node]: since the last report: pairs dropped 4; newer ones came
 [INFO] [9.6] [disparity_node]: since the last report: {UNMATCHED}; their stamps"""
 SAMPLES = [Sample(100.0, 9000, 150.0, 25.0, 2.0, 20.0)] * 6
@@ -53,7 +53,7 @@ def test_a_sound_node_keeps_every_promise():
 @pytest.mark.parametrize('changes, sentence', [
     ({'pairs dropped': 4}, 'do not add up'),
     ({'pairs waiting': 1}, 'do not add up'),
-    ({'refused: size': 1}, 'refused by reason are 2, in all 3'),
+    ({'rejected: size': 1}, 'rejected by reason are 2, in all 3'),
     ({'received left/image_rect': 29, 'unmatched left/image_rect': 1},
      'left/image_rect: 30 sent, 29 received, 0 lost'),
     ({'lost left/image_rect': 1}, 'left/image_rect: 30 sent, 30 received, 1 lost'),
@@ -81,7 +81,7 @@ def test_a_message_that_the_middleware_lost_counts_and_needs_its_line():
 
 def test_the_losses_that_lines_tell_are_added_up():
     assert losses_told(LOG) == {
-        'pairs dropped': 5, 'pairs refused': 3, **{f'unmatched {topic}': 2 for topic in TOPICS}}
+        'pairs dropped': 5, 'pairs rejected': 3, **{f'unmatched {topic}': 2 for topic in TOPICS}}
 
 
 def grown(**figures):
@@ -101,7 +101,7 @@ def without_line(place):
         'Traceback (most recent call last):',
         '[FATAL] [1.0] [disparity_node]: kernel warm-up failed',
         '[ERROR] [1.0] [disparity_node]: cannot be prepared: disparity_range',
-        '[ERROR] [1.0] [disparity_node]: pair refused: internal error: KeyError')),
+        '[ERROR] [1.0] [disparity_node]: pair rejected: internal error: KeyError')),
     (grown(megabytes=100.9, objects=9080, resident=157.0, latency=90.0, share=2.9, work=23.0), []),
     (grown(megabytes=101.1), ['memory in']), (grown(objects=9100), ['memory in']),
     (grown(resident=158.0), ['resident memory']), (grown(share=3.1), ['latency grows']),

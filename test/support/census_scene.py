@@ -13,13 +13,13 @@ def small_pair(rows, columns, disparity=3, seed=0, channels=0, dtype=np.uint8):
 
     channels: 0 for (R, C), else (R, C, channels); blocks make ties, noise makes texture.
     """
-    chance = np.random.default_rng([seed, rows, columns])
+    random = np.random.default_rng([seed, rows, columns])
     top = np.iinfo(dtype).max
     size = (rows, columns) + (channels,) * (channels > 0)
-    blocks = chance.integers(0, top - top // 16, (rows // 3 + 1, columns // 4 + 1, *size[2:]))
+    blocks = random.integers(0, top - top // 16, (rows // 3 + 1, columns // 4 + 1, *size[2:]))
     scene = blocks.repeat(3, axis=0).repeat(4, axis=1)[:rows, :columns]
-    left = scene + chance.integers(0, top // 16, size)
-    right = np.roll(scene, -disparity, axis=1) + chance.integers(0, top // 16, size)
+    left = scene + random.integers(0, top // 16, size)
+    right = np.roll(scene, -disparity, axis=1) + random.integers(0, top // 16, size)
     return left.astype(dtype), right.astype(dtype)
 
 

@@ -62,7 +62,7 @@ INFOS = st.builds(
                binning_y=NUMBER_32, distortion_model=TEXT, d=reals(4, 5, 8, 12, 14), k=reals(9),
                r=st.one_of(st.just(ROTATION), reals(9)), p=reals(12),
                roi=st.builds(region, NUMBER_32, NUMBER_32, NUMBER_32, NUMBER_32)))
-# One number of a matrix at a time: a matrix of nothing but strange ones is refused early.
+# One number of a matrix at a time: a matrix of nothing but strange ones is rejected early.
 BENT_INFOS = st.builds(
     lambda message, name, place, value: changed(
         message, {name: [value if at == place % len(getattr(message, name)) else number

@@ -70,8 +70,8 @@ def noise(rows, columns, channels=1, dtype=np.uint8, seed=0):
         0, np.iinfo(dtype).max, shape, dtype, endpoint=True)
 
 
-def refusal_of(function, *arguments):
+def rejection_of(function, *arguments):
     """Return the BadPair that a call raises."""
-    with pytest.raises(BadPair) as refusal:
+    with pytest.raises(BadPair) as rejection:
         function(*arguments)
-    return refusal.value
+    return rejection.value

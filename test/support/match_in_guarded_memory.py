@@ -134,13 +134,13 @@ def reach(array, at, writing):
 
 def match_all(profile, kinds):
     """Match noise of every size, of some kinds, each twice, the second time warm."""
-    chance = np.random.default_rng(0)
+    random = np.random.default_rng(0)
     for number, (rows, columns, disparities, min_disparity) in enumerate(SIZES):
         config = replace(
             MatcherConfig.from_profile(profile, **CHANGES[profile]), disparities=disparities,
             min_disparity=min_disparity, fill=number % 2 == 0, threads=1, speckle_size=9)
         for kind, channels in (KINDS[number % 4:] + KINDS)[:kinds]:
-            images = [chance.integers(0, np.iinfo(kind).max, (rows, columns, *channels), kind,
+            images = [random.integers(0, np.iinfo(kind).max, (rows, columns, *channels), kind,
                                       endpoint=True) for _ in range(2)]
             matcher = StereoMatcher(config)
             for _ in range(2):

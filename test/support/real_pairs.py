@@ -68,12 +68,12 @@ def seen_by_both(truth):
 
 def moving_windows(pair, rows, columns, pan, frames, noise, seed=0):
     """Yield (left, right, truth, visible) of a window that pans, with fresh noise each time."""
-    chance = np.random.default_rng(seed)
+    random = np.random.default_rng(seed)
     for frame in range(frames):
         window = np.s_[:rows, pan * frame:pan * frame + columns]
         images = [image[window] for image in pair[:2]]
         if noise:
-            images = [np.clip(np.rint(image + noise * chance.standard_normal(image.shape)),
+            images = [np.clip(np.rint(image + noise * random.standard_normal(image.shape)),
                               0, 255).astype(np.uint8) for image in images]
         truth = pair.truth[window]
         inside = np.arange(columns) - np.nan_to_num(truth) >= 0

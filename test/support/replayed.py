@@ -35,7 +35,7 @@ def figures(capsys, *bags, code=0, **options):
     return json.loads(capsys.readouterr().out)
 
 
-def refusal(capsys, *bags, **options):
+def rejection(capsys, *bags, **options):
     """Run it in vain and return the one sentence it ends with."""
     capsys.readouterr()
     assert replay(*bags, **options) == 2

@@ -232,7 +232,7 @@ def test_an_empty_folder_is_taken_and_a_link_to_one_is_followed(tmp_path, monkey
     assert sorted(os.listdir()) == ['empty', 'link']
 
 
-def refused(folder, reason):
+def rejected(folder, reason):
     """Assert that nothing is written to a folder, for a reason, and what is around stays."""
     around = sorted(Path(folder).absolute().parent.parent.rglob('*'))
     with pytest.raises(OSError, match=f'{reason}; give a folder that is missing or empty'):
@@ -240,21 +240,21 @@ def refused(folder, reason):
     assert sorted(Path(folder).absolute().parent.parent.rglob('*')) == around
 
 
-def test_a_folder_that_is_taken_is_refused_and_stays_as_it_is(tmp_path):
+def test_a_folder_that_is_taken_is_rejected_and_stays_as_it_is(tmp_path):
     for name in ('full', 'outer'):
         (tmp_path / name).mkdir()
     (tmp_path / 'full' / 'file').write_text('kept')
-    refused(tmp_path / 'full', 'Directory not empty')
+    rejected(tmp_path / 'full', 'Directory not empty')
     assert (tmp_path / 'full' / 'file').read_text() == 'kept'
-    refused(tmp_path / 'full' / 'file', 'Not a directory')
-    refused(tmp_path / 'outer' / 'none' / 'report', 'No such file or directory')
+    rejected(tmp_path / 'full' / 'file', 'Not a directory')
+    rejected(tmp_path / 'outer' / 'none' / 'report', 'No such file or directory')
 
 
 def test_a_disk_without_room_leaves_no_part_of_a_folder(tmp_path):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))
     try:
-        refused(tmp_path / 'report', 'File too large')
+        rejected(tmp_path / 'report', 'File too large')
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
@@ -310,7 +310,7 @@ def test_a_file_of_something_else_is_named(report, name, content):
         read_saved_pair(report)
 
 
-def test_half_an_array_and_a_pickle_are_refused(report):
+def test_half_an_array_and_a_pickle_are_rejected(report):
     whole_content = (report / 'arrays.npz').read_bytes()
     (report / 'arrays.npz').write_bytes(whole_content[:len(whole_content) // 2])
     with pytest.raises(ValueError, match='arrays.npz is damaged'):
@@ -409,7 +409,7 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize('case', DAMAGES)
-def test_what_does_not_belong_together_is_refused_with_a_sentence(report, case):
+def test_what_does_not_belong_together_is_rejected_with_a_sentence(report, case):
     damage, words = DAMAGES[case]
     damage(report)
     with pytest.raises(ValueError, match=words) as caught:
@@ -418,7 +418,7 @@ def test_what_does_not_belong_together_is_refused_with_a_sentence(report, case):
     assert str(caught.value).endswith('read it by the fuzzy_stereo_ros that wrote it')
 
 
-def test_no_folder_at_all_is_refused(tmp_path):
+def test_no_folder_at_all_is_rejected(tmp_path):
     with pytest.raises(ValueError, match='none is no folder; give one that holds a saved pair'):
         read_saved_pair(tmp_path / 'none')
 

@@ -131,7 +131,7 @@ class WarmStart:
     @property
     def noise_left(self):
         """
-        The share of a frame's noise to reckon with in the averaged views.
+        The share of a frame's noise that is left in the averaged views.
 
         The mean square over the tiles is that of `1 / ages`; its root is taken once more, since
         tiles that are averaged with nothing have all of the noise.

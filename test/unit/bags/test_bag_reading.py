@@ -27,10 +27,10 @@ def name_of(form):
     return 'bag.bag' if form == 'ros1' else form
 
 
-def refusal_of(*paths):
-    with pytest.raises(ValueError) as refusal:
+def rejection_of(*paths):
+    with pytest.raises(ValueError) as rejection:
         BagReader(paths)
-    return str(refusal.value)
+    return str(rejection.value)
 
 
 @pytest.mark.parametrize('name', ['bag.bag', 'sqlite3', 'mcap', 'sqlite3/sqlite3.db3',
@@ -106,37 +106,37 @@ def test_a_topic_of_ros_1_without_a_leading_slash_gets_one(tmp_path):
         assert {message.topic for message in bag.messages(TOPICS)} == set(TOPICS)
 
 
-def test_what_is_no_bag_is_refused_with_a_sentence(folder, tmp_path):
+def test_what_is_no_bag_is_rejected_with_a_sentence(folder, tmp_path):
     (tmp_path / 'text.txt').write_text('text')
     (tmp_path / 'text.mcap').write_text('no bag at all, but a text that is long enough for one')
     (tmp_path / 'text.db3').write_text('text')
     (tmp_path / 'empty.bag').write_bytes(b'')
     (tmp_path / 'folder').mkdir()
     write_bag(tmp_path / 'nothing', pairs=[])
-    assert 'missing.bag does not exist; give a bag' in refusal_of(tmp_path / 'missing.bag')
-    assert "has the suffix '.txt'; bags have .bag, .mcap, .db3" in refusal_of(
+    assert 'missing.bag does not exist; give a bag' in rejection_of(tmp_path / 'missing.bag')
+    assert "has the suffix '.txt'; bags have .bag, .mcap, .db3" in rejection_of(
         tmp_path / 'text.txt')
-    assert 'folder is a folder without metadata.yaml' in refusal_of(tmp_path / 'folder')
-    assert 'nothing has no messages' in refusal_of(tmp_path / 'nothing')
+    assert 'folder is a folder without metadata.yaml' in rejection_of(tmp_path / 'folder')
+    assert 'nothing has no messages' in rejection_of(tmp_path / 'nothing')
     for name in ('text.mcap', 'text.db3', 'empty.bag'):
-        assert f'{name} cannot be read as a bag' in refusal_of(tmp_path / name)
-        assert f'{name} cannot be read as a bag' in refusal_of(
+        assert f'{name} cannot be read as a bag' in rejection_of(tmp_path / name)
+        assert f'{name} cannot be read as a bag' in rejection_of(
             folder / 'mcap', tmp_path / name)
 
 
 def test_without_rosbags_the_remedy_is_said(folder, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rosbags.highlevel', None)
-    assert refusal_of(folder / 'mcap') == (
+    assert rejection_of(folder / 'mcap') == (
         'rosbags, which reads and writes bags, is not installed: '
         "pip install 'fuzzy_stereo_ros[bags]'")
 
 
 @pytest.mark.parametrize('name', ['bag.bag', 'mcap/mcap.mcap'])
-def test_a_truncated_bag_is_refused_and_how_to_repair_it_is_said(folder, tmp_path, name):
+def test_a_truncated_bag_is_rejected_and_how_to_repair_it_is_said(folder, tmp_path, name):
     whole = (folder / name).read_bytes()
     cut = tmp_path / name.replace('/', '_')
     cut.write_bytes(whole[:len(whole) // 2])
-    assert 'reindex' in refusal_of(cut)
+    assert 'reindex' in rejection_of(cut)
 
 
 @pytest.mark.parametrize('form', FORMATS)
@@ -164,6 +164,6 @@ def test_a_message_of_too_few_bytes_is_a_bad_pair(tmp_path):
     write_bag(tmp_path / 'bag', change=lambda number, messages: messages.update(
         {TOPICS[0]: b'\0\1\0\0\1'}))
     with BagReader([tmp_path / 'bag']) as bag, pytest.raises(
-            BadPair, match='a message of /left/image_rect cannot be read as ') as refusal:
+            BadPair, match='a message of /left/image_rect cannot be read as ') as rejection:
         read_stamped(next(bag.messages(TOPICS)))
-    assert refusal.value.reason == 'damaged message'
+    assert rejection.value.reason == 'damaged message'

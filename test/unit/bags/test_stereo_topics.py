@@ -21,10 +21,10 @@ def found(topics, **chosen):
     return find_stereo_topics('the bag', topics, **chosen)
 
 
-def refusal_of(topics, **chosen):
-    with pytest.raises(ValueError) as refusal:
+def rejection_of(topics, **chosen):
+    with pytest.raises(ValueError) as rejection:
         found(topics, **chosen)
-    return str(refusal.value)
+    return str(rejection.value)
 
 
 @pytest.mark.parametrize(('left', 'right', 'name', 'space'), [
@@ -76,12 +76,12 @@ def test_cameras_with_calibration_go_before_others():
 
 def test_words_that_only_contain_left_are_no_sides():
     topics = kinds(cleft__image=RAW, cright__image=RAW, left2__image=RAW, right2__image=RAW)
-    assert 'no two image topics of the bag differ only in left/right' in refusal_of(topics)
+    assert 'no two image topics of the bag differ only in left/right' in rejection_of(topics)
 
 
 def test_depth_that_is_compressed_is_no_camera():
     topics = kinds(**{f'{side}__image__compressedDepth': COMPRESSED for side in ('left', 'right')})
-    assert 'the bag has no images' in refusal_of(topics)
+    assert 'the bag has no images' in rejection_of(topics)
 
 
 def test_a_camera_info_that_is_alone_in_the_namespace_is_taken_whatever_its_name():
@@ -102,7 +102,7 @@ def test_images_without_camera_info_are_found_and_it_is_missing():
 
 def test_several_pairs_are_listed_and_the_left_topic_chooses():
     topics = {**rig(space='/a'), **rig(space='/b')}
-    assert refusal_of(topics) == (
+    assert rejection_of(topics) == (
         'the bag has several pairs of image topics: /a/left/image_rect and /a/right/image_rect; '
         '/b/left/image_rect and /b/right/image_rect; choose one with --left')
     assert found(topics, left='/b/left/image_rect').right == '/b/right/image_rect'
@@ -125,7 +125,7 @@ def test_words_for_sides_in_the_name_of_a_rig_are_none_of_its_cameras(spaces, le
     if len(pairs) == 1:
         assert found(topics)[::2] == pairs[0]
     else:
-        assert f"topics: {'; '.join(map(' and '.join, pairs))}; choose" in refusal_of(topics)
+        assert f"topics: {'; '.join(map(' and '.join, pairs))}; choose" in rejection_of(topics)
 
 
 def test_the_word_for_the_side_may_stand_before_another_one():
@@ -140,14 +140,14 @@ def test_both_topics_may_be_chosen_whatever_they_are_called():
 
 
 def test_what_is_there_instead_is_listed():
-    assert refusal_of(kinds(imu='sensor_msgs/msg/Imu')) == (
+    assert rejection_of(kinds(imu='sensor_msgs/msg/Imu')) == (
         'the bag has no images; it holds /imu (sensor_msgs/msg/Imu, 5)')
-    assert refusal_of(kinds(left__image=RAW)) == (
+    assert rejection_of(kinds(left__image=RAW)) == (
         'the bag has images of one camera only, /left/image; a pair needs two')
-    assert refusal_of(kinds(a=RAW, b=RAW)).endswith(
+    assert rejection_of(kinds(a=RAW, b=RAW)).endswith(
         'choose with --left and --right among /a, /b')
-    assert refusal_of(rig(), left='/left/camera_info') == (
+    assert rejection_of(rig(), left='/left/camera_info') == (
         '--left is /left/camera_info, which is no topic of images in the bag; there are '
         '/left/image_rect, /right/image_rect')
-    assert 'are both /left/image_rect' in refusal_of(
+    assert 'are both /left/image_rect' in rejection_of(
         rig(), left='/left/image_rect', right='/left/image_rect')

@@ -33,10 +33,10 @@ def matched(stages=None, frames=1, **changes):
     """Return the matcher and what came of it after frames of one scene."""
     matcher = StereoMatcher(
         MatcherConfig(disparities=DISPARITIES, threads=1, **{'population': 2, **changes}), stages)
-    pair, chance, noise = made_known(), np.random.default_rng(7), 4.0 * (frames > 1)
+    pair, random, noise = made_known(), np.random.default_rng(7), 4.0 * (frames > 1)
     for _ in range(frames):
         match = matcher.match(*(
-            np.clip(image + chance.normal(0, noise, image.shape), 0, 255).astype(np.uint8)
+            np.clip(image + random.normal(0, noise, image.shape), 0, 255).astype(np.uint8)
             for image in (pair.left, pair.right)))
     return matcher, match
 

@@ -88,7 +88,7 @@ def test_a_tuned_baseline_matches_at_the_left_border_and_a_default_one_does_not(
         assert (at_border > 0.3) == baseline.tuned, baseline.name
 
 
-def test_only_the_strictest_baseline_refuses_a_disparity_of_zero():
+def test_only_the_strictest_baseline_rejects_a_disparity_of_zero():
     image = made_known().left
     loose = next(one for one in TUNED if one.algorithm == 'HH4')
     assert (loose.match(image, image, MIDDLEBURY, 16) == 0).mean() > 0.9
@@ -121,9 +121,9 @@ def plain_dense(disparity):
 @pytest.mark.parametrize('share', [0.0, 0.3, 0.9, 1.0])
 @pytest.mark.parametrize('shape', [(1, 7), (9, 1), (13, 17)])
 def test_the_dense_rule_is_that_of_its_plain_twin(shape, share):
-    chance = np.random.default_rng(3)
-    disparity = chance.uniform(0, 60, shape).astype(np.float32)
-    disparity[chance.random(shape) < share] = NAN
+    random = np.random.default_rng(3)
+    disparity = random.uniform(0, 60, shape).astype(np.float32)
+    disparity[random.random(shape) < share] = NAN
     if shape[0] > 4:
         disparity[1:4] = NAN
     np.testing.assert_array_equal(dense(disparity), plain_dense(disparity))
@@ -560,7 +560,7 @@ def test_all_benchmarks_run_in_their_short_form_and_fill_the_page(tmp_path, monk
     (['accuracy', '--output', 'page.html'], 'suffix'),
     (['accuracy', '--population', '0'], 'population is 0'),
 ])
-def test_what_cannot_be_benchmarked_is_refused_in_one_sentence(words, reason, capsys):
+def test_what_cannot_be_benchmarked_is_rejected_in_one_sentence(words, reason, capsys):
     try:
         code = main(['benchmark', *words])
     except SystemExit as left:

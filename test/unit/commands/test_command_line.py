@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The command does what its options say, and refuses bad input with one sentence and code 2."""
+"""The command does what its options say, and rejects bad input with one sentence and code 2."""
 from dataclasses import fields, replace
 import json
 import os

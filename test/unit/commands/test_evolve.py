@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo evolve` tells and draws what happens, and refuses bad input in one sentence."""
+"""`fuzzy-stereo evolve` tells and draws what happens, and rejects bad input in one sentence."""
 import io
 import json
 import os

@@ -213,7 +213,7 @@ def test_what_cannot_be_made_is_one_sentence_and_code_2(words, sentence, capsys)
     assert os.listdir() == ['file']
 
 
-def test_a_bag_without_rosbags_is_refused_with_what_to_install(monkeypatch, capsys):
+def test_a_bag_without_rosbags_is_rejected_with_what_to_install(monkeypatch, capsys):
     for name in ('rosbags', 'rosbags.rosbag2', 'rosbags.typesys'):
         monkeypatch.setitem(sys.modules, name, None)
     assert synthesised(*SMALL, '--format', 'bag') == 2

@@ -197,7 +197,7 @@ def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path
 
 
 @pytest.mark.parametrize('ndisp', [0, 4097, 10**30])
-def test_a_number_of_disparities_that_cannot_be_searched_is_refused_by_file(tmp_path, ndisp):
+def test_a_number_of_disparities_that_cannot_be_searched_is_rejected_by_file(tmp_path, ndisp):
     write_2014(tmp_path / 'scene', pair(), ndisp=ndisp)
     with pytest.raises(ValueError, match=f'scene/calib.txt has ndisp={ndisp}: disparities is '
                        f'{ndisp}; allowed are whole numbers from 1 to 4096; leave the line out'):
@@ -322,14 +322,14 @@ def damaged(folder):
     (truth_of_another_size, 'disp0GT.pfm is 6x5, the images are 72x40'),
     (damaged, 'disp0GT.pfm is not a PFM file'),
 ])
-def test_what_is_not_whole_is_refused_with_a_sentence_that_names_it(spoil, reason, tmp_path):
+def test_what_is_not_whole_is_rejected_with_a_sentence_that_names_it(spoil, reason, tmp_path):
     spoil(tmp_path)
     with pytest.raises(ValueError, match=reason):
         for scene in search([tmp_path]).scenes:
             scene.read()
 
 
-def test_a_folder_that_is_not_there_and_a_word_that_no_name_has_are_refused(tmp_path):
+def test_a_folder_that_is_not_there_and_a_word_that_no_name_has_are_rejected(tmp_path):
     with pytest.raises(ValueError, match='there is no folder .*nowhere'):
         search([tmp_path / 'nowhere'])
     write_named(tmp_path / 'a', pair())

@@ -529,7 +529,7 @@ def scene(tmp_path, monkeypatch):
     (['scene', '--results', 'ours=good'], "two matchers are called 'ours'"),
     (['scene', '--results', 'good', '--results', 'good'], "two matchers are called 'good'"),
 ])
-def test_what_cannot_be_evaluated_is_refused_in_one_sentence(scene, words, reason, capsys):
+def test_what_cannot_be_evaluated_is_rejected_in_one_sentence(scene, words, reason, capsys):
     assert main(['evaluate', *words]) == 2
     printed = capsys.readouterr()
     assert reason in printed.err

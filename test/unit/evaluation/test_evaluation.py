@@ -52,7 +52,7 @@ def test_figures_over_no_pixel_are_nan_not_zero():
     assert math.isnan(empty.bad_sparse[1.0]) and math.isnan(empty.average_error)
 
 
-def test_maps_of_different_shapes_are_refused():
+def test_maps_of_different_shapes_are_rejected():
     with pytest.raises(ValueError, match=r'truth has the shape \(1, 5\), the disparity \(2, 5\)'):
         score(FOUND, TRUTH[:1])
     with pytest.raises(ValueError, match=r'mask has the shape \(2, 4\)'):
@@ -111,7 +111,7 @@ def test_flicker_leaves_out_what_truly_moved():
     assert flicker(before, after, still=still) == 0
 
 
-def test_flicker_refuses_what_cannot_be_compared():
+def test_flicker_rejects_what_cannot_be_compared():
     with pytest.raises(ValueError, match='one shape'):
         flicker(FOUND, FOUND[:1])
     with pytest.raises(ValueError, match='nothing is left'):

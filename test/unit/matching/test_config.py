@@ -48,7 +48,7 @@ def test_what_is_measured_in_pixels_shrinks_and_all_else_stays():
 
 
 @pytest.mark.parametrize('scale', [0, -1, 1.5, float('nan')])
-def test_a_scale_that_does_not_reduce_is_refused(scale):
+def test_a_scale_that_does_not_reduce_is_rejected(scale):
     with pytest.raises(ValueError, match=f'scale is {scale}; allowed are numbers above 0 up to 1'):
         MatcherConfig().at_scale(scale)
 
@@ -71,12 +71,12 @@ class Watched(MatcherConfig):
 
 @pytest.mark.parametrize('algorithm', ['realtime', 'quality', 'paper'])
 def test_what_not_every_algorithm_heeds_says_which_do(algorithm):
-    chance = np.random.default_rng(0)
+    random = np.random.default_rng(0)
     config = Watched(algorithm=algorithm, disparities=8, generations=3, population=4)
     Watched.read.clear()
     matcher = StereoMatcher(config)
     for stamp in (1, 2):
-        matcher.match(*chance.integers(0, 256, (2, 32, 48), np.uint8), stamp=stamp)
+        matcher.match(*random.integers(0, 256, (2, 32, 48), np.uint8), stamp=stamp)
     heeded = {field.name for field in fields(MatcherConfig) if field.name in Watched.read}
     named = {field.name: re.search(r'\(((realtime|quality|paper)\b[a-z ]*)',
                                    field.metadata['sentence']) for field in fields(MatcherConfig)}

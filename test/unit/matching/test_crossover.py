@@ -161,7 +161,7 @@ def test_the_widest_changes_of_all_cells_at_once_do_not_overflow(alone, neighbou
 
 @pytest.mark.parametrize('change', [LARGEST + 1, -LARGEST - 1, -2**31, 2**31 - 1])
 @pytest.mark.parametrize('memory', ['alone', 'pairs'])
-def test_changes_beyond_the_largest_are_refused(change, memory):
+def test_changes_beyond_the_largest_are_rejected(change, memory):
     exchange = exchange_of((3, 4), 4, 0)
     getattr(exchange, memory)[-1] = change
     with pytest.raises(ValueError, match=f'is beyond {LARGEST}'):

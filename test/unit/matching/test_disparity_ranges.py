@@ -86,7 +86,7 @@ def test_flat_is_that_of_the_twin(shape, dtype, most):
 
 @pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
 @pytest.mark.parametrize('shape', SHAPES)
-def test_the_half_map_is_leant_on_where_texture_is_weak_and_it_is_flat_and_not_refused(
+def test_the_half_map_is_leant_on_where_texture_is_weak_and_it_is_flat_and_not_rejected(
         shape, dtype):
     size = shape[0] // 2, shape[1] // 2
     half = 1 + random_map(size, 120, 1, np.uint8)

@@ -24,10 +24,10 @@ FRAMES = 12
 
 def planes_of(shape, seed=0, slope=0.3, highest=9):
     """Return random planes, float32 (r, c, 3), whose disparities are about 0 to highest."""
-    chance = np.random.default_rng([seed, *shape])
-    planes = np.float32(chance.uniform(-slope, slope, (*shape, 3)))
+    random = np.random.default_rng([seed, *shape])
+    planes = np.float32(random.uniform(-slope, slope, (*shape, 3)))
     rows, columns = np.indices(shape)
-    planes[..., 2] = (chance.uniform(-1, highest + 1, shape) - planes[..., 0] * columns
+    planes[..., 2] = (random.uniform(-1, highest + 1, shape) - planes[..., 0] * columns
                       - planes[..., 1] * rows)
     return planes
 
@@ -123,7 +123,7 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     assert set(np.unique(validity[changed])) <= {CONSISTENT, INVALID}
 
 
-def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_refused():
+def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_rejected():
     shape, starts = (4, 6), np.array([0, 12, 18, 24], np.int32)
     pixels = np.random.default_rng(0).permutation(24).astype(np.int32)
     disparities, trusted = random_map(shape, 4).astype(np.float32), random_map(shape, 2, 1, bool)
@@ -161,8 +161,8 @@ def still(config, frames=FRAMES, noise=0.5, seed=3, stages=None):
     """Return the matches of a faint scene that stands still under fresh noise, and the matcher."""
     made = make_pair(160, 240, 32, seed, objects=4, colour=True)
     made = made._replace(left=faint(made.left), right=faint(made.right))
-    chance, matcher = np.random.default_rng(0), StereoMatcher(config, stages)
-    return [matcher.match(*(with_noise(image, noise, chance) for image in (made.left, made.right)))
+    random, matcher = np.random.default_rng(0), StereoMatcher(config, stages)
+    return [matcher.match(*(with_noise(image, noise, random) for image in (made.left, made.right)))
             for _ in range(frames)], matcher, made
 
 
@@ -227,8 +227,8 @@ def test_a_frame_whose_deadline_has_passed_does_not_evolve_and_keeps_what_it_has
 
 
 def test_a_covered_lens_never_looks_sure_however_long_it_is_covered():
-    chance, matcher = np.random.default_rng(0), StereoMatcher(CONFIG)
+    random, matcher = np.random.default_rng(0), StereoMatcher(CONFIG)
     for _ in range(14):
-        pair = (with_noise(np.full((160, 240, 3), 30, np.uint8), 1.5, chance) for _ in range(2))
+        pair = (with_noise(np.full((160, 240, 3), 30, np.uint8), 1.5, random) for _ in range(2))
         match = matcher.match(*pair)
     assert (match.confidence > 0.95).mean() < 0.001

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The literal reading: Eq. 3 and Eq. 4, who lives, crossover, mutation, and their chance."""
+"""The literal reading: Eq. 3 and Eq. 4, who lives, crossover, mutation, and their random."""
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
@@ -130,7 +130,7 @@ def draws_for(data, number):
     return data.draw(arrays.arrays(np.float64, number, elements=units))
 
 
-# ---- chance ----
+# ---- random ----
 
 
 @settings(deadline=None)

@@ -177,7 +177,7 @@ def test_times_are_told_by_stage_and_sum_up_to_the_total():
 
 
 @pytest.mark.parametrize(('rows', 'columns'), [(1, 1), (1, 30), (20, 1), (0, 30), (2**16, 2**15)])
-def test_warming_up_for_a_size_that_cannot_be_matched_is_refused(rows, columns):
+def test_warming_up_for_a_size_that_cannot_be_matched_is_rejected(rows, columns):
     with pytest.raises(ValueError, match=f'^the images are {columns} x {rows}; at '):
         StereoMatcher(replace(CONFIG, disparities=1)).warm_up(rows, columns)
 
@@ -303,7 +303,7 @@ BAD_PAIRS = {
 
 
 @pytest.mark.parametrize('left, right, sentence', BAD_PAIRS.values(), ids=BAD_PAIRS)
-def test_what_is_no_pair_is_refused_with_a_sentence_and_the_next_pair_is_matched(
+def test_what_is_no_pair_is_rejected_with_a_sentence_and_the_next_pair_is_matched(
         left, right, sentence):
     frames = list(make_sequence(60, 100, 24, 2, noise=2.0))
     matcher, undisturbed = StereoMatcher(CONFIG), StereoMatcher(CONFIG)

@@ -79,7 +79,7 @@ def test_the_seed_changes_what_is_found(config):
 
 @pytest.mark.parametrize('columns', [70, 20])
 def test_warming_up_changes_no_bit(config, columns):
-    """Also for images with fewer columns than disparities, which only matching refuses."""
+    """Also for images with fewer columns than disparities, which only matching rejects."""
     pair, matcher = scene(), StereoMatcher(config)
     matcher.warm_up(40, columns)
     assert bits(matcher.match(pair.left, pair.right)) == bits(matched(pair, config))

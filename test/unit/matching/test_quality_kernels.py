@@ -230,11 +230,11 @@ def test_costs_between_labels_lie_between_theirs(disparities):
             twins.cost_at(cells[0, 0], disparity, disparities), abs=1e-3)
 
 
-def joined(shape, seed, father, apart):
+def joined(shape, seed, change, apart):
     """
     Join two random maps; return the child, what it is said to save, and a measure of maps.
 
-    father: makes the second map of the first one; apart: of STEPS
+    change: makes the second map of the first one; apart: of STEPS
     """
     fitness = SurfaceFitness(*shape, 9)
     across, down = (random_map(shape, 9, seed + 1 + side, np.float32) / np.float32(8)
@@ -252,47 +252,47 @@ def joined(shape, seed, father, apart):
     def cost(surface):
         return twins.surface_cost(surface, genes(surface), across, down, 0.2 * FULL / 2, 0.25,
                                   FULL)
-    mother = surface_of(shape, seed)
-    father = father(mother)
-    maps, prices = (mother.copy(), father), [np.zeros(shape, np.float32) for _ in range(2)]
+    first = surface_of(shape, seed)
+    second = change(first)
+    maps, prices = (first.copy(), second), [np.zeros(shape, np.float32) for _ in range(2)]
     half = shape[0] // 2
-    for first, rows in ((0, costs[:half]), (half, costs[half:])):
-        fitness.price(ThreadPool(1), rows, first, maps, prices)
+    for top, rows in ((0, costs[:half]), (half, costs[half:])):
+        fitness.price(ThreadPool(1), rows, top, maps, prices)
     for surface, price in zip(maps, prices):
         np.testing.assert_allclose(price, genes(surface), atol=1e-3)
-    saved = fitness.join(maps[0], prices[0], father, prices[1], STEPS._replace(apart=apart))
+    saved = fitness.join(maps[0], prices[0], second, prices[1], STEPS._replace(apart=apart))
     np.testing.assert_allclose(prices[0], genes(maps[0]), atol=1e-3)
-    return mother, father, maps[0], saved / surface_cost.PARTS, cost
+    return first, second, maps[0], saved / surface_cost.PARTS, cost
 
 
 @pytest.mark.parametrize('seed', range(5))
 @pytest.mark.parametrize('shape', [*MAP_SHAPES, (37, 3)])
 def test_a_child_costs_no_more_than_its_parents_and_saves_what_is_said(shape, seed):
-    mother, father, child, saved, cost = joined(
+    first, second, child, saved, cost = joined(
         shape, seed, lambda surface: np.where(random_map(shape, 3, seed) == 0,
                                               surface_of(shape, seed + 9), surface), 0.0)
-    assert cost(child) == pytest.approx(cost(mother) - saved, abs=0.01 * child.size)
-    assert cost(child) <= min(cost(mother), cost(father)) + 0.01 * child.size
+    assert cost(child) == pytest.approx(cost(first) - saved, abs=0.01 * child.size)
+    assert cost(child) <= min(cost(first), cost(second)) + 0.01 * child.size
 
 
-def test_genes_that_hardly_differ_stay_those_of_the_mother():
-    mother, _, child, saved, _ = joined(
+def test_genes_that_hardly_differ_stay_those_of_the_first_parent():
+    first, _, child, saved, _ = joined(
         (6, 9), 0, lambda surface: surface + np.float32(0.3), 0.5)
-    np.testing.assert_array_equal(mother, child)
+    np.testing.assert_array_equal(first, child)
     assert saved == 0
 
 
 @st.composite
 def crossings(draw):
-    """Return mother, father, what their genes cost, weights of steps; all without rounding."""
+    """Return first, second, what their genes cost, weights of steps; all without rounding."""
     shape, seed = (draw(st.integers(1, 9)), draw(st.integers(1, 9))), draw(st.integers(0, 10**6))
-    mother, father = (surface_of(shape, seed + k, draw(st.sampled_from([1, 3, 512])))
-                      for k in range(2))
+    first, second = (surface_of(shape, seed + k, draw(st.sampled_from([1, 3, 512])))
+                     for k in range(2))
     agree = random_map(shape, 10, seed + 2) < draw(st.sampled_from([0, 3, 6, 9]))
-    father[agree] = mother[agree]
+    second[agree] = first[agree]
     most = draw(st.sampled_from([1, 16, 200]))
     across, down = (random_map(shape, 9, seed + k, np.float32) / np.float32(8) for k in (5, 6))
-    return mother, father, *(random_map(shape, most, seed + k, np.float32) for k in (3, 4)), \
+    return first, second, *(random_map(shape, most, seed + k, np.float32) for k in (3, 4)), \
         across, down
 
 

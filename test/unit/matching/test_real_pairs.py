@@ -135,12 +135,12 @@ def disparity_of(bits, brightness, faulty=0):
 
     faulty: how many pixels of each image are white whatever they see.
     """
-    chance = np.random.default_rng(0)
+    random = np.random.default_rng(0)
     pair, messages = motorcycle(), []
     for shown, tx in ((pair.left, 0.0), (pair.right, -24.0)):
         grey = shown @ [0.25, 0.5, 0.25] / 255 * brightness
         pixels = np.rint(grey * (2**bits - 1)).astype(np.uint8 if bits == 8 else np.uint16)
-        pixels.reshape(-1)[chance.choice(pixels.size, faulty, replace=False)] = 2**bits - 1
+        pixels.reshape(-1)[random.choice(pixels.size, faulty, replace=False)] = 2**bits - 1
         rows, columns = pixels.shape
         messages += [image(pixels, 'mono8' if bits == 8 else 'mono16'),
                      info(tx, height=rows, width=columns)]

@@ -96,9 +96,9 @@ def maps(draw):
     (dtype, limit), shape = draw(kinds), (draw(sizes), draw(sizes))
     seed, share = draw(st.integers(0, 10000)), draw(st.sampled_from([0, 0.1, 0.5, 0.9, 1]))
     labels = random_map(shape, limit, seed, dtype)
-    chance = np.random.default_rng(seed)
+    random = np.random.default_rng(seed)
     validity = random_map(shape, INVALID, seed)
-    validity[chance.random(shape) < share] = INVALID
+    validity[random.random(shape) < share] = INVALID
     return labels, validity
 
 
@@ -265,7 +265,7 @@ def test_any_range_fill_and_threshold(rows, columns, min_disparity, fill, thresh
 
 
 @pytest.mark.parametrize('margin, valid', [(0, 0), (1, 1)])
-def test_only_where_nothing_is_known_a_pixel_is_refused_without_a_threshold(margin, valid):
+def test_only_where_nothing_is_known_a_pixel_is_rejected_without_a_threshold(margin, valid):
     labels = np.full((19, 19), 7, np.uint8)
     margins = np.zeros((19, 19), np.uint8)
     margins[9, 9] = margin

@@ -166,11 +166,11 @@ class Scanned:
         return prior_of(random_map(shape, self.disparities, seed, gene_type(self.disparities)),
                         random_map(shape, 3, seed), self.disparities, *RULES)
 
-    def _choose_windows(self, chance):
+    def _choose_windows(self, random):
         windows, most = self.scanlines.windows, self.scanlines.most_blocks
-        windows.blocks[:] = chance.integers(1, most + 1, windows.blocks.shape)
+        windows.blocks[:] = random.integers(1, most + 1, windows.blocks.shape)
         last = np.maximum(self.disparities - LANES * windows.blocks, 0)
-        windows.low[:] = chance.integers(0, last + 1)
+        windows.low[:] = random.integers(0, last + 1)
 
     def twin(self):
         """Return sums (R, C, D) and the windows: low, high, tile."""
@@ -261,7 +261,7 @@ def test_the_number_of_threads_changes_nothing(disparities):
         np.testing.assert_array_equal(values, expected)
 
 
-def test_an_array_that_is_not_contiguous_is_refused():
+def test_an_array_that_is_not_contiguous_is_rejected():
     scanned = Scanned((5, 8), 4)
     prior = scanned.scanlines.no_prior
     with pytest.raises(ValueError, match='not contiguous'):

@@ -100,14 +100,14 @@ def copied(source, at, target, to):
 
 def vectors(kind, seed):
     """Return pairs of vectors: numbers of the whole range, many of them small, large or equal."""
-    chance = np.random.default_rng(seed)
+    random = np.random.default_rng(seed)
     top = np.iinfo(kind).max
     for _ in range(VECTORS):
-        one, two = chance.integers(0, top + 1, (2, LANES))
-        edges = chance.choice([0, 1, 2, top // 2, top // 2 + 1, top - 1, top], (2, LANES))
-        one, two = (np.where(chance.random(LANES) < 0.4, edge, vector)
+        one, two = random.integers(0, top + 1, (2, LANES))
+        edges = random.choice([0, 1, 2, top // 2, top // 2 + 1, top - 1, top], (2, LANES))
+        one, two = (np.where(random.random(LANES) < 0.4, edge, vector)
                     for edge, vector in zip(edges, (one, two)))
-        two = np.where(chance.random(LANES) < 0.2, one, two)
+        two = np.where(random.random(LANES) < 0.2, one, two)
         yield one.astype(kind), two.astype(kind)
 
 

@@ -27,9 +27,9 @@ SHIFTS = [(0, 0), (0, 2), (3, -7), (-16, 20), (0, 900), (-900, 0), (5, -900)]
 
 def pictures(shape, seed=0, step=700, top=2**16):
     """Return uint16 fine grey (R, C) and another that differs by random steps."""
-    chance = np.random.default_rng([seed, *shape])
-    one = chance.integers(0, top, shape)
-    return (np.clip(one + chance.integers(-step, step + 1, shape), 0, top - 1).astype(np.uint16),
+    random = np.random.default_rng([seed, *shape])
+    one = random.integers(0, top, shape)
+    return (np.clip(one + random.integers(-step, step + 1, shape), 0, top - 1).astype(np.uint16),
             one.astype(np.uint16))
 
 
@@ -70,10 +70,10 @@ def test_roughness_is_that_of_the_twin(shape):
 @settings(max_examples=60, deadline=None)
 @given(st.integers(1, 4), st.integers(1, 4), st.integers(1, 20), st.integers(0, 99))
 def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
-    chance = np.random.default_rng(seed)
+    random = np.random.default_rng(seed)
     # 0.07: no difference lies just on a rule's border, where rounding decides.
-    differences = (chance.integers(0, 30, (2, 4, rows, columns)) / 4 + 0.07).astype(np.float32)
-    ages = chance.integers(0, RULES.oldest + 2, (2, rows, columns)).astype(np.float32)
+    differences = (random.integers(0, 30, (2, 4, rows, columns)) / 4 + 0.07).astype(np.float32)
+    ages = random.integers(0, RULES.oldest + 2, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))
     share = choose_tiles(differences, ages, noise / 4, tuple(RULES), choices, new_ages, sizes)
@@ -89,11 +89,11 @@ def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
        st.integers(0, 999))
 def test_a_blended_picture_is_that_of_the_twin(shape, shift, step, seed):
     now, before = pictures(shape, seed, step)
-    chance, tiles = np.random.default_rng(seed), tiles_of(shape)
+    random, tiles = np.random.default_rng(seed), tiles_of(shape)
     shifts = np.array([(0, 0), shift], np.int64)
-    choices = chance.integers(-1, 2, tiles).astype(np.int8)
-    ages = chance.integers(1, 9, tiles).astype(np.float32)
-    limits = chance.choice([0, 0.5, 3, 300], tiles).astype(np.float32)
+    choices = random.integers(-1, 2, tiles).astype(np.int8)
+    ages = random.integers(1, 9, tiles).astype(np.float32)
+    limits = random.choice([0, 0.5, 3, 300], tiles).astype(np.float32)
     after = np.zeros_like(now)
     fine, grey = padded(now), np.full((shape[0], shape[1] + SLACK), 7, np.uint8)
     grey[:, :shape[1]] = eight_bits(now)
@@ -113,18 +113,18 @@ SIZE = 96, 160
 
 def scene(seed=0, shape=SIZE):
     """Return smooth grey with fine texture, in grey levels."""
-    chance = np.random.default_rng(seed)
-    coarse = chance.uniform(60, 190, (shape[0] // 8, shape[1] // 8))
-    return coarse.repeat(8, 0).repeat(8, 1) + chance.uniform(-9, 9, shape)
+    random = np.random.default_rng(seed)
+    coarse = random.uniform(60, 190, (shape[0] // 8, shape[1] // 8))
+    return coarse.repeat(8, 0).repeat(8, 1) + random.uniform(-9, 9, shape)
 
 
 def follow(scenes, noise):
     """Average views of scenes, noise added to each; return Averaging once all are seen."""
-    chance, averaging, pool = np.random.default_rng(7), Averaging(*SIZE), ThreadPool(1)
+    random, averaging, pool = np.random.default_rng(7), Averaging(*SIZE), ThreadPool(1)
     for number, shown in enumerate(scenes):
         views = View(*SIZE, False, 0), View(*SIZE, True, 0)
         for view in views:
-            image = np.clip(np.rint(shown + noise * chance.standard_normal(SIZE)), 0, 255)
+            image = np.clip(np.rint(shown + noise * random.standard_normal(SIZE)), 0, 255)
             view.read(image.astype(np.uint8), 0, 8, 0, SIZE[0])
         if number == 0:
             averaging.begin(pool, views)
@@ -204,9 +204,9 @@ SHAPE = 300, 470
 
 def landscape(seed, shape=SHAPE, margin=40):
     """Return smooth random grey, larger than a shape by a margin on each side."""
-    chance = np.random.default_rng(seed)
+    random = np.random.default_rng(seed)
     size = shape[0] + 2 * margin, shape[1] + 2 * margin
-    fine = cv2.GaussianBlur(chance.uniform(0, 255, size).astype(np.float32), (0, 0), 6)
+    fine = cv2.GaussianBlur(random.uniform(0, 255, size).astype(np.float32), (0, 0), 6)
     return np.clip(127 + 12 * (fine - fine.mean()), 0, 255).astype(np.uint8)
 
 
@@ -230,8 +230,8 @@ def found_between(motion, before, now):
 @pytest.mark.parametrize('noise', [0, 6])
 def test_the_shift_of_a_picture_is_found(down, right, noise):
     motion, picture = Motion(*SHAPE), landscape(1).astype(np.float32)
-    chance = np.random.default_rng(2)
-    before, now = (np.clip(image + noise * chance.standard_normal(SHAPE), 0, 255).astype(np.uint8)
+    random = np.random.default_rng(2)
+    before, now = (np.clip(image + noise * random.standard_normal(SHAPE), 0, 255).astype(np.uint8)
                    for image in (seen(picture, 0, 0), seen(picture, down, right)))
     assert found_between(motion, before, now) == (down, right)
 

@@ -18,7 +18,7 @@ from real_pairs import (
     kitti_frames, MIDDLEBURY, middlebury, motorcycle, moving_windows)
 
 MARGIN = 0.2        # points that a warm frame may be worse than a cold one
-CHANCE = 0.05       # points that the mean of the made scenes varies by with other seeds
+SPREAD = 0.05       # points that the mean of the made scenes varies by with other seeds
 FRAMES = 6
 SCENES = range(4)
 
@@ -141,7 +141,7 @@ def test_no_made_scene_is_more_wrong_warm(seed, noise):
 
 @pytest.mark.parametrize('noise', [0.0, 3.0, 6.0, 12.0])
 def test_a_made_moving_scene_is_no_more_wrong_warm(noise):
-    assert made_mean(noise, True).wrong <= made_mean(noise, False).wrong + CHANCE
+    assert made_mean(noise, True).wrong <= made_mean(noise, False).wrong + SPREAD
 
 
 # Little noise is as much as the versions of OpenCV differ in the made scene itself.

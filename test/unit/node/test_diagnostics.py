@@ -30,9 +30,9 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
             times={'total': milliseconds / 2}, generations=2, warm=True, motion='followed',
             disparity=np.float32([[1, np.nan]]), confidence=np.float32([[0.5, 0.0]])),
             latency=milliseconds)
-    made.refuse('size')
+    made.reject('size')
     assert made.figures() == {
-        'refused: size': '1', 'latency, last': '30.0 ms', 'latency, median': '20.0 ms',
+        'rejected: size': '1', 'latency, last': '30.0 ms', 'latency, median': '20.0 ms',
         'latency, 95th percentile': '29.0 ms', 'time of total, last': '15.0 ms',
         'time of total, median': '10.0 ms', 'time of total, 95th percentile': '14.5 ms',
         'generations': '2', 'warm': 'true', 'camera motion': 'followed',
@@ -45,16 +45,16 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
         'STALE', 'compiling the kernels: 40 %, about 12 s left')),
     ('', 'idle: not activated', 0, {}, ('OK', 'idle: not activated')),
     ('', '', 6.2, {}, ('ERROR', 'no stereo pair for 6 s')),
-    ('', '', 0, {'refused': 2}, ('WARN', 'refusing 2.0 pairs/s')),
-    ('', '', 0, {'refused': 2, 'matched': 0}, ('ERROR', 'refusing 2.0 pairs/s')),
+    ('', '', 0, {'rejected': 2}, ('WARN', 'rejecting 2.0 pairs/s')),
+    ('', '', 0, {'rejected': 2, 'matched': 0}, ('ERROR', 'rejecting 2.0 pairs/s')),
     ('', '', 0, {'dropped': 9.4}, ('OK', 'matching 9.5 pairs/s')),
     ('', '', 0, {'dropped': 20.5}, (
         'WARN', 'matching 9.5 pairs/s and dropping 20.5: they come faster than they can be '
         'matched; see scale and disparity_range')),
 ])
 def test_the_status_is_the_worst_that_is_true(loading, idle, quiet, rates, expected):
-    rates = {f'pairs {how}': {'refused': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
-             for how in ('refused', 'dropped', 'matched')}
+    rates = {f'pairs {how}': {'rejected': 0, 'dropped': 0, 'matched': 9.5, **rates}[how]
+             for how in ('rejected', 'dropped', 'matched')}
     assert diagnostics.status_of(loading, idle, quiet, rates) == expected
 
 
@@ -73,7 +73,7 @@ def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_i
         get_fully_qualified_name=lambda: '/node',
         get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))), 0.0)
     counts = dict.fromkeys(['pairs synchronised', 'pairs matched', 'pairs dropped',
-                            'pairs refused'], 0)
+                            'pairs rejected'], 0)
     made.publish(1.0, counts, {}, '', idle, quiet, MISALIGNED)
     (status,) = published[0].status
     assert (status.level, status.message) == (

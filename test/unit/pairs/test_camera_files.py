@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras in files come back as they were, and a file that says something else is refused."""
+"""Cameras in files come back as they were, and a file that says something else is rejected."""
 from pathlib import Path
 
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
@@ -155,7 +155,7 @@ def test_cameras_of_a_calibration_say_the_same_to_the_reader_of_messages():
     ('calib.txt', MIDDLEBURY.replace('3997.684 0 1176', 'far 0 1176'), 'is damaged: could not'),
     ('calib.txt', MIDDLEBURY.replace('193.001', '0'), 'the baseline is 0 m'),
     ('camera.json', '{}', 'allowed are a calib.txt, the .yaml of the right camera')])
-def test_a_file_that_is_no_calibration_is_refused_by_name_in_one_line(
+def test_a_file_that_is_no_calibration_is_rejected_by_name_in_one_line(
         tmp_path, name, content, words):
     (tmp_path / name).write_text(content)
     with pytest.raises(ValueError, match=f'{name}.*{words}') as caught:
@@ -163,7 +163,7 @@ def test_a_file_that_is_no_calibration_is_refused_by_name_in_one_line(
     assert '\n' not in str(caught.value)
 
 
-def test_a_file_that_is_not_there_is_refused(tmp_path):
+def test_a_file_that_is_not_there_is_rejected(tmp_path):
     for name in ('calib.txt', 'right.yaml'):
         with pytest.raises(ValueError, match=f'{name} cannot be read: No such file'):
             read_calibration_files([tmp_path / name])
@@ -171,7 +171,7 @@ def test_a_file_that_is_not_there_is_refused(tmp_path):
         read_calibration_files([Path('one.yaml'), Path('two.yaml'), Path('three.yaml')])
 
 
-def test_two_cameras_that_are_no_pair_are_refused(tmp_path):
+def test_two_cameras_that_are_no_pair_are_rejected(tmp_path):
     cameras = rectified_cameras(centred_calibration(100.0, 0.25, 0.0, 48, 64), 48, 64)
     for side, camera in cameras.items():
         write_camera(tmp_path / f'{side}.yaml', camera, side)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is written is what is read, and a bad file is refused with a sentence."""
+"""What is written is what is read, and a bad file is rejected with a sentence."""
 import os
 from unittest import mock
 
@@ -52,7 +52,7 @@ def test_a_valid_zero_stays_valid_in_a_kitti_png(tmp_path):
 
 
 @pytest.mark.parametrize('value', [-0.6, 256.0, 300.0])
-def test_what_a_kitti_png_cannot_hold_is_refused_and_nothing_written(tmp_path, value):
+def test_what_a_kitti_png_cannot_hold_is_rejected_and_nothing_written(tmp_path, value):
     with pytest.raises(ValueError, match=f'a disparity of {value:g} px does not fit .* .pfm'):
         write_disparity(tmp_path / 'map.png', np.array([[1.0, value]]))
     assert os.listdir(tmp_path) == []
@@ -105,7 +105,7 @@ def test_an_npz_with_one_array_is_read(tmp_path):
         read_disparity(tmp_path / 'two.npz')
 
 
-def refused_contents():
+def rejected_contents():
     three_channels = b'PF\n1 1\n-1.0\n' + bytes(12)
     return {
         'short.pfm': (b'Pf\n3 2\n-1.0\n' + bytes(23), '3x2 pixels take 24 bytes, but 23 follow'),
@@ -120,15 +120,15 @@ def refused_contents():
     }
 
 
-@pytest.mark.parametrize('name', refused_contents())
-def test_a_damaged_or_foreign_file_is_refused_by_name_and_reason(tmp_path, name):
-    content, words = refused_contents()[name]
+@pytest.mark.parametrize('name', rejected_contents())
+def test_a_damaged_or_foreign_file_is_rejected_by_name_and_reason(tmp_path, name):
+    content, words = rejected_contents()[name]
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=f'{name} .*{words}|{name} {words}'):
         read_disparity(tmp_path / name)
 
 
-def test_a_missing_file_and_a_useless_picture_are_refused(tmp_path):
+def test_a_missing_file_and_a_useless_picture_are_rejected(tmp_path):
     with pytest.raises(ValueError, match='none.pfm cannot be read: No such file'):
         read_disparity(tmp_path / 'none.pfm')
     cv2.imwrite(str(tmp_path / 'colour.png'), np.eye(3, dtype=np.uint8)[None])
@@ -147,7 +147,7 @@ def test_a_missing_file_and_a_useless_picture_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize('suffix', ['.tiff', '', '.jpg'])
-def test_an_unknown_suffix_is_refused_before_anything_is_written(tmp_path, suffix):
+def test_an_unknown_suffix_is_rejected_before_anything_is_written(tmp_path, suffix):
     with pytest.raises(ValueError, match='allowed are .pfm, .npy, .png'):
         check_map_suffix(f'map{suffix}')
     with pytest.raises(ValueError, match='allowed are .pfm, .npy, .png'):

@@ -149,8 +149,8 @@ def test_small_and_plain_images_tell_nothing_and_break_nothing(rows, columns):
 
 
 def test_few_corners_or_few_places_tell_nothing():
-    chance = np.random.default_rng(0)
-    corners = np.column_stack([chance.uniform(0, COLUMNS, 200), chance.uniform(0, ROWS, 200),
+    random = np.random.default_rng(0)
+    corners = np.column_stack([random.uniform(0, COLUMNS, 200), random.uniform(0, ROWS, 200),
                                np.zeros(200)])
     assert epipolar.misalignment_of([corners[:epipolar.FEWEST[0]]], ROWS, COLUMNS) is not None
     assert epipolar.misalignment_of([corners[:epipolar.FEWEST[0] - 1]], ROWS, COLUMNS) is None

@@ -24,7 +24,7 @@ def test_an_alpha_channel_is_left_out(tmp_path):
     assert np.array_equal(read_image(tmp_path / 'image.png'), image[:, :, :3])
 
 
-def test_what_is_no_image_is_refused_by_name(tmp_path):
+def test_what_is_no_image_is_rejected_by_name(tmp_path):
     with pytest.raises(ValueError, match='none.png cannot be read: No such file'):
         read_image(tmp_path / 'none.png')
     with pytest.raises(ValueError, match='cannot be read: Is a directory'):
@@ -38,21 +38,21 @@ def test_what_is_no_image_is_refused_by_name(tmp_path):
         read_image(tmp_path / 'float.tiff')
 
 
-def test_a_jpeg_that_is_cut_off_is_refused_by_name(tmp_path):
+def test_a_jpeg_that_is_cut_off_is_rejected_by_name(tmp_path):
     whole = cv2.imencode('.jpg', np.zeros((64, 64), np.uint8))[1].tobytes()
     (tmp_path / 'cut.jpg').write_bytes(whole[:-2])
     with pytest.raises(ValueError, match='cut.jpg is cut off: its JPEG has no end'):
         read_image(tmp_path / 'cut.jpg')
 
 
-def test_a_pair_of_two_sizes_is_refused_with_both_sizes(tmp_path):
+def test_a_pair_of_two_sizes_is_rejected_with_both_sizes(tmp_path):
     write_image(tmp_path / 'left.png', np.zeros((5, 7), np.uint8))
     write_image(tmp_path / 'right.png', np.zeros((5, 8, 3), np.uint8))
     with pytest.raises(ValueError, match='left.png is 7x5 and .*right.png is 8x5'):
         read_pair(tmp_path / 'left.png', tmp_path / 'right.png')
 
 
-def test_a_suffix_that_is_no_image_is_refused_and_nothing_written(tmp_path):
+def test_a_suffix_that_is_no_image_is_rejected_and_nothing_written(tmp_path):
     for name in ('picture', 'picture.docx'):
         with pytest.raises(ValueError, match='no image format; take .png'):
             write_image(tmp_path / name, np.zeros((2, 2), np.uint8))

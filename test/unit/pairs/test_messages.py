@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.pairs.messages import ENCODINGS, read_image, SEMI_PLANAR
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 from hypothesis import given, strategies as st
 from made_messages import (
-    compressed, image, info, noise, projection, refusal_of, region, ros_1)
+    compressed, image, info, noise, projection, region, rejection_of, ros_1)
 import numpy as np
 import pytest
 
@@ -105,15 +105,15 @@ def test_an_image_of_one_pixel_is_an_image():
     ({'width': 2**31, 'height': 2**31, 'step': 0}, 'size', 'step is 0 bytes, but 2147483648'),
     ({'data': b''}, 'size', 'data has 0 bytes, but 4 rows of 6 bytes need 24'),
 ])
-def test_an_image_that_cannot_be_right_is_refused_with_a_sentence(changes, reason, sentence):
-    refusal = refusal_of(read_image, image(noise(4, 6), 'mono8', **changes))
-    assert refusal.reason == reason
-    assert str(refusal).startswith(sentence)
+def test_an_image_that_cannot_be_right_is_rejected_with_a_sentence(changes, reason, sentence):
+    rejection = rejection_of(read_image, image(noise(4, 6), 'mono8', **changes))
+    assert rejection.reason == reason
+    assert str(rejection).startswith(sentence)
 
 
-def test_a_mosaic_too_small_to_fill_in_is_refused():
-    refusal = refusal_of(read_image, image(noise(3, 9), 'bayer_rggb8'))
-    assert str(refusal) == 'the image is 9x3; a Bayer pattern needs at least 4x4'
+def test_a_mosaic_too_small_to_fill_in_is_rejected():
+    rejection = rejection_of(read_image, image(noise(3, 9), 'bayer_rggb8'))
+    assert str(rejection) == 'the image is 9x3; a Bayer pattern needs at least 4x4'
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1),
@@ -123,8 +123,8 @@ def test_no_field_can_make_it_read_past_the_data(height, width, step, encoding, 
     message.data = bytes(length)
     try:
         assert read_image(message).size <= 3 * length
-    except BadPair as refusal:
-        assert refusal.reason == 'size'
+    except BadPair as rejection:
+        assert rejection.reason == 'size'
 
 
 @pytest.mark.parametrize('suffix', ['.png', '.jpg'])
@@ -187,33 +187,33 @@ def test_a_compressed_grey_image_of_sixteen_bits_keeps_them(form):
 @pytest.mark.parametrize('encoding, rows, sentence', [
     ('bayer_rgbw8', 6, "encoding is 'bayer_rgbw8'; allowed are mono8, 8UC1,"),
     ('bayer_rggb8', 3, 'the image is 8x3; a Bayer pattern needs at least 4x4')])
-def test_a_compressed_bayer_pattern_that_cannot_be_filled_in_is_refused(
+def test_a_compressed_bayer_pattern_that_cannot_be_filled_in_is_rejected(
         encoding, rows, sentence):
     content = cv2.imencode('.png', noise(rows, 8))[1].tobytes()
-    refusal = refusal_of(read_image, compressed(content, f'{encoding}; png compressed'))
-    assert str(refusal).startswith(sentence)
+    rejection = rejection_of(read_image, compressed(content, f'{encoding}; png compressed'))
+    assert str(rejection).startswith(sentence)
 
 
 @pytest.mark.parametrize('content', [b'', b'no image', b'\xff\xd8\xff\xe0'])
-def test_a_broken_compressed_image_is_refused_with_a_sentence(content):
-    refusal = refusal_of(read_image, compressed(content, 'bgr8; jpeg compressed bgr8'))
-    assert str(refusal) == (f"{len(content)} bytes of format 'bgr8; jpeg compressed bgr8' hold "
-                            'no image of 8 or 16 bits; allowed are JPEG and PNG')
+def test_a_broken_compressed_image_is_rejected_with_a_sentence(content):
+    rejection = rejection_of(read_image, compressed(content, 'bgr8; jpeg compressed bgr8'))
+    assert str(rejection) == (f"{len(content)} bytes of format 'bgr8; jpeg compressed bgr8' hold "
+                              'no image of 8 or 16 bits; allowed are JPEG and PNG')
 
 
 @pytest.mark.parametrize('suffix', ['.bmp', '.tiff', '.webp', '.pgm'])
 def test_files_of_other_kinds_never_reach_the_decoders_of_opencv(suffix, monkeypatch):
     content = cv2.imencode(suffix, np.full((6, 8), 40, np.uint8))[1].tobytes()
     monkeypatch.setattr(cv2, 'imdecode', lambda *_: pytest.fail('it was decoded'))
-    assert 'allowed are JPEG and PNG' in str(refusal_of(read_image, compressed(content)))
+    assert 'allowed are JPEG and PNG' in str(rejection_of(read_image, compressed(content)))
 
 
 def test_texts_of_messages_are_told_short_and_without_what_a_terminal_obeys():
     hostile = '\x1b[2J\n[INFO] all is well' + 1000 * 'x'
-    for refusal in (refusal_of(read_image, image(np.zeros((4, 4), np.uint8), hostile)),
-                    refusal_of(read_image, compressed(b'', hostile))):
-        assert str(refusal).isprintable()
-        assert len(str(refusal)) < 600
+    for rejection in (rejection_of(read_image, image(np.zeros((4, 4), np.uint8), hostile)),
+                      rejection_of(read_image, compressed(b'', hostile))):
+        assert str(rejection).isprintable()
+        assert len(str(rejection)) < 600
 
 
 def test_a_calibration_is_read_from_the_right_camera():
@@ -258,10 +258,10 @@ def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline(
     ({'binning_x': 2}, {'tx': -24.0}, 'the cameras bin 2x1 and 1x1 pixels; a pair needs equal'),
     ({'roi': region(y_offset=3)}, {'tx': -24.0}, 'the regions of interest begin in rows 3 and 0'),
 ])
-def test_a_calibration_that_cannot_be_right_is_refused(left, right, sentence):
-    refusal = refusal_of(read_calibration, info(**left), info(**right))
-    assert refusal.reason == 'calibration'
-    assert str(refusal).startswith(sentence)
+def test_a_calibration_that_cannot_be_right_is_rejected(left, right, sentence):
+    rejection = rejection_of(read_calibration, info(**left), info(**right))
+    assert rejection.reason == 'calibration'
+    assert str(rejection).startswith(sentence)
 
 
 @pytest.mark.parametrize('left, right, sentence', [

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.pairs.messages import ENCODINGS
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, source_places
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from made_messages import header, image, info, noise, refusal_of, region
+from made_messages import header, image, info, noise, region, rejection_of
 import numpy as np
 import pytest
 from raw_camera import CENTRE, COLUMNS, FOCAL, LENSES, RawCamera, ROWS
@@ -45,17 +45,17 @@ def test_a_binned_image_of_a_region_has_the_expected_size():
     assert pair.calibration.remarks == ()
 
 
-def test_images_of_two_sizes_are_refused():
-    refusal = refusal_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
-                         image(noise(80, 99), 'mono8'), info(tx=-24.0))
-    assert (refusal.reason, str(refusal)) == (
+def test_images_of_two_sizes_are_rejected():
+    rejection = rejection_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
+                             image(noise(80, 99), 'mono8'), info(tx=-24.0))
+    assert (rejection.reason, str(rejection)) == (
         'size', 'the left image is 100x80, the right one 99x80; a pair needs two of one size')
 
 
-def test_a_refusal_names_the_side():
-    refusal = refusal_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
-                         image(noise(80, 100), 'mono8', encoding='32FC1'), info(tx=-24.0))
-    assert str(refusal).startswith("right image: encoding is '32FC1'")
+def test_a_rejection_names_the_side():
+    rejection = rejection_of(PairReader().read, image(noise(80, 100), 'mono8'), info(),
+                             image(noise(80, 100), 'mono8', encoding='32FC1'), info(tx=-24.0))
+    assert str(rejection).startswith("right image: encoding is '32FC1'")
 
 
 @pytest.mark.parametrize('left, right, dtype', [
@@ -272,19 +272,19 @@ def test_where_nothing_is_missing_nothing_is_cut_or_copied():
     assert np.shares_memory(pair.left, np.frombuffer(messages[0].data, np.uint8))
 
 
-def test_cameras_that_look_elsewhere_are_refused():
+def test_cameras_that_look_elsewhere_are_rejected():
     aside = info(tx=-24.0, p=[200.0, 0, 5050, -24, 0, 200, 40, 0, 0, 0, 1, 0])
-    refusal = refusal_of(PairReader(crop=True).read, image(noise(80, 100), 'mono8'), info(),
-                         image(noise(80, 100), 'mono8'), aside)
-    assert refusal.reason == 'calibration'
-    assert str(refusal).startswith('no rectangle is left in which both rectified images have')
+    rejection = rejection_of(PairReader(crop=True).read, image(noise(80, 100), 'mono8'), info(),
+                             image(noise(80, 100), 'mono8'), aside)
+    assert rejection.reason == 'calibration'
+    assert str(rejection).startswith('no rectangle is left in which both rectified images have')
 
 
 @pytest.mark.parametrize('options', [{'rectify': True}, {'crop': True}])
 def test_an_image_of_another_size_than_its_camera_info_is_neither_rectified_nor_cut(options):
-    refusal = refusal_of(PairReader(**options).read, image(noise(80, 90), 'mono8'), info(),
-                         image(noise(80, 90), 'mono8'), info(tx=-24.0))
-    assert (refusal.reason, str(refusal)) == (
+    rejection = rejection_of(PairReader(**options).read, image(noise(80, 90), 'mono8'), info(),
+                             image(noise(80, 90), 'mono8'), info(tx=-24.0))
+    assert (rejection.reason, str(rejection)) == (
         'size', 'the left image is 90x80, its camera_info expects 100x80; it can be neither '
         'rectified nor cropped: correct the camera_info, or set rectify and crop to false')
 
@@ -350,15 +350,15 @@ def test_what_is_rectified_and_cut_is_reduced_last(scale):
     assert small.calibration == cut.calibration.scaled(scale)
 
 
-def test_an_image_smaller_than_a_block_is_refused():
-    refusal = refusal_of(PairReader(scale=0.25).read, image(noise(3, 100), 'mono8'), info(),
-                         image(noise(3, 100), 'mono8'), info(tx=-24.0))
-    assert (refusal.reason, str(refusal)) == (
+def test_an_image_smaller_than_a_block_is_rejected():
+    rejection = rejection_of(PairReader(scale=0.25).read, image(noise(3, 100), 'mono8'), info(),
+                             image(noise(3, 100), 'mono8'), info(tx=-24.0))
+    assert (rejection.reason, str(rejection)) == (
         'size', 'the images are 100x3; scale 0.25 averages blocks of 4x4 pixels and needs one at '
         'least')
 
 
 @pytest.mark.parametrize('scale', [0, 2, 0.3, -0.5, float('nan')])
-def test_another_scale_is_refused(scale):
+def test_another_scale_is_rejected(scale):
     with pytest.raises(ValueError, match=f'scale is {scale}; allowed are 1, 0.5, 0.25'):
         PairReader(scale=scale)

@@ -3,7 +3,7 @@
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
 import cv2
 from fuzzy_stereo_ros.pairs.pair_reader import COEFFICIENTS, has_source, NOWHERE, source_places
-from made_messages import info, refusal_of, region, ros_1
+from made_messages import info, region, rejection_of, ros_1
 import numpy as np
 import pytest
 from raw_camera import CENTRE, COLUMNS, FOCAL, LENSES, RawCamera, ROWS
@@ -127,10 +127,10 @@ def test_a_place_is_inside_where_its_four_pixels_are():
      'left camera_info: D has 5 numbers; allowed for equidistant are 4 finite ones'),
     ({'d': [0.1, float('nan'), 0, 0]}, 'left camera_info: D has 4 numbers; allowed for plumb_bo'),
 ])
-def test_a_camera_that_cannot_be_rectified_is_refused_with_a_sentence(changes, sentence):
-    refusal = refusal_of(source_places, 'left', info(**changes), 80, 100)
-    assert refusal.reason == 'calibration'
-    assert str(refusal).startswith(sentence)
+def test_a_camera_that_cannot_be_rectified_is_rejected_with_a_sentence(changes, sentence):
+    rejection = rejection_of(source_places, 'left', info(**changes), 80, 100)
+    assert rejection.reason == 'calibration'
+    assert str(rejection).startswith(sentence)
 
 
 @pytest.mark.parametrize('model, count', [

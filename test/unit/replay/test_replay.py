@@ -19,7 +19,7 @@ from made_bags import (
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames
-from replayed import figures, matches, refusal, replay
+from replayed import figures, matches, rejection, replay
 
 LAST_OF_A_PAIR = 3      # ns, that a pair's last message is recorded after its first
 GENERATED = DATA / 'bags_generated'
@@ -136,7 +136,7 @@ def test_options_of_the_node_reach_what_reads_the_pairs(folder, capsys):
     for _, _, message in content(folder / 'out', '/disparity'):
         half = MatcherConfig(disparities=DISPARITIES).at_scale(0.5)
         assert (message.f, message.max_disparity) == (FOCAL / 2, half.disparities - 1)
-    assert refusal(capsys, 'bag', output='other', options=['--scale', '0.3']) == (
+    assert rejection(capsys, 'bag', output='other', options=['--scale', '0.3']) == (
         "scale is '0.3'; allowed are 1, 0.5, 0.25")
 
 
@@ -165,7 +165,7 @@ def test_cameras_that_do_not_stamp_alike_are_joined_where_that_is_asked_for(fold
             messages[topic].header.stamp.nanosec += 1_000_000
 
     write_bag(folder / 'bag', change=shift)
-    sentence = refusal(capsys, 'bag')
+    sentence = rejection(capsys, 'bag')
     assert 'bag: no messages were synchronised; received: /left/image_rect 6, ' in sentence
     assert sentence.endswith(
         '; the latest stamps differ by up to 1.000 ms; give --approximate if the cameras do not '
@@ -173,7 +173,7 @@ def test_cameras_that_do_not_stamp_alike_are_joined_where_that_is_asked_for(fold
     assert not (folder / 'out').exists()
     assert replay('bag', options=['--approximate']) == 0
     assert_matched(disparities(folder / 'out'), scene())
-    assert 'raise --tolerance' in refusal(
+    assert 'raise --tolerance' in rejection(
         capsys, 'bag', output='other', options=['--approximate', '--tolerance', '0.0005'])
 
 
@@ -270,7 +270,7 @@ def test_results_of_an_earlier_replay_are_no_obstacle(folder, capsys):
     assert replay('bag', output='once', options=['--keep']) == 0
     assert replay('once', output='twice', options=['--keep']) == 0
     assert len(content(folder / 'twice')) == len(content(folder / 'once'))
-    assert refusal(capsys, 'once', options=['--keep', '/disparity']) == (
+    assert rejection(capsys, 'once', options=['--keep', '/disparity']) == (
         '--keep names /disparity, under which the results are written')
 
 
@@ -283,22 +283,23 @@ def test_bad_pairs_are_counted_and_told_once_and_the_others_matched(folder, caps
 
     write_bag(folder / 'bag', pairs=scene(8), change=spoil)
     found = figures(capsys, 'bag')
-    assert found['pairs']['refused'] == {'encoding': 2, 'damaged message': 1}
+    assert found['pairs']['rejected'] == {'encoding': 2, 'damaged message': 1}
     assert found['pairs']['matched'] == 5
     assert list(disparities(folder / 'out')) == [stamps(8)[place] for place in (0, 2, 5, 6, 7)]
     assert replay('bag', output='other') == 0
     printed = capsys.readouterr()
     assert printed.err.count(
-        "pair 1000.033 refused: left image: encoding is 'nonsense'; allowed are") == 1
-    assert printed.err.count('message refused: a message of /right/image_rect cannot be read') == 1
-    assert '3 refused: damaged message 1, encoding 2' in printed.out
+        "pair 1000.033 rejected: left image: encoding is 'nonsense'; allowed are") == 1
+    assert printed.err.count(
+        'message rejected: a message of /right/image_rect cannot be read') == 1
+    assert '3 rejected: damaged message 1, encoding 2' in printed.out
     assert 'messages not synchronised: /left/image_rect 1 of 8' in printed.out
     assert 'to synchronise more of them' not in printed.out
 
 
 @pytest.mark.parametrize('error', [cv2.error('Assertion failed'), MemoryError()])
 @pytest.mark.parametrize('reading', [False, True])
-def test_whatever_fails_at_a_pair_refuses_that_pair_and_the_bag_goes_on(
+def test_whatever_fails_at_a_pair_rejects_that_pair_and_the_bag_goes_on(
         folder, capsys, monkeypatch, error, reading):
     where, name = (PairReader, 'read') if reading else (StereoMatcher, 'match')
     work, bad = getattr(where, name), read_image(content(write_bag(folder / 'bag'))[12][2])
@@ -312,14 +313,14 @@ def test_whatever_fails_at_a_pair_refuses_that_pair_and_the_bag_goes_on(
     monkeypatch.setattr(where, name, failing)
     assert figures(capsys, 'bag')['pairs'] == {
         'matched': 5, 'matched_again': 0, 'warm': 4 if reading else 3,
-        'refused': {'internal error': 1}}
+        'rejected': {'internal error': 1}}
     assert list(disparities(folder / 'out')) == stamps()[:3] + stamps()[4:]
     assert replay('bag', output='told') == 0
-    assert f'pair 1000.100 refused: internal error, {type(error).__name__}: ' in \
+    assert f'pair 1000.100 rejected: internal error, {type(error).__name__}: ' in \
         capsys.readouterr().err
 
 
-def test_results_that_cannot_be_made_refuse_their_pair_and_the_bag_goes_on(
+def test_results_that_cannot_be_made_reject_their_pair_and_the_bag_goes_on(
         folder, capsys, monkeypatch):
     of = ResultMessages.of
 
@@ -331,7 +332,7 @@ def test_results_that_cannot_be_made_refuse_their_pair_and_the_bag_goes_on(
     write_bag(folder / 'bag')
     monkeypatch.setattr(ResultMessages, 'of', failing)
     found = figures(capsys, 'bag', options=['--with', 'points2'])['pairs']
-    assert (found['matched'], found['refused']) == (5, {'internal error': 1})
+    assert (found['matched'], found['rejected']) == (5, {'internal error': 1})
     for topic in ('/disparity', '/preview', '/points2'):
         assert len(content(folder / 'out', topic)) == 5
     assert list(disparities(folder / 'out')) == stamps()[:3] + stamps()[4:]

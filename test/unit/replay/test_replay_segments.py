@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.replay.loop import Stats
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.segments import (
     AHEAD, cut, match_in_segments, match_segment, SegmentAnswer)
-from fuzzy_stereo_ros.replay.source import Refusal, Step
+from fuzzy_stereo_ros.replay.source import Rejection, Step
 from hypothesis import given, strategies
 from made_bags import BASELINE, COLUMNS, DISPARITIES, FOCAL, ROWS, scene, stamps
 import numpy as np
@@ -35,10 +35,10 @@ def numbers(steps):
 
 
 @given(first=strategies.integers(0, 200), length=strategies.integers(1, 200),
-       refused=strategies.sets(strategies.integers(0, 400)))
+       rejected=strategies.sets(strategies.integers(0, 400)))
 def test_segments_begin_at_multiples_of_their_length_wherever_the_steps_begin(
-        first, length, refused):
-    steps = [step(number, **({'pair': None} if number in refused else {}))
+        first, length, rejected):
+    steps = [step(number, **({'pair': None} if number in rejected else {}))
              for number in range(first, first + length)]
     segments = list(cut(steps))
     assert [one for segment in segments for one in segment.steps] == steps
@@ -51,7 +51,7 @@ def test_segments_begin_at_multiples_of_their_length_wherever_the_steps_begin(
         pairs, warming = segment.pairs()
         assert [pair.stamp for pair, _ in pairs] == [
             number for number in numbers([*segment.before, *segment.steps])
-            if number not in refused]
+            if number not in rejected]
         assert warming == len([one for one in segment.before if one.pair is not None])
 
 
@@ -153,15 +153,15 @@ def test_what_is_stopped_ends_between_two_segments(looks):
     assert len(found) % SEGMENT_PAIRS == 0
 
 
-def test_a_damage_comes_after_the_pairs_before_it_and_a_refusal_in_its_place():
+def test_a_damage_comes_after_the_pairs_before_it_and_a_rejection_in_its_place():
     def steps():
         yield step(0)
-        yield step(1, pair=Refusal('size', 'too small'))
+        yield step(1, pair=Rejection('size', 'too small'))
         raise DamagedBag('damaged')
 
     found = match_in_segments(steps(), Workers(), Stats(), lambda: False)
     assert [outcome for _, outcome in (next(found), next(found))] == [
-        0, Refusal('size', 'too small')]
+        0, Rejection('size', 'too small')]
     with pytest.raises(DamagedBag, match='damaged'):
         next(found)
 
@@ -193,5 +193,5 @@ def test_a_segment_is_matched_as_if_nothing_had_been_before(threads):
 def test_a_pair_that_cannot_be_matched_is_answered_with_why():
     small, pairs = StereoPair(BLANK, BLANK, CALIBRATION, stamps(9)[8]), in_a_row(4)
     found = match_segment(CONFIG, [*pairs[:2], (small, False), *pairs[2:]], 1)
-    assert [type(one) for one in found.outcomes] == [Match, Refusal, Match, Match]
+    assert [type(one) for one in found.outcomes] == [Match, Rejection, Match, Match]
     assert 'disparities' in found.outcomes[1].sentence

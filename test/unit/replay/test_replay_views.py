@@ -16,7 +16,7 @@ from made_bags import (
 import numpy as np
 import pytest
 from recordings import needed_rerun, rows_of
-from replayed import INTERRUPTED, refusal, replay, RESTRICTED, run
+from replayed import INTERRUPTED, rejection, replay, RESTRICTED, run
 
 TIMES = 4       # that a narrow picture is repeated in a frame
 ENTITIES = 'rig/camera', 'rig/camera/image', 'rig/points', 'disparity', 'confidence'
@@ -37,11 +37,11 @@ def rerun(monkeypatch):
 
 
 @pytest.fixture
-def refused(folder, capsys):
+def rejected(folder, capsys):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
     def sentence(*options, **others):
         before = sorted(folder.rglob('*'))
-        text = refusal(capsys, 'bag', options=options, **others)
+        text = rejection(capsys, 'bag', options=options, **others)
         assert sorted(folder.rglob('*')) == before
         return text
 
@@ -134,39 +134,39 @@ def test_a_bag_needs_a_folder(folder, capsys):
     assert names_in(folder) == {'bag'}
 
 
-def test_files_that_cannot_be_written_so_are_refused(refused, monkeypatch):
-    assert refused('--video', 'video.mov') == (
+def test_files_that_cannot_be_written_so_are_rejected(rejected, monkeypatch):
+    assert rejected('--video', 'video.mov') == (
         "video.mov has the suffix '.mov'; allowed are .mp4, .avi")
-    assert refused('--view', 'out.bag') == "out.bag has the suffix '.bag'; allowed is .rrd"
-    assert refused('--video', 'none/video.mp4') == (
+    assert rejected('--view', 'out.bag') == "out.bag has the suffix '.bag'; allowed is .rrd"
+    assert rejected('--video', 'none/video.mp4') == (
         'none/video.mp4 cannot be written: there is no folder none')
-    assert refused('--view', 'none/out.rrd') == (
+    assert rejected('--view', 'none/out.rrd') == (
         'none/out.rrd cannot be written: there is no folder none')
-    assert refused('--video', 'video.mp4', '--video-rate', 0).startswith(
+    assert rejected('--video', 'video.mp4', '--video-rate', 0).startswith(
         'the rate of video.mp4 is 0.0; allowed are numbers')
-    assert refused('--video-rate', 10) == '--video-rate needs --video'
+    assert rejected('--video-rate', 10) == '--video-rate needs --video'
     monkeypatch.setitem(sys.modules, 'rerun', None)
     for view in (['--view', 'out.rrd'], ['--view']):
-        assert refused(*view).endswith(
+        assert rejected(*view).endswith(
             'needs rerun-sdk, which is not installed (about 170 MB): pip install rerun-sdk')
 
 
 @pytest.mark.parametrize(('option', 'name'), [('--video', 'video.avi'), ('--view', 'out.rrd')])
-def test_a_file_that_is_there_is_neither_lost_nor_continued(refused, folder, option, name):
+def test_a_file_that_is_there_is_neither_lost_nor_continued(rejected, folder, option, name):
     (folder / name).write_text('the one before')
-    assert refused(option, name) == (
+    assert rejected(option, name) == (
         f'{option} is {name}, which exists; give another file, or --overwrite')
-    assert refused(option, name, '--resume') == (
+    assert rejected(option, name, '--resume') == (
         f'--resume cannot go on with {name}; leave out {option}, or begin anew with --overwrite')
-    assert refused('--format', 'none', option, name, '--resume') == (
+    assert rejected('--format', 'none', option, name, '--resume') == (
         '--resume goes on with a bag or with --files, and there is neither')
     assert (folder / name).read_text() == 'the one before'
 
 
 @pytest.mark.parametrize(('option', 'name'), [('--video', 'video.avi'), ('--view', 'out.rrd')])
-def test_a_folder_is_never_replaced_by_a_file(refused, folder, option, name):
+def test_a_folder_is_never_replaced_by_a_file(rejected, folder, option, name):
     (folder / name).mkdir()
-    assert refused(option, name, '--overwrite') == f'{name} is a folder; name a file'
+    assert rejected(option, name, '--overwrite') == f'{name} is a folder; name a file'
 
 
 def test_a_video_is_replaced_where_that_is_asked_for(folder):
@@ -175,10 +175,10 @@ def test_a_video_is_replaced_where_that_is_asked_for(folder):
     assert len(film(folder / 'video.avi')[0]) == 6
 
 
-def test_a_replay_without_pairs_leaves_no_video_and_the_one_before(refused, folder):
+def test_a_replay_without_pairs_leaves_no_video_and_the_one_before(rejected, folder):
     (folder / 'video.avi').write_text('the one before')
     for options in ([], ['--keep'], ['--format', 'none']):
-        assert 'none of 6 pairs could be matched' in refused(
+        assert 'none of 6 pairs could be matched' in rejected(
             '--video', 'video.avi', '--overwrite', *options, disparities=200)
     assert (folder / 'video.avi').read_text() == 'the one before'
 
@@ -207,7 +207,7 @@ def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys,
 def test_a_damaged_bag_has_the_video_of_what_was_matched(folder, capsys, alone):
     pairs = scene(30, rows=120, columns=240)
     write_torn_bag(folder / 'torn', pairs, 20)
-    sentence = refusal(capsys, 'torn', options=[
+    sentence = rejection(capsys, 'torn', options=[
         '--video', 'video.avi', *(['--format', 'none'] if alone else [])])
     frames, rate = film(folder / 'video.avi')
     assert 5 < len(frames) <= 20 and rate == pytest.approx(30, rel=1e-3)
@@ -241,7 +241,7 @@ def test_a_video_that_failed_beside_the_bag_is_told_too(folder):
 
 def test_a_missing_encoder_is_told_and_the_bag_is_whole(folder, capsys, monkeypatch):
     monkeypatch.setitem(CODECS, '.avi', 'none')
-    sentence = refusal(capsys, 'bag', options=['--video', 'video.avi'])
+    sentence = rejection(capsys, 'bag', options=['--video', 'video.avi'])
     assert sentence.startswith('video.avi cannot be begun: this OpenCV has no encoder none')
     found = disparities(folder / 'out')
     assert sentence.endswith(f'; out holds {len(found)} pairs, up to '
@@ -260,13 +260,13 @@ def test_a_recording_for_the_viewer_holds_every_pair(folder, rerun):
     assert names_in(folder) == {'bag', 'out.rrd', 'out', 'unused'}
 
 
-def test_a_replay_without_pairs_leaves_no_recording(refused, rerun):
-    assert 'none of 6 pairs could be matched' in refused(
+def test_a_replay_without_pairs_leaves_no_recording(rejected, rerun):
+    assert 'none of 6 pairs could be matched' in rejected(
         '--view', 'out.rrd', '--keep', disparities=200)
 
 
-def test_the_viewer_is_refused_where_there_is_no_display(refused, rerun, monkeypatch):
+def test_the_viewer_is_rejected_where_there_is_no_display(rejected, rerun, monkeypatch):
     monkeypatch.setattr(sys, 'platform', 'linux')
     for name in ('DISPLAY', 'WAYLAND_DISPLAY'):
         monkeypatch.delenv(name, raising=False)
-    assert 'there is no display; write a file .rrd' in refused('--view')
+    assert 'there is no display; write a file .rrd' in rejected('--view')

@@ -197,6 +197,6 @@ def test_objects_beside_the_way_move_only_where_asked():
     ((10, 10, 4), {'bits': 17}, 'bits is 17; allowed are 8 to 16'),
     *(((10, 10, 4), {name: value, 'drive': 0.1}, f'{name} is {value} and drive is 0.1; a street '
        f'has no {name}') for name, value in (('poles', 2), ('fence', 5), ('min_disparity', -3)))])
-def test_what_cannot_be_made_is_refused_with_a_sentence(arguments, options, words):
+def test_what_cannot_be_made_is_rejected_with_a_sentence(arguments, options, words):
     with pytest.raises(ValueError, match=words):
         make_pair(*arguments, **options)

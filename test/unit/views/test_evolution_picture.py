@@ -88,7 +88,7 @@ def test_an_evolution_of_no_generation_is_drawn_in_every_format(tmp_path, suffix
         assert not pixels_of(read_image(path))[[FIRST, SECOND, MUTATED]].any()
 
 
-def test_another_suffix_is_refused(tmp_path):
+def test_another_suffix_is_rejected(tmp_path):
     course, match, _ = evolution(generations=0)
     with pytest.raises(ValueError, match='allowed are .png, .pdf, .svg'):
         write_figure(tmp_path / 'still.docx', evolution_figure(course, match))

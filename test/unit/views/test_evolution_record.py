@@ -158,11 +158,11 @@ def test_the_fittest_keeps_and_takes_where_what_it_was_crossed_with_differs():
 
 
 def test_the_fittest_was_crossed_with_the_members_that_are_new():
-    mother = np.zeros((1, 5), np.uint16)
+    parent = np.zeros((1, 5), np.uint16)
     old = np.full((1, 5), 7, np.uint16)
-    first, second, fittest = (mother.copy() for _ in range(3))
+    first, second, fittest = (parent.copy() for _ in range(3))
     first[0, 1:3], second[0, 2:4], fittest[0, 3] = 5, 6, 6
-    origin = origin_of_improved_fittest(np.stack([mother, old]),
+    origin = origin_of_improved_fittest(np.stack([parent, old]),
                                         np.stack([fittest, old, first, second]))
     assert origin.tolist() == [[ALIKE, FIRST, FIRST, SECOND, ALIKE]]
 

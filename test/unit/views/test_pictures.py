@@ -60,7 +60,7 @@ def test_a_panel_without_any_valid_pixel_is_drawn(tmp_path):
     assert (tmp_path / 'panel.png').stat().st_size > 1000
 
 
-def test_an_unknown_suffix_is_refused_and_nothing_written(tmp_path):
+def test_an_unknown_suffix_is_rejected_and_nothing_written(tmp_path):
     with pytest.raises(ValueError, match='allowed are .png, .pdf, .svg'):
         write_panel(tmp_path / 'panel.docx', np.zeros((2, 2), np.uint8), np.zeros((2, 2)),
                     np.zeros((2, 2)), low=0, high=1)

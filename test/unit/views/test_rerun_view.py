@@ -75,7 +75,7 @@ def test_without_rerun_the_remedy_is_told(monkeypatch, tmp_path):
 @pytest.mark.parametrize('name, words', [
     ('out.bag', "has the suffix '.bag'; allowed is .rrd"),
     ('none/out.rrd', 'there is no folder')])
-def test_a_file_that_cannot_be_written_so_is_refused(tmp_path, name, words):
+def test_a_file_that_cannot_be_written_so_is_rejected(tmp_path, name, words):
     with pytest.raises(ValueError, match=words):
         RerunSink(tmp_path / name)
 

@@ -105,7 +105,7 @@ def test_without_a_frame_there_is_no_file(tmp_path):
     ('video.mp4', 0, 'is 0; allowed are numbers from 0.1 to 240 frames per second'),
     ('video.mp4', float('nan'), 'is nan; allowed are numbers'),
     ('video.avi', 1000, 'is 1000; allowed are numbers')])
-def test_what_cannot_be_written_is_refused_before_the_first_frame(tmp_path, name, rate, words):
+def test_what_cannot_be_written_is_rejected_before_the_first_frame(tmp_path, name, rate, words):
     for begin in (VideoFile, lambda path, rate: VideoSink(path, rate, *RANGE)):
         with pytest.raises(ValueError, match=words):
             begin(tmp_path / name, rate)
@@ -126,9 +126,9 @@ import resource, sys
 import numpy as np
 from fuzzy_stereo_ros.views.video import VideoFile
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-chance, file = np.random.default_rng(0), VideoFile(sys.argv[1], 10)
+random, file = np.random.default_rng(0), VideoFile(sys.argv[1], 10)
 for _ in range(20):
-    file.write(chance.integers(0, 256, (120, 160, 3)).astype(np.uint8))
+    file.write(random.integers(0, 256, (120, 160, 3)).astype(np.uint8))
 try:
     file.close()
 except OSError as error:

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros import __version__
 from fuzzy_stereo_ros.replay import segments
 from made_bags import disparities, write_bag
 import pytest
-from replayed import refusal, replay, run
+from replayed import rejection, replay, run
 
 OTHER_VERSION = "import fuzzy_stereo_ros; fuzzy_stereo_ros.__version__ = '0.0.7'"
 WITHOUT_PACKAGE = "import sys; sys.modules['fuzzy_stereo_ros'] = None"
@@ -24,7 +24,7 @@ sys.exit(main(sys.argv[2:]))
 DEADLY = """\
 import os
 from fuzzy_stereo_ros.replay import segments
-segments.match_or_refuse = lambda pair, matcher: os._exit(1)
+segments.match_or_reject = lambda pair, matcher: os._exit(1)
 """
 
 
@@ -38,32 +38,32 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def refused(folder, capfd):
+def rejected(folder, capfd):
     """Return a function that gives all that a replay in vain says, after which nothing is left."""
     def sentence(*options):
-        text = refusal(capfd, 'bag', options=options)
+        text = rejection(capfd, 'bag', options=options)
         assert sorted(path.name for path in folder.iterdir()) == ['bag']
         return text
 
     return sentence
 
 
-def test_options_that_ask_for_no_workers_are_refused(refused):
-    assert refused('--workers', 0) == '--workers is 0; allowed are whole numbers from 1'
-    assert refused('--workers', 2, '--scheduler', 'tcp://127.0.0.1:1') == (
+def test_options_that_ask_for_no_workers_are_rejected(rejected):
+    assert rejected('--workers', 0) == '--workers is 0; allowed are whole numbers from 1'
+    assert rejected('--workers', 2, '--scheduler', 'tcp://127.0.0.1:1') == (
         '--workers starts workers and --scheduler takes others: give one of them')
 
 
-def test_without_dask_it_says_what_to_install(refused, monkeypatch):
+def test_without_dask_it_says_what_to_install(rejected, monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
-    assert refused('--workers', 2) == (
+    assert rejected('--workers', 2) == (
         'distributed, which shares work among processes, is not installed: '
         "pip install 'fuzzy_stereo_ros[cluster]'")
 
 
 @pytest.mark.parametrize('address', ['tcp://127.0.0.1:1', 'nothing', 'foo://bar:1'])
-def test_an_address_without_scheduler_is_refused(refused, address):
-    assert refused('--scheduler', address).startswith(
+def test_an_address_without_scheduler_is_rejected(rejected, address):
+    assert rejected('--scheduler', address).startswith(
         f'--scheduler is {address}, where no scheduler of Dask answers: ')
 
 
@@ -73,17 +73,17 @@ def test_an_address_that_is_none_leaves_nothing_that_ends_at_length(folder):
     assert sentence.endswith("answers: missing port number in address 'nothing'")
 
 
-def test_workers_that_cannot_match_are_refused(folder, refused, tmp_path_factory, capfd):
+def test_workers_that_cannot_match_are_rejected(folder, rejected, tmp_path_factory, capfd):
     with dask_processes(tmp_path_factory.mktemp('dask')) as processes:
         name = processes.address
         options = '--scheduler', name
-        assert refused(*options) == (
+        assert rejected(*options) == (
             f'{name} has no workers: start some with `dask worker {name}`, where '
             'fuzzy_stereo_ros is installed')
         for before, found in (
                 (OTHER_VERSION, '0.0.7)'), (WITHOUT_PACKAGE, 'ModuleNotFoundError(')):
             _, address = processes.worker(before)
-            assert refused(*options).startswith(
+            assert rejected(*options).startswith(
                 f'the worker {address} is without fuzzy_stereo_ros {__version__} (it has {found}')
             processes.client.retire_workers([address])
         processes.worker(OTHER_OPENCV)
@@ -92,30 +92,30 @@ def test_workers_that_cannot_match_are_refused(folder, refused, tmp_path_factory
         assert len(disparities(folder / 'out')) == 6
 
 
-def test_a_scheduler_without_the_package_is_refused(refused, tmp_path_factory):
+def test_a_scheduler_without_the_package_is_rejected(rejected, tmp_path_factory):
     with dask_processes(tmp_path_factory.mktemp('dask'), WITHOUT_PACKAGE) as processes:
         processes.worker()
-        sentence = refused('--scheduler', processes.address)
+        sentence = rejected('--scheduler', processes.address)
         assert sentence.startswith(f'{processes.address} cannot match (')
         assert f'): install fuzzy_stereo_ros {__version__} there' in sentence
 
 
-def test_pairs_that_kill_worker_after_worker_end_it(refused, tmp_path_factory):
+def test_pairs_that_kill_worker_after_worker_end_it(rejected, tmp_path_factory):
     with dask_processes(tmp_path_factory.mktemp('dask'),
                         DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES='0') as processes:
         processes.worker(DEADLY)
-        assert refused('--scheduler', processes.address) == (
+        assert rejected('--scheduler', processes.address) == (
             f'worker after worker of {processes.address} ended over the same pairs, 1 in all: '
             'see what they wrote last, and whether they have enough memory; no pair could be '
             'matched before that')
 
 
 def test_where_no_worker_is_left_it_does_not_wait_for_ever(
-        refused, tmp_path_factory, monkeypatch):
+        rejected, tmp_path_factory, monkeypatch):
     monkeypatch.setattr(segments, 'LOST_SECONDS', 1)
     with dask_processes(tmp_path_factory.mktemp('dask')) as processes:
         processes.worker(DEADLY)
-        assert refused('--scheduler', processes.address) == (
+        assert rejected('--scheduler', processes.address) == (
             f'{processes.address} has had no worker for 1 s; no pair could be matched before '
             'that')
 

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.replay.options import READING, RESULTS, SYNCHRONISING
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from made_bags import BagOf, BEGIN, content, same, scene, STEP, TOPICS, write_bag
 import pytest
-from replayed import figures, on_a_terminal, refusal, replay
+from replayed import figures, on_a_terminal, rejection, replay
 
 ROWS = {row.name: row for row in NODE_PARAMETERS}
 NAMES = (*SYNCHRONISING, *READING, *RESULTS)
@@ -25,77 +25,77 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def refused(folder, capsys):
+def rejected(folder, capsys):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
     def sentence(*bags, **options):
         before = sorted(folder.rglob('*'))
-        text = refusal(capsys, *bags, **options)
+        text = rejection(capsys, *bags, **options)
         assert sorted(folder.rglob('*')) == before
         return text
 
     return sentence
 
 
-def test_what_is_no_bag_is_named(refused, folder):
+def test_what_is_no_bag_is_named(rejected, folder):
     (folder / 'text.mcap').write_text('no bag, but a text that is long enough to be one')
-    assert refused('missing.bag').startswith('missing.bag does not exist; give a bag')
-    assert refused('text.mcap').startswith('text.mcap cannot be read as a bag: ')
-    assert refused('bag', 'text.mcap').startswith('text.mcap cannot be read as a bag: ')
+    assert rejected('missing.bag').startswith('missing.bag does not exist; give a bag')
+    assert rejected('text.mcap').startswith('text.mcap cannot be read as a bag: ')
+    assert rejected('bag', 'text.mcap').startswith('text.mcap cannot be read as a bag: ')
 
 
 @pytest.mark.parametrize(('form', 'name'), [
     ('ros1', 'torn.bag'), ('mcap', 'torn/torn.mcap'), ('sqlite3', 'torn/torn.db3')])
 @pytest.mark.parametrize('share', [0, 0.5, 0.9])
-def test_a_recording_that_was_cut_off_is_refused_with_what_repairs_it(
-        refused, folder, form, name, share):
+def test_a_recording_that_was_cut_off_is_rejected_with_what_repairs_it(
+        rejected, folder, form, name, share):
     path = write_bag(folder / name.split('/')[0], form)
     whole = (folder / name).read_bytes()
     (folder / name).write_bytes(whole[:int(share * len(whole))])
-    sentence = refused(path.name)
+    sentence = rejected(path.name)
     assert sentence.startswith(f'{path.name} cannot be read as a bag: ')
     assert sentence.endswith(
         '; a recording that was cut off is repaired by `ros2 bag reindex` (a folder), `mcap '
         'recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or `rosbag reindex` (.bag)')
 
 
-def test_what_the_bag_has_instead_of_images_is_listed(refused, folder):
+def test_what_the_bag_has_instead_of_images_is_listed(rejected, folder):
     with BagOf(folder / 'other') as bag:
         bag.write('/number', bag.make('std_msgs/msg/Int32'), BEGIN)
-    assert refused('other') == 'other has no images; it holds /number (std_msgs/msg/Int32, 1)'
+    assert rejected('other') == 'other has no images; it holds /number (std_msgs/msg/Int32, 1)'
 
 
-def test_one_camera_is_no_pair(refused, folder):
+def test_one_camera_is_no_pair(rejected, folder):
     def without_right(number, messages):
         for topic in TOPICS[2:]:
             del messages[topic]
 
     write_bag(folder / 'one', change=without_right)
-    assert refused('one') == (
+    assert rejected('one') == (
         'one has images of one camera only, /left/image_rect; a pair needs two')
 
 
-def test_a_topic_that_is_not_there_is_told_with_those_that_are(refused):
-    assert refused('bag', options=['--left', 'nothing']) == (
+def test_a_topic_that_is_not_there_is_told_with_those_that_are(rejected):
+    assert rejected('bag', options=['--left', 'nothing']) == (
         '--left is /nothing, which is no topic of images in bag; there are /left/image_rect, '
         '/right/image_rect')
-    assert refused('bag', options=['--keep', '/nothing']) == (
+    assert rejected('bag', options=['--keep', '/nothing']) == (
         '--keep names /nothing, which is not in bag; there are /left/camera_info, '
         '/left/image_rect, /right/camera_info, /right/image_rect')
 
 
-def test_no_calibration_is_told_with_the_options_that_give_one(refused, folder, capsys):
+def test_no_calibration_is_told_with_the_options_that_give_one(rejected, folder, capsys):
     write_bag(folder / 'bare', infos=False)
-    assert refused('bare') == (
+    assert rejected('bare') == (
         'bare, without camera_info beside /left/image_rect and /right/image_rect, needs the '
         'cameras: give --focal and --baseline, or --camera-info with a calib.txt or the YAML of '
         'the right camera')
-    assert 'needs the cameras: give --baseline, or' in refused('bare', options=['--focal', 200])
-    assert refused('bag', options=['--focal', 200]).startswith(
+    assert 'needs the cameras: give --baseline, or' in rejected('bare', options=['--focal', 200])
+    assert rejected('bag', options=['--focal', 200]).startswith(
         'a calibration that is not that of the bag needs the cameras: give --baseline')
-    assert refused('bare', options=['--focal', 200, '--baseline', -1]) == (
+    assert rejected('bare', options=['--focal', 200, '--baseline', -1]) == (
         '--baseline is -1; allowed are numbers above 0')
-    assert 'missing.yaml' in refused('bare', options=['--camera-info', 'missing.yaml', 'b.yaml'])
-    assert refused('bare', options=['--focal', 200, '--baseline', 1, '--rectify']) == (
+    assert 'missing.yaml' in rejected('bare', options=['--camera-info', 'missing.yaml', 'b.yaml'])
+    assert rejected('bare', options=['--focal', 200, '--baseline', 1, '--rectify']) == (
         '--rectify and --crop need the calibration of both raw cameras: those in the bag, or '
         '--camera-info LEFT.yaml RIGHT.yaml')
 
@@ -124,48 +124,49 @@ def test_numbers_or_files_are_a_calibration(folder, capsys):
             content(folder / 'out'), content(folder / name), strict=True))
 
 
-def test_pairs_that_are_all_bad_leave_nothing(refused, folder):
+def test_pairs_that_are_all_bad_leave_nothing(rejected, folder):
     def uncalibrated(number, messages):
         for topic in TOPICS[1::2]:
             messages[topic].k[0] = messages[topic].p[0] = 0
 
     write_bag(folder / 'zero', change=uncalibrated)
-    assert refused('zero', options=['--keep']).startswith(
+    assert rejected('zero', options=['--keep']).startswith(
         'zero: none of 6 pairs could be matched; the first: left camera_info: the camera is not '
         'calibrated (P[0] is 0, ')
 
 
-def test_more_disparities_than_columns_leave_nothing(refused):
-    assert 'bag: none of 6 pairs could be matched; the first: ' in refused('bag', disparities=200)
+def test_more_disparities_than_columns_leave_nothing(rejected):
+    assert 'bag: none of 6 pairs could be matched; the first: ' in rejected('bag', disparities=200)
 
 
-def test_a_part_that_is_not_in_the_bag_is_refused(refused):
-    assert refused('bag', options=['--start', 5]) == '--start is 5; bag is 0.167 s long'
-    assert refused('bag', options=['--start', -1]) == '--start is -1; bag is 0.167 s long'
-    assert refused('bag', options=['--duration', 0]) == (
+def test_a_part_that_is_not_in_the_bag_is_rejected(rejected):
+    assert rejected('bag', options=['--start', 5]) == '--start is 5; bag is 0.167 s long'
+    assert rejected('bag', options=['--start', -1]) == '--start is -1; bag is 0.167 s long'
+    assert rejected('bag', options=['--duration', 0]) == (
         '--duration is 0; allowed are numbers above 0')
-    assert refused('bag', options=['--every', 0]) == (
+    assert rejected('bag', options=['--every', 0]) == (
         '--every is 0; allowed are whole numbers from 1')
-    assert 'no messages were synchronised' in refused('bag', options=['--duration', 1e-9])
+    assert 'no messages were synchronised' in rejected('bag', options=['--duration', 1e-9])
 
 
-def test_outputs_that_make_no_sense_are_refused(refused):
-    assert refused('bag', options=['--format', 'none']) == (
+def test_outputs_that_make_no_sense_are_rejected(rejected):
+    assert rejected('bag', options=['--format', 'none']) == (
         '--format none leaves nothing to be written; give --files, --video or --view')
-    assert refused('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
+    assert rejected('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
         '--keep copies into a bag, and --format none writes none')
-    assert refused('bag', options=['--format', 'none', '--files', 'npy', '--with', 'points2']) == (
+    options = ['--format', 'none', '--files', 'npy', '--with', 'points2']
+    assert rejected('bag', options=options) == (
         '--with names topics of a bag, and --format none writes none; leave one of the two out')
     for options in (['--min-disparity', -3], ['--min-disparity', 250]):
-        assert refused('bag', options=['--files', 'png', *options]).startswith(
+        assert rejected('bag', options=['--files', 'png', *options]).startswith(
             '--files png holds 0 to 255 px')
 
 
-def test_values_of_options_are_checked_as_those_of_parameters(refused):
-    assert refused('bag', disparities=0).startswith('disparities is 0')
-    assert refused('bag', options=['--queue-size', 0]) == (
+def test_values_of_options_are_checked_as_those_of_parameters(rejected):
+    assert rejected('bag', disparities=0).startswith('disparities is 0')
+    assert rejected('bag', options=['--queue-size', 0]) == (
         'queue_size is 0; allowed are numbers from 1 to 1000000')
-    assert refused('bag', options=['--depth-encoding', 'x']) == (
+    assert rejected('bag', options=['--depth-encoding', 'x']) == (
         "depth_encoding is 'x'; allowed are 32FC1, 16UC1")
 
 
