@@ -5,15 +5,18 @@ Ablation: each profile as it is, and with each part removed or replaced, on scen
 
 Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
 """
+from functools import partial
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.benchmarks.datasets import window
 from fuzzy_stereo_ros.benchmarks.page import (
     BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled)
 from fuzzy_stereo_ros.benchmarks.request import figures_of_sequence, halved, means, report_of
 from fuzzy_stereo_ros.benchmarks.truth import correlation_table, genes_of, truth_beside_result
 from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME
+from fuzzy_stereo_ros.benchmarks.warm import FRAMES, KINDS, QUICK_FRAMES, walks
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
-from fuzzy_stereo_ros.evaluation.catalogue import Scene
+from fuzzy_stereo_ros.evaluation.catalogue import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
 import numpy as np
@@ -28,6 +31,8 @@ CLASSIC = 'middv2'
 SHOWN = ('midd2006_third/Midd1', 'midd2006_third/Flowerpots', 'midd2006_third/Rocks1',
          'kitti/kitti2012_color/000000')
 NOISY = 'window, noise'     # sequences on which the previous best is taken away
+STILL = 'still, noise 1.5'  # sequences on which each part is taken away; their last frame counts
+SINGLE = 'single pairs'
 EARNS = 3.0                 # percent of the mean error by which a part earns its place
 ROOM = 2.4          # a bar of more than so many times that of the matcher as it is, is cut there
 
@@ -48,7 +53,8 @@ def run(request):
     """Return the `Report` of what each part of the matchers earns."""
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
-    sequences = [one for one in sequences if len(one.scored)]
+    sequences = [*(one for one in sequences if len(one.scored)),
+                 *still_sequences(request, scenes)]
     trials, points, truths = (pd.DataFrame([row for rows in parts for row in rows]) for parts in
                               zip(*request.each(scenes, 'scenes',
                                                 lambda scene: on_scene(scene, request))))
@@ -57,8 +63,8 @@ def run(request):
         for items, title, work in (
             (sequences, 'sequences', lambda one: on_sequence(one, request)),
             (evolutions(scenes, request.quick), 'evolutions', evolve)))
-    realtime = pd.concat([trials, *([noisy(moving)] if len(moving) else [])])
-    found = [balance_table(pd.concat([realtime.assign(profile='realtime'), evolved]))]
+    found = [balance_table(pd.concat([
+        of_parts(trials, moving).assign(profile='realtime'), evolved.assign(on=SINGLE)]))]
     found += [evolution_table(profile, of_profile)
               for profile, of_profile in evolved.groupby('profile', sort=False)]
     found += scene_tables(trials) + (sequence_tables(moving) if len(moving) else [])
@@ -73,10 +79,10 @@ def run(request):
         'time': f'all variants in turns; scenes: minimum of {TURNS}; sequences: median of the '
                 'frames after the first; the replaced possibility is written to compare, not to '
                 'be fast: no times of it',
-        'sequences': 'those of the benchmark `warm`, scored as there',
+        'sequences': f'those of the benchmark `warm`, scored as there; {STILL}: frame '
+                     f'{FRAMES[-1]}',
         'earns': f'how much of the error without it a part takes away; {EARNS:.0f} % earns its '
                  'place',
-        'previous best': 'on the sequences with noise; the others on single scenes, cold',
     }, [*found, correlation_table(points, truths)], [*skipped, *missing],
         {'ablation.svg': draw_ablation})
 
@@ -135,6 +141,14 @@ def on_sequence(sequence, request):
             for name, several in matches.items()]
 
 
+def still_sequences(request, scenes):
+    """Return a `Sequence` of each scene that stays, of which only the last frame is scored."""
+    frames = (QUICK_FRAMES if request.quick else FRAMES)[-1]
+    return [Sequence(STILL, one.scene.name, one.scene.family, one.scene.disparities,
+                     partial(window, one.scene, *KINDS[STILL], frames),
+                     scored=range(frames - 1, frames)) for one in walks(request, scenes, [STILL])]
+
+
 def evolutions(scenes, quick):
     """Return the `Evolution`s: quality on scenes of all kinds, paper on the classic ones."""
     classic = [scene for scene in scenes if scene.group == CLASSIC]
@@ -160,10 +174,18 @@ def evolve(one):
     return found
 
 
-def noisy(moving):
-    """Return the rows of a DataFrame of sequences that tell what the previous best earns."""
-    chosen = [one.name for one in REALTIME if one.part == 'previous best' or one == DEFAULT]
-    return moving[moving.scene.str.startswith(NOISY) & moving.name.isin(chosen)]
+def of_parts(trials, moving):
+    """
+    Return the rows that tell what parts of `realtime` earn, with what each was measured on.
+
+    trials, moving: DataFrames of single scenes and of sequences
+    """
+    parts = [trials.assign(on=SINGLE)]
+    if len(moving):
+        chosen = [one.name for one in REALTIME if one.part == 'previous best' or one == DEFAULT]
+        parts += [moving[moving.kind.str.startswith(NOISY) & moving.name.isin(chosen)].assign(
+            on='windows with noise'), moving[moving.kind == STILL].assign(on=STILL)]
+    return pd.concat(parts)
 
 
 def _matchers(request, subject, variants):
@@ -173,24 +195,25 @@ def _matchers(request, subject, variants):
 
 
 def balance_table(found):
-    """Return the table of what each part earns, of a DataFrame: profile, scene, name, error."""
+    """Return the table of what parts earn: of a DataFrame profile, on, scene, name, error."""
     rows = []
     for profile, variants in PROFILES.items():
         errors = found[found.profile == profile].pivot(
-            index='scene', columns='name', values='error')
+            index=['on', 'scene'], columns='name', values='error')
         for part in PARTS:
             chosen = [variant.name for variant in variants if variant.part == part]
-            for name in chosen:
-                if name in errors:
-                    both = errors[[DEFAULT.name, name]].dropna()
-                    with_it, without = map(float, both.mean())
-                    rows.append((profile, part, name, len(both), with_it, without, signed(
-                        100 * (without - with_it) / without if without else 0.0)))
+            for name in (name for name in chosen if name in errors):
+                both = errors[[DEFAULT.name, name]].dropna()
+                for measured_on, figures in both.groupby('on', sort=False):
+                    with_it, without = map(float, figures.mean())
+                    rows.append((
+                        profile, part, name, measured_on, len(figures), with_it, without, signed(
+                            100 * (without - with_it) / without if without else 0.0)))
             if not chosen:
-                rows.append((profile, part, 'has none', None, None, None, None))
+                rows.append((profile, part, 'has none', *5 * [None]))
     return Table('What each part of each profile earns', (
-        'profile', 'part', 'without it', 'scenes', 'error as it is [%]', 'error without it [%]',
-        'earns [%]'), rows)
+        'profile', 'part', 'without it', 'on', 'scenes', 'error as it is [%]',
+        'error without it [%]', 'earns [%]'), rows)
 
 
 def evolution_table(profile, found):

@@ -114,12 +114,12 @@ def tables(measured):
                  costly.head(MOST).set_index('path')[[COLD, WARM, MORE]])]
 
 
-def walks(request, scenes):
-    """Return a `Walk` for each kind and scene of a request."""
+def walks(request, scenes, kinds=KINDS):
+    """Return a `Walk` for each of some kinds and each scene of a request."""
     classic = [scene for scene in scenes if scene.group in GROUPS] or [
         scene for scene in scenes if scene.family == MIDDLEBURY]
     return [Walk(scene, kind) for scene in (classic[:1] if request.quick else classic)
-            for kind in KINDS]
+            for kind in kinds]
 
 
 def walk(request, one):

@@ -6,8 +6,8 @@ from functools import partial
 
 from fuzzy_stereo_ros.benchmarks import ablation, variants
 from fuzzy_stereo_ros.benchmarks.ablation import (
-    balance_table, DEFAULT, Evolution, evolution_table, evolutions, evolve, noisy, on_scene,
-    on_sequence, REALTIME)
+    balance_table, DEFAULT, Evolution, evolution_table, evolutions, evolve, of_parts, on_scene,
+    on_sequence, REALTIME, SINGLE, STILL, still_sequences)
 from fuzzy_stereo_ros.benchmarks.datasets import available_sequences, window
 from fuzzy_stereo_ros.benchmarks.truth import (
     correlation_table, fittest, genes_of, spearman, truth_beside_result)
@@ -226,8 +226,8 @@ def test_a_sequence_is_scored_with_and_without_the_previous_best():
 def measured(profile, *scenes):
     """Return a DataFrame of trials: of each scene, errors {name of a variant: percent}."""
     return pd.DataFrame([
-        {'profile': profile, 'scene': f'made/{number}', 'name': name, 'error': error,
-         'fitness': 0.5, 'milliseconds': 1000.0}
+        {'profile': profile, 'on': SINGLE, 'scene': f'made/{number}', 'name': name,
+         'error': error, 'fitness': 0.5, 'milliseconds': 1000.0}
         for number, errors in enumerate(scenes) for name, error in errors.items()])
 
 
@@ -241,16 +241,38 @@ def test_a_part_earns_what_the_mean_error_without_it_is_larger_in_percent_of_it(
     found = measured('realtime', {DEFAULT.name: 9.0}, *(
         dict(zip((DEFAULT.name, variant.name), both)) for both in errors))
     rows = [one for one in balance_table(found).rows if one[0] == 'realtime']
-    assert [one[2:] for one in rows if one[2] != 'has none'] == [(variant.name, *row)]
+    assert [one[2:] for one in rows if one[2] != 'has none'] == [
+        (variant.name, SINGLE, *row)]
 
 
-def test_the_previous_best_is_told_by_windows_with_noise_and_all_else_by_scenes():
-    moving = pd.DataFrame([{'scene': scene, 'name': one.name} for one in REALTIME
-                           for scene in ('window, noise 6, pan 0, teddy', 'hard cut, a to b')])
-    told = noisy(moving)
-    assert set(told.scene) == {'window, noise 6, pan 0, teddy'}
-    assert set(told.name) == {DEFAULT.name, *(
+def test_a_part_has_a_line_for_each_kind_of_pairs_that_it_was_measured_on():
+    found = measured('realtime', {DEFAULT.name: 2.0, MUTATION.name: 4.0},
+                     {DEFAULT.name: 3.0, MUTATION.name: 4.0})
+    found['on'] = found.scene.map({'made/0': 'one kind', 'made/1': 'another'})
+    assert [row[3:] for row in balance_table(found).rows if row[2] == MUTATION.name] == [
+        ('another', 1, 3.0, 4.0, '+25.00'), ('one kind', 1, 2.0, 4.0, '+50.00')]
+
+
+def test_all_parts_are_measured_on_single_and_still_pairs_the_previous_best_where_there_is_noise():
+    names = [one.name for one in REALTIME]
+    trials = pd.DataFrame({'name': names})
+    moving = pd.DataFrame([{'kind': kind, 'name': name} for name in names
+                           for kind in ('window, noise 6', 'hard cut', STILL)])
+    found = of_parts(trials, moving)
+    assert [(*key, len(rows)) for key, rows in found.groupby(
+        ['on', found.kind.fillna('')], sort=False)] == [
+            (SINGLE, '', len(names)), ('windows with noise', 'window, noise 6', 4),
+            (STILL, STILL, len(names))]
+    noisy = found[found.on == 'windows with noise']
+    assert set(noisy.name) == {DEFAULT.name, *(
         one.name for one in REALTIME if one.part == 'previous best')}
+
+
+def test_of_a_scene_that_stays_only_the_last_frame_counts():
+    request = SmallRequest()
+    one, = still_sequences(request, [noisy_scene()])
+    assert one.group == STILL
+    assert list(one.scored) == [len(list(one.read())) - 1]
 
 
 def test_what_takes_seconds_is_taken_apart_on_few_scenes():
