@@ -92,7 +92,7 @@ def measure(scene, request):
             found.reliable.extend(
                 {**named, 'noise': noise, 'matcher': name, 'confidence': confidence,
                  'number': number, 'right': right} for confidence, number, right in zip(
-                     CONFIDENCES, *reliability(*_judged(match, known, scene))))
+                     CONFIDENCES, *reliability(*judged(match, known, scene))))
         if not noise:
             right = request.matcher(scene.disparities, reference='right').match(
                 known.left, known.right)
@@ -128,7 +128,7 @@ def _worth(known, scene, match, right):
     figures = {'area, confidence': own.area, 'area, left-right difference': other.area,
                'area, ideal': ideal.area, 'wrong of all': own.at_100,
                'of the surest 80 %': own.at_80, 'by left-right difference': other.at_80}
-    wrong, confidence = _judged(match, known, scene)
+    wrong, confidence = judged(match, known, scene)
     for heading, threshold in _presets():
         kept = confidence >= threshold
         figures[f'{heading}, kept'] = 100 * float(kept.mean())
@@ -141,7 +141,7 @@ def _presets():
     return [(f'{preset} ({threshold:g})', threshold) for preset, threshold in PRESETS.items()]
 
 
-def _judged(match, known, scene):
+def judged(match, known, scene):
     """Return which pixels with truth are wrong, hidden ones too, and their confidence."""
     told = np.isfinite(known.truth)
     error = abs(known.as_scored(match.disparity) - known.truth)[told]

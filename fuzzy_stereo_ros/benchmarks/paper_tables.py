@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 
 import cv2
+from fuzzy_stereo_ros.benchmarks.accuracy import CONFIDENCES, judged
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
@@ -19,6 +20,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import (
     ALL, bad_percent, cross_checked, GroundTruthPair, MIDDLEBURY, read_truth, warped_to_right)
 from fuzzy_stereo_ros.evaluation.matchers import fastest
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.evaluation.scores import reliability
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
@@ -52,11 +54,12 @@ def run(request):
     works = {**{f'Table I, {scene.name}': partial(table_one, request, scene)
                 for scene in (*pairs, *beside)},
              **{f'operators, {scene.name}': partial(operators_table, scene) for scene in pairs},
+             'confidence': partial(confidence_table, (*pairs, *beside)),
              'Table II': partial(table_two, request),
              'Figure 4': partial(figure_four, shown)}
     parts = request.each(list(works), 'paper', lambda name: works[name]())
     lines = [pd.DataFrame([row for part in some for row in part]) for some in (
-        parts[:len(pairs)], parts[len(pairs):-2 - len(pairs)], parts[-2 - len(pairs):-2])]
+        parts[:len(pairs)], parts[len(pairs):-3 - len(pairs)], parts[-3 - len(pairs):-3])]
     settings = {
         'profile paper': '70 individuals, 100 generations, mutation rate 40 % unless said '
                          'otherwise; dense; nothing is filled or smoothed',
@@ -74,7 +77,8 @@ def run(request):
         _first_table(lines[0]),
         *([Table.of('Pairs that the paper does not have: off by more than 1 px, percent',
                     by_scene(lines[1]), 'Each cell: nonocc / all pixels.')] if beside else []),
-        _operators_table(lines[2]), _second_table(*parts[-2]), _figure_table(shown, parts[-1])],
+        _operators_table(lines[2]), parts[-3], _second_table(*parts[-2]),
+        _figure_table(shown, parts[-1])],
         skipped, threads='one')
 
 
@@ -105,6 +109,24 @@ def operators_table(scene):
     return _lines(scene, {variant.name: attempt(
         paper_config(scene.disparities, reference='left', **variant.changes), pair,
         stages=variant.stages) for variant in PAPER_OPERATORS})
+
+
+def confidence_table(scenes):
+    """Return the table of how often pixels are right, by what the profile `paper` says."""
+    counts = {}
+    for scene in scenes:
+        pair = scene.read()
+        match = StereoMatcher(paper_config(scene.disparities, reference='left')).match(
+            pair.left, pair.right)
+        counts.setdefault(scene.group, []).append(reliability(*judged(match, pair, scene)))
+    rows = {}
+    for group, found in counts.items():
+        number, right = np.sum(found, axis=0)
+        rows[f'{group} ({len(found)})'] = 100 * right / np.where(number, number, np.nan)
+    return Table.of('Confidence: percent of pixels that are right, by what it says, profile paper',
+                    pd.DataFrame(rows, index=CONFIDENCES).T,
+                    'Of all valid pixels with truth, also of those that one camera sees; uniform '
+                    'reading, random population.')
 
 
 def _lines(scene, found):
@@ -140,8 +162,9 @@ def figure_four(scene):
 
 
 def paper_config(disparities, **changes):
-    """Return the configuration of the paper's algorithm, on one thread."""
-    return MatcherConfig.from_profile('paper', disparities=disparities, threads=1, **changes)
+    """Return the configuration of the paper's algorithm, dense, on one thread."""
+    return MatcherConfig.from_profile('paper', disparities=disparities, threads=1, fill=True,
+                                      **changes)
 
 
 def attempt(config, pair, turns=1, stages=None):

@@ -29,6 +29,8 @@ from fuzzy_stereo_ros.matching.paper.possibility import (
     uniform_membership, UniformPossibility)
 import numpy as np
 
+NEAR = 1    # px within which two disparities are the same match
+
 
 def gradient_norm(grey, norm):
     """
@@ -60,6 +62,20 @@ def gradient_by_index(norm, min_disparity, by_index):
 def inside(framed):
     """Return a view of the image's cells of framed maps: (..., R + 2, W) to (..., R, C)."""
     return framed[..., 1:-1, 1:framed.shape[-1] - FRAME + 1]
+
+
+def largest_elsewhere(possibility, chromosome, axis):
+    """
+    Return how possible the best other match of each cell is: uint8 (R, C), 255ths.
+
+    Other are disparities further than NEAR from the chromosome's. possibility: uint8, of all
+    disparities along an axis; chromosome: integers (R, C), indices of disparities
+    """
+    others = possibility.copy()
+    for step in range(-NEAR, NEAR + 1):
+        near = np.clip(chromosome.astype(np.intp) + step, 0, possibility.shape[axis] - 1)
+        np.put_along_axis(others, np.expand_dims(near, axis), 0, axis)
+    return others.max(axis=axis)
 
 
 class LiteralFitness:
@@ -114,6 +130,10 @@ class LiteralFitness:
     def choose(self, chromosome, chosen):
         """Write how possible a chromosome's matches are: uint8 (R, C), 255ths."""
         fill_chosen_possibility(self._possibility.volume, chromosome, chosen)
+
+    def largest_elsewhere(self, chromosome):
+        """Return how possible the best other match of each cell is: uint8 (R, C), 255ths."""
+        return largest_elsewhere(self._possibility.volume, chromosome, 2)
 
     def most_possible(self, genes):
         """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""
@@ -175,6 +195,10 @@ class UniformFitness:
         inside(framed)[:] = chromosome
         fill_chosen(self.planes, framed, 0, self._size[0], framed_chosen)
         chosen[:] = inside(framed_chosen)
+
+    def largest_elsewhere(self, chromosome):
+        """Return how possible the best other match of each cell is: uint8 (R, C), 255ths."""
+        return largest_elsewhere(inside(self.planes), chromosome, 0)
 
     def most_possible(self, genes):
         """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""

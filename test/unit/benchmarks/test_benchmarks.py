@@ -484,7 +484,7 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     monkeypatch.setattr(paper_tables, 'FIGURE_4', (few, {'population': 6, 'generations': 2}))
     report = paper_tables.run(SmallRequest())
     assert_columns_have_names_of_their_own(report)
-    first, earned, second, figure = report.tables
+    first, earned, sure, second, figure = report.tables
     lines = [row[0] for row in first.rows]
     assert lines[0] == 'literal, random'
     assert {'uniform, random, mean of the seeds', 'uniform, winner takes all',
@@ -495,6 +495,7 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
         np.mean(of_seeds))
     assert [row[0] for row in earned.rows] == [variant.name for variant in PAPER_OPERATORS]
     assert earned.rows[0][-1] == '100.000'
+    assert all(share is None or 0 <= share <= 100 for row in sure.rows for share in row[1:])
     assert ('the paper, as printed', None, 3400, '1.000') in second.rows
     assert [row[0] for row in second.rows[4:]] == [
         'literal, random, 4 individuals, 2 generations',

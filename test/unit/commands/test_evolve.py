@@ -37,12 +37,12 @@ def words_for(*more, **changes):
 
 
 def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, capsys):
-    assert main(words_for('--json', profile='paper', reference='left', population=8,
+    assert main(words_for('--json', '--fill', profile='paper', reference='left', population=8,
                           generations=3, ground_truth='truth.pfm', mask='visible.png')) == 0
     figures = json.loads(capsys.readouterr().out)
     match = StereoMatcher(MatcherConfig.from_profile(
-        'paper', disparities=DISPARITIES, reference='left', population=8, generations=3)).match(
-        pair.left, pair.right)
+        'paper', disparities=DISPARITIES, reference='left', population=8, generations=3,
+        fill=True)).match(pair.left, pair.right)
     assert [row['number'] for row in figures['history']] == [1, 2, 3]
     for row, expected in zip(figures['history'], match.history):
         assert row['best_fitness'] == expected.best_fitness

@@ -3,11 +3,13 @@
 """The profile `paper` as a whole, in its readings."""
 from dataclasses import replace
 
+import cv2
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.paper import operators
-from fuzzy_stereo_ros.matching.paper.matcher import LITERAL_STAGES, PaperMatcher, Stages
+from fuzzy_stereo_ros.matching.paper.matcher import (
+    LITERAL_STAGES, PaperMatcher, RIGHT, Stages)
 from fuzzy_stereo_ros.matching.paper.population import Population
 import numpy as np
 import pytest
@@ -236,11 +238,25 @@ def test_a_wall_is_found_from_noise():
 
 
 @pytest.mark.parametrize('reading', READINGS)
-def test_the_result_is_the_best_in_pixels_and_its_possibility(reading):
+def test_a_uniform_pair_is_rejected(reading):
+    uniform = np.full((ROWS, COLUMNS, 3), 90, np.uint8)
+    _, match = evolved((uniform, uniform), reading=reading)
+    assert np.isnan(match.disparity).all() and (match.confidence == 0).all()
+
+
+@pytest.mark.parametrize('reading', READINGS)
+def test_the_result_is_the_best_in_pixels_and_by_how_much_its_matches_are_more_possible(reading):
     matcher, match = evolved(reading=reading, min_disparity=-2)
     best = matcher.population.genes[matcher.population.best]
-    np.testing.assert_array_equal(match.disparity, best.astype(float) - 2)
-    np.testing.assert_array_equal(match.confidence, matcher.possibility_of(best))
+    np.testing.assert_array_equal(
+        match.disparity, np.where(match.confidence > 0, best.astype(float) - 2, np.nan))
+    possible = matcher.possibility_of(best)
+    others = np.max([np.where(abs(best.astype(int) - index) > 1, matcher.possibility_of(
+        np.full_like(best, index)), 0) for index in range(DISPARITIES)], axis=0)
+    certainty = np.maximum(possible - others, 0) / np.maximum(possible, 1 / 255)
+    certainty[:, :3] = certainty[:, -2:] = 0    # at most three disparities from -2 to 3 are seen
+    np.testing.assert_allclose(match.confidence, np.interp(
+        10 * cv2.blur(certainty, (9, 9)), range(11), RIGHT), atol=1e-6)
     assert list(match.times) == ['possibility', 'seeds', 'generations', 'refinement']
 
 

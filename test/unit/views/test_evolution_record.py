@@ -81,9 +81,15 @@ def test_the_initial_population_is_the_one_that_evolution_starts_from(name, pair
 
 @pytest.mark.parametrize('name', ['paper', 'paper, left, elite'])
 def test_the_maps_are_those_of_the_reference_image_in_pixels(name, pair):
-    match, told = watched(replace(CONFIGS[name], min_disparity=-2), pair)
+    config = replace(CONFIGS[name], min_disparity=-2, fill=True)
+    match, told = watched(config, pair)
     np.testing.assert_array_equal(told[-1].best, match.disparity)
-    np.testing.assert_array_equal(told[-1].possibility, match.confidence)
+    matcher = StereoMatcher(config)
+    matcher.match(pair.left, pair.right)
+    population = matcher.algorithm.population
+    possible = matcher.algorithm.possibility_of(population.genes[population.best])
+    np.testing.assert_array_equal(
+        told[-1].possibility, possible if config.reference == 'left' else possible[:, ::-1])
 
 
 @pytest.mark.parametrize('name', ['realtime', 'realtime, right', 'quality'])
