@@ -81,8 +81,11 @@ wheel: $(package_installed)
 		--no-build-isolation --wheel-dir dist .
 	@ls dist/*.whl
 
+# Two processes that compile the same kernels take as long as one: they are compiled before.
 test: lint
-	$(python) -m pytest -m 'not slow' $(PYTEST_ARGS)
+	for profile in realtime quality paper; do \
+		$(python) -m fuzzy_stereo_ros.commands.command_line warm-up --profile $$profile || exit; done
+	$(python) -m pytest -m 'not slow' --numprocesses logical --dist loadfile $(PYTEST_ARGS)
 
 test-rest: $(package_installed)
 	$(python) -m pytest -m slow $(PYTEST_ARGS)
