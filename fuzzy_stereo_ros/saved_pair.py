@@ -27,7 +27,7 @@ from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-from fuzzy_stereo_ros.matching.realtime.moving_camera import UNSEEN
+from fuzzy_stereo_ros.matching.realtime.moving_camera import NO_CAMERA
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
@@ -238,7 +238,7 @@ def _layout(state):
             **({'half_grey': (np.uint8, cells), 'census': (np.uint32, shape),
                 'cells': (np.float32, cells), 'survived': (np.uint8, cells)}
                if np.size(state.half_grey) else
-               {name: (array.dtype, array.shape) for name, array in UNSEEN._asdict().items()})}
+               {name: (array.dtype, array.shape) for name, array in NO_CAMERA._asdict().items()})}
 
 
 def _check_state(state, config):

@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
 from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
-from fuzzy_stereo_ros.matching.quality.operators import NoEvidence, OPERATORS
+from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
@@ -83,9 +83,19 @@ def without_previous_best(warm_start, pool, state, half):
 class NothingComesOver(FrameEvolution):
     """No evolution from frame to frame: the chromosome of planes is new in each frame."""
 
-    def arrive(self, pool, previous, arrival):
+    def inherit(self, pool, previous, history):
         """Take nothing that has evolved before."""
-        return super().arrive(pool, None, arrival)
+        return super().inherit(pool, None, history)
+
+
+class NoEvidence:
+    """No evidence of the images alone: a region moves where that is fitter."""
+
+    def __init__(self, rows, columns):
+        """Need no memory."""
+
+    def reject(self, *_):
+        """Reject nothing."""
 
 
 class CameraNotFollowed(MovingCamera):

@@ -13,19 +13,19 @@ _FEWEST_ROWS = 64   # below this a band is mostly overlap
 
 class ThreadPool:
     """
-    The threads of one matcher, the caller's among them.
+    The threads of one matcher, with the calling thread as one of them.
 
-    Kernels release the interpreter's lock while they run. An executor would do the same with a
-    future for each item, at five times the cost: there are some twenty calls a frame.
+    Kernels release the GIL while they run. An executor, with a future for each item, costs five
+    times as much, and there are some twenty calls a frame.
 
-    shared: ms that the calls of `each` have taken; what is left of a frame no other thread shares
+    shared: ms spent in `each`; the rest of a frame runs in one thread
     """
 
     def __init__(self, threads):
-        """Start the threads. threads: 0 takes one a core."""
+        """Start the threads; threads: their number, 0 for one per core."""
         self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
         self._calls = SimpleQueue()
-        self._helpers = [Thread(target=_help, args=(self._calls,), name='pool', daemon=True)
+        self._helpers = [Thread(target=_run_calls, args=(self._calls,), name='pool', daemon=True)
                          for _ in range(self.threads - 1)]
         for helper in self._helpers:
             helper.start()
@@ -56,9 +56,10 @@ class ThreadPool:
 
 def by_bands(pool, work, reach, image, result):
     """
-    Write what a filter makes of an image, band by band.
+    Filter an image band by band.
 
-    work: called with rows of the image, returns as many; reach: rows that it looks up and down
+    work: the filter, called with rows of the image, returns as many; reach: how many rows above
+    and below a row its result depends on
     """
     def filter_band(band):
         _, first, last = band
@@ -67,17 +68,17 @@ def by_bands(pool, work, reach, image, result):
     pool.each(filter_band, cut_bands(len(image)))
 
 
-def _help(calls):
-    """Work on what is left of each call, until None comes."""
+def _run_calls(calls):
+    """Take items of each call of `each`, until None comes in the place of a call."""
     for work, rest, done in iter(calls.get, None):
         error = None
         try:
             for item in rest:
                 work(item)
-        except BaseException as raised:     # handed to the caller, who raises it
+        except BaseException as raised:     # `each` raises it
             error = raised
         done.put(error)
-        del work, rest, done, error         # a thread that waits keeps no frame alive
+        del work, rest, done, error         # a waiting thread keeps no frame in memory
 
 
 def _end(calls, helpers):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a pair of images must be before kernels see it."""
+"""Checks of a pair of images and its stamp, which kernels rely on."""
 import numbers
 
 import numpy as np
@@ -69,7 +69,7 @@ def _size(image):
 
 
 def _grey(image):
-    """Weigh B + 2 G + R of a colour image, in its own dtype."""
+    """Return (B + 2 G + R) / 4 of a colour image, in its own dtype; a grey one as it is."""
     if image.ndim == 2:
         return image
     weighted = image.astype(np.uint32) @ np.array([1, 2, 1], np.uint32)

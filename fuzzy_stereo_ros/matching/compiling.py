@@ -3,10 +3,10 @@
 """
 Compile the kernels that a matcher needs, in as many processes as there are cores.
 
-A dry run of the warm-up finds which kernels are called with which types: in a process of its own
-each kernel is replaced by a recorder, which computes nothing. In some rounds recorders write
-random numbers into the arrays they are given, so that the matcher takes all of its branches. A
-kernel that the dry run misses is compiled by the warm-up itself.
+A dry run of the warm-up, in a process of its own, finds which kernels are called with which types:
+a recorder, which computes nothing, replaces each kernel. In some rounds recorders write random
+numbers into the arrays that they get, so that the matcher takes all of its branches. A kernel that
+the dry run misses is compiled by the warm-up itself.
 """
 from concurrent.futures import as_completed, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -30,13 +30,13 @@ import numpy as np
 PACKAGE = __name__.rpartition('.')[0]
 # of a dry run: the seed of what recorders write, None for nothing; whether a camera is followed
 ROUNDS = (None, True), *((seed, follows) for seed in range(4) for follows in (True, False))
-# of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
+# level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
 START = 'import sys; sys.path[:] = {!r}; from {} import serve; serve()'
 
 
 class Progress(NamedTuple):
-    """How far it is: share from 0 to 1, of the code; left: s, None where that is not known."""
+    """Progress of compiling; share: 0 to 1, of the code; left: seconds, None if unknown."""
 
     share: float
     left: float | None
@@ -44,7 +44,7 @@ class Progress(NamedTuple):
 
 def warm_up(matcher, rows, columns, report=None):
     """
-    Warm a StereoMatcher up as it does itself; all cores compile what is kept nowhere.
+    Warm a StereoMatcher up; all cores compile the kernels that are not cached.
 
     report(Progress): called in the thread of this call, and only where something is compiled.
     Raises ValueError for a size that cannot be matched.
@@ -62,13 +62,13 @@ def compile_kernels(config, report=None):
     report(Progress(0.0, None))
     with Workers(len(os.sched_getaffinity(0)), config) as workers:
         sizes = {call: _size(_kernel(*call[:2]), set())
-                 for call in map(tuple, workers.ask(None) or ())}
+                 for call in map(tuple, workers.request(None) or ())}
         begun, done, threads = time.monotonic(), 0, ThreadPoolExecutor(workers.number)
-        asked = {threads.submit(workers.ask, call): call
-                 for call in sorted(sizes, key=sizes.get, reverse=True)}
+        futures = {threads.submit(workers.request, call): call
+                   for call in sorted(sizes, key=sizes.get, reverse=True)}
         try:
-            for future in as_completed(asked):
-                done += sizes[asked[future]]
+            for future in as_completed(futures):
+                done += sizes[futures[future]]
                 share = done / sum(sizes.values())
                 report(Progress(share, (time.monotonic() - begun) * (1 / share - 1)))
         finally:
@@ -95,23 +95,23 @@ def compile_call(call, types):
 
 def serve():
     """
-    Run a process of Workers: record the calls, then compile what is asked, until stdin ends.
+    Run a process of Workers: record the calls, then compile on request, until stdin ends.
 
-    It reads lines of JSON: a MatcherConfig, then calls to compile, or null; it answers null with
-    the recorded calls, a call with whether it is compiled.
+    It reads lines of JSON: a MatcherConfig, then requests. It answers null with the recorded
+    calls, and a call with whether it is compiled.
     """
-    asked, answers = SimpleQueue(), os.fdopen(os.dup(1), 'w')
-    os.dup2(2, 1)       # what is printed is no answer
+    requests, answers = SimpleQueue(), os.fdopen(os.dup(1), 'w')
+    os.dup2(2, 1)       # prints go to stderr, not among the answers
 
     def read():
         for line in sys.stdin:
-            asked.put(json.loads(line))
-        os._exit(0)     # the asking process has ended: a compilation cannot be interrupted
+            requests.put(json.loads(line))
+        os._exit(0)     # the requesting process has ended: a compilation cannot be interrupted
 
     threading.Thread(target=read, daemon=True).start()
-    calls = record_calls(MatcherConfig(**asked.get()))
+    calls = record_calls(MatcherConfig(**requests.get()))
     while True:
-        call, answer = asked.get(), list(calls)
+        call, answer = requests.get(), list(calls)
         if call is not None:
             try:
                 compile_call(call, calls[tuple(call)])
@@ -123,7 +123,7 @@ def serve():
 
 
 class Workers:
-    """Processes that compile; a context manager, at whose end they end."""
+    """Processes that compile kernels; a context manager that ends them."""
 
     def __init__(self, number, config):
         """Start a number of processes for what a MatcherConfig needs."""
@@ -140,11 +140,11 @@ class Workers:
         for process in self._processes:
             _end(process)
 
-    def ask(self, call):
+    def request(self, call):
         """
-        Return whether a free process has compiled a call; for None what calls there are, a list.
+        Return whether a free process compiled a call; for None the list of recorded calls.
 
-        None is returned where the process ends, which another takes the place of.
+        Return None where the process ends; another one then takes its place.
         """
         place = self._free.get()
         process = self._processes[place]
@@ -161,7 +161,7 @@ class Workers:
             self._free.put(place)
 
     def _started(self):
-        """Start a process; in a session of its own, as Ctrl-C is for who asks."""
+        """Start a process, in a session of its own so that Ctrl-C does not reach it."""
         process = subprocess.Popen(
             [sys.executable, '-c', START.format(sys.path, __name__)], text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
@@ -173,7 +173,7 @@ class Workers:
 
 def _end(process):
     process.kill()
-    with suppress(OSError), process:    # of what it has not read
+    with suppress(OSError), process:    # closing flushes a pipe that nobody reads
         pass
 
 
@@ -220,7 +220,7 @@ class _Recorder:
 
 
 class _Answer(int):
-    """A number that unpacks into two: kernels return a number, or two."""
+    """A number that unpacks into two, since kernels return one number or two."""
 
     def __iter__(self):
         return iter((self, self))

@@ -22,9 +22,9 @@ def _choice(default, choices, sentence):
 @dataclass(frozen=True)
 class MatcherConfig:
     """
-    What the matcher is asked to do, as a frozen value; the defaults are the profile `realtime`.
+    The configuration of a matcher, frozen; the defaults are those of the profile `realtime`.
 
-    Where a sentence names algorithms, the others ignore the number.
+    Where a sentence ends with profiles in brackets, the others ignore the parameter.
     Make changes with `dataclasses.replace`; a value that is not allowed raises a ValueError
     that says what was given and what is allowed.
     """
@@ -51,32 +51,32 @@ class MatcherConfig:
         True, 'let the best chromosome of the previous frame take part (realtime)')
     evolution_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
-        'time in which what came over from the previous frame evolves further; 0 is one '
-        'generation, which works on a fixed share of the picture, and only then are results '
-        'the same on every run (realtime)')
+        'time in which the planes of the previous frame evolve further; 0 is one generation '
+        'on a fixed share of the picture, and only then are results the same on every run '
+        '(realtime)')
     deadline_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
         'no operator starts after this time, nor, in realtime, one that would end after it; 0 is '
         'no deadline, and only then are results the same on every run')
     threads: int = _number(
-        0, 0, 256, '', 'threads that match one pair; 0 takes one a core; never changes the result')
+        0, 0, 256, '', 'threads that match one pair; 0 is one per core; never changes the result')
     seed: int = _number(
-        0, 0, 2**31 - 1, '', 'of the random numbers; equal seeds and input give equal output')
+        0, 0, 2**31 - 1, '', 'seed of the random numbers; equal seeds and input give equal output')
     population: int = _number(
-        1, 1, 1000, '', 'number of chromosomes alive; in realtime two at most')
+        1, 1, 1000, '', 'number of chromosomes; in realtime two at most')
     generations: int = _number(
         1, 0, 1000000, '', 'largest number of generations in one frame; realtime adds one of '
-        'planes that go from frame to frame (warm_start)')
+        'the planes of the previous frame (warm_start)')
     algorithm: str = _choice(
         'realtime', ('realtime', 'quality', 'paper'),
-        'genetic algorithm of which profile')
+        'genetic algorithm, by the name of its profile')
     mutation_rate: float = _number(
         0.4, 0.0, 1.0, '',
-        'share of the children that mutate (paper); in its literal reading share of the cells, '
-        'the least possible ones, that mutation may strike')
+        'share of the children that mutate (paper); in its literal reading the share of the '
+        'cells, the least possible ones, that may mutate')
     elite: float = _number(
         0.4, 0.0, 1.0, '',
-        'share of the population, the fittest, that is retained and mates (paper)')
+        'share of the population, the fittest, that is retained and has children (paper)')
     reading: str = _choice(
         'uniform', ('literal', 'uniform', 'strict'),
         'Eq. 1 to 4 as printed, or what the words of the paper allow: possibilities of the '
@@ -121,8 +121,8 @@ class MatcherConfig:
         """
         Return the configuration for images reduced to a scale, 0 < scale <= 1.
 
-        What is measured in pixels of the image shrinks with it, so that the same distances are
-        searched; at scale 1 it is equal to this one. Raises ValueError for another scale.
+        Parameters in pixels are scaled, so that the same distances are searched; at scale 1 it is
+        equal to this one. Raises ValueError for another scale.
         """
         if not 0 < scale <= 1:
             raise ValueError(f'scale is {scale!r}; allowed are numbers above 0 up to 1')
@@ -166,6 +166,6 @@ def _check(parameter, value):
     low, high = parameter.metadata['low'], parameter.metadata['high']
     wanted = numbers.Integral if kind is int else numbers.Real
     if (not isinstance(value, wanted) or isinstance(value, bool)
-            or not low <= value <= high):     # which NaN is not, either
+            or not low <= value <= high):     # false for NaN, too
         what = 'whole numbers' if kind is int else 'numbers'
         raise ValueError(f'{name} is {value!r}; allowed are {what} from {low} to {high}')

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Crossover of two parents, the same for all profiles: whose genes the child takes, and its gain.
+Crossover of two parents, shared by all profiles: which cells take the second parent's genes.
 
-A profile states what taking the second parent's genes changes, in an `Exchange`; a crossover
-chooses the cells that take them: those below a line (the paper's), connected regions (Whitley et
+A profile writes the changes of cost into an `Exchange`; a crossover chooses the cells in it and
+returns the change of cost: those below a line (the paper's), connected regions (Whitley et
 al., Partition crossover, 2009), or the best of all choices, by a minimum cut (Lempitsky et al.,
 Fusion moves for Markov random field optimization, 2010).
 """
@@ -19,7 +19,7 @@ LARGEST = 2**26     # a change of cost, of one cell or of two together, is at mo
 
 class Exchange:
     """
-    What it changes that a child takes genes of its second parent, where its parents differ.
+    The changes of cost where a child takes genes of its second parent, in the place of its first.
 
     cells: int32 (n,), row * C + column of the cells where they differ, ascending
     alone: int32 (n,), change of cost if this cell alone takes the second parent's gene
@@ -32,14 +32,14 @@ class Exchange:
         """neighbours: 4 or 8, of a cell in the sums of costs."""
         self.shape, self.neighbours = (rows, columns), neighbours
         size = rows * columns
-        # one more: where the parents agree is written too, and overwritten
+        # one more: kernels write each cell, and count it only where the parents differ
         self.all_cells = np.zeros(size + 1, np.int32)
         self._alone, self._taken = np.zeros(size, np.int32), np.zeros(size, np.bool_)
         self._pairs = np.zeros((size, neighbours // 2), np.int32)
-        self.hold(0)
+        self.set_size(0)
 
-    def hold(self, number):
-        """Hold a number of cells, written in all_cells; their changes are to be written next."""
+    def set_size(self, number):
+        """Set the number of cells, which are written in all_cells; then write their changes."""
         self.cells, self.alone, self.pairs, self.taken = (
             memory[:number]
             for memory in (self.all_cells, self._alone, self._pairs, self._taken))
@@ -60,7 +60,7 @@ class Line:
 
 
 class Regions:
-    """Partition crossover: connected regions of cells are taken whole where that is cheaper."""
+    """Partition crossover: takes connected regions of cells, as a whole, where that is cheaper."""
 
     def __init__(self, rows, columns, advantage=0):
         """advantage: cost a cell by which a region must be the cheaper one to be taken."""
@@ -77,7 +77,7 @@ class Regions:
         return self.keep_gains(exchange)
 
     def keep_gains(self, exchange):
-        """Leave those connected regions of the taken cells that gain nothing."""
+        """Take only the connected regions of the taken cells that gain; return the change."""
         return take_regions(
             exchange.cells, exchange.alone, exchange.pairs, self._columns, self._advantage,
             exchange.taken, self._places, self._region, self._parent, self._change, self._size)
@@ -85,10 +85,10 @@ class Regions:
 
 class Cut:
     """
-    Fusion by minimum cut: of all choices of cells the cheapest, of these the one of least cells.
+    Fusion by minimum cut: the cheapest choice of cells, of equally cheap ones the smallest.
 
-    It is the cheapest where no pair is above 0. Pairs above 0 count as 0 in the cut; afterwards
-    each connected region of cells that it has chosen is taken only if that is cheaper.
+    It is exact where no pair is above 0. Pairs above 0 count as 0 in the cut; afterwards each
+    connected region of the chosen cells is taken only if that is cheaper.
     """
 
     def __init__(self, rows, columns, neighbours):

@@ -5,26 +5,30 @@ The genetic engine: one loop over named operators, its random source, its budget
 
 A profile is an initial population and an ordered dict of operators. The population has
 
-    genes: (P, R, C), a view of the chromosomes alive
+    genes: (P, R, C), a view of all chromosomes
     fitness: float64 (P,), higher is fitter
     best: index of the fittest
-    converged: whether more generations can change nothing
+    converged: whether further generations would change nothing
 
-An operator, such as selection, crossover, mutation or survival, is called as
-`operator(population, random)` and changes the population in place; an operator that is not called,
-as the time is up, leaves a population that is valid. The ablation exchanges single operators.
+An operator, such as selection, crossover or mutation, is called as `operator(population, random)`
+and changes the population in place. The population is valid after each operator, since a deadline
+may leave out those that follow.
 """
+from copy import copy
 from dataclasses import dataclass
 import time
 
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import fill_uniform, key_of
 import numpy as np
 
+MOST_GENERATIONS = 10**6    # of a budget that only time limits
+DECAY = 0.9                 # of an expected duration, by a shorter one
+
 
 @dataclass(frozen=True)
 class Random:
     """
-    The source of all random numbers: equal words give equal numbers, whatever threads do.
+    The source of all random numbers: equal words give equal numbers, with any number of threads.
 
     words: whole numbers, of any size and sign: seed, stamp, generation and so on
     """
@@ -32,7 +36,7 @@ class Random:
     words: tuple
 
     def child(self, *words):
-        """Return the source whose words are these and some more."""
+        """Return the source whose words are these, followed by further ones."""
         return Random((*self.words, *words))
 
     @property
@@ -48,7 +52,7 @@ class Random:
 
 
 class Budget:
-    """What a frame may spend: a number of generations, and time."""
+    """The generations and the time that a frame may take."""
 
     def __init__(self, generations, deadline_ms, started_ns):
         """
@@ -60,57 +64,53 @@ class Budget:
         self._generations = generations
         self._deadline_ns = started_ns + int(deadline_ms * 1e6) if deadline_ms > 0 else None
 
-    def keeping(self, milliseconds):
-        """Return the budget that leaves so much time of this one to what comes after."""
-        rest = Budget(self._generations, 0, 0)
+    def reserving(self, milliseconds):
+        """Return this budget with a deadline that is earlier by what later stages take."""
+        rest = copy(self)
         if self._deadline_ns is not None:
-            rest._deadline_ns = self._deadline_ns - int(milliseconds * 1e6)
+            rest._deadline_ns -= int(milliseconds * 1e6)
         return rest
 
-    def part(self, milliseconds):
-        """Return the budget, within this one, of so much time from now; 0: of one generation."""
+    def limited_to(self, milliseconds):
+        """Return a budget within this one: some time from now, or for 0 one generation."""
+        limited = copy(self)
         if milliseconds <= 0 or self._generations == 0:
-            part = Budget(min(self._generations, 1), 0, 0)
-            part._deadline_ns = self._deadline_ns
-            return part
-        part = Budget(MOST_GENERATIONS, milliseconds, time.perf_counter_ns())
-        if self._deadline_ns is not None:
-            part._deadline_ns = min(part._deadline_ns, self._deadline_ns)
-        return part
+            limited._generations = min(self._generations, 1)
+            return limited
+        limited._generations = MOST_GENERATIONS
+        end_ns = time.perf_counter_ns() + int(milliseconds * 1e6)
+        limited._deadline_ns = min(end_ns, self._deadline_ns or end_ns)
+        return limited
 
     def allows(self, generation):
         """Return whether the generation of this number, from 1, may start now."""
         return generation <= self._generations and self.in_time()
 
     def in_time(self, milliseconds=0.0):
-        """Return whether the deadline is still ahead, by more than what an operator takes."""
+        """Return whether an operator that takes some time would end before the deadline."""
         return self._deadline_ns is None or (
             time.perf_counter_ns() + int(milliseconds * 1e6) < self._deadline_ns)
 
 
-MOST_GENERATIONS = 10**6    # what a budget of time alone allows
-FORGET = 0.9                # share of what an operator took once that is expected the next time
-
-
 class Durations:
-    """What operators took, so that none starts that would end after the deadline."""
+    """How long operators take, so that none starts that would end after the deadline."""
 
     def __init__(self):
         self._expected = {}
 
     def __getitem__(self, name):
-        """Return the milliseconds that an operator, or stage, is expected to take; 0 at first."""
+        """Return the milliseconds that an operator or stage is expected to take; 0 at first."""
         return self._expected.get(name, 0.0)
 
-    def note(self, name, milliseconds):
-        """Take in what it took: more counts at once, less in the course of time."""
-        self._expected[name] = max(milliseconds, FORGET * self[name])
+    def record(self, name, milliseconds):
+        """Record how long it took: a longer time counts at once, a shorter one over frames."""
+        self._expected[name] = max(milliseconds, DECAY * self[name])
 
 
 @dataclass(frozen=True)
 class Generation:
     """
-    A row of the history; one that the deadline cut short is there as far as it came.
+    A row of the history, also of a generation that the deadline cut short.
 
     number: from 1; best_fitness, mean_fitness: after the generation, higher is fitter
     diversity: mean share of cells in which a chromosome differs from the fittest, 0 to 1
@@ -132,11 +132,11 @@ def evolve(population, operators, random, budget, observe=None, durations=None):
 
     Returns the history: a `Generation` for each that ran.
 
-    population, operators: see above; random: a `Random`, of which each generation has a child
+    population, operators: see above; random: a `Random`; each generation has a child of it
     budget: says whether a generation, and within it an operator, may start
     observe: called with the number and the genes (P, R, C) after each generation, a view that
     the next one overwrites
-    durations: the `Durations` of earlier runs: no operator starts that would not end in time
+    durations: the `Durations` of earlier runs; with them no operator starts that would end late
     """
     history, number = [], 1
     while budget.allows(number) and not population.converged:
@@ -148,7 +148,7 @@ def evolve(population, operators, random, budget, observe=None, durations=None):
             before, began = population.fitness[population.best], time.perf_counter_ns()
             operator(population, random.child(number))
             if durations is not None:
-                durations.note(name, (time.perf_counter_ns() - began) / 1e6)
+                durations.record(name, (time.perf_counter_ns() - began) / 1e6)
             gains[name] = float(population.fitness[population.best] - before)
         milliseconds = (time.perf_counter_ns() - started) / 1e6
         history.append(Generation(
@@ -164,7 +164,7 @@ def diversity(genes, best, step=8):
     """
     Return the mean share of cells in which the other chromosomes differ from the best, 0 to 1.
 
-    Only every `step`-th row and column is looked at: a share needs no more.
+    Only every `step`-th row and column is read, which is enough for a share.
 
     genes: any numbers (P, R, C); best: index of the fittest
     """
@@ -176,13 +176,13 @@ def diversity(genes, best, step=8):
 
 
 class Stopwatch:
-    """Runs from when it is made; times: milliseconds by stage, in the order of the stages."""
+    """Measures one stage after the other; times: milliseconds by stage, in their order."""
 
     def __init__(self):
         self.times, self._since = {}, time.perf_counter_ns()
 
     def lap(self, stage):
-        """Note the milliseconds since the last stage ended."""
+        """Store the milliseconds since the previous lap as those of a stage."""
         now = time.perf_counter_ns()
         self.times[stage] = (now - self._since) / 1e6
         self._since = now

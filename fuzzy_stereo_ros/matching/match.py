@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What matching one pair takes besides its images, a camera, and what it gives."""
+"""The camera that took a pair, and the result of matching it."""
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 MIRROR = np.diag((-1.0, 1.0, 1.0))
-ASIDE = np.array((1.0, 0.0, 0.0))       # from the left camera to the right one, baselines
+BASELINE = np.array((1.0, 0.0, 0.0))    # from the left camera to the right one
 
 
 class Camera(NamedTuple):
@@ -16,8 +16,8 @@ class Camera(NamedTuple):
 
     offset: cx of the left image minus that of the right one; Z is fx * baseline over the
     disparity less the offset
-    moved: rotation (3, 3) and shift (3,), baselines, P' = rotation @ P + shift of a point from the
-    last frame to this one, where that is known; None: the images tell
+    moved: rotation (3, 3) and shift (3,), in baselines, of a point from the previous frame to this
+    one, P' = rotation @ P + shift; None where it has to be estimated from the images
     """
 
     fx: float
@@ -28,11 +28,12 @@ class Camera(NamedTuple):
     moved: tuple | None = None
 
     def mirrored_right(self, columns):
-        """Return the right camera as the left one of the mirrored pair, of so many columns."""
+        """Return the right camera as the left one of the mirrored pair, an image of `columns`."""
         moved = self.moved
         if moved is not None:
             rotation, shift = moved
-            moved = MIRROR @ rotation @ MIRROR, MIRROR @ (rotation @ ASIDE + shift - ASIDE)
+            moved = MIRROR @ rotation @ MIRROR, (
+                MIRROR @ (rotation @ BASELINE + shift - BASELINE))
         return self._replace(cx=columns - 1 - (self.cx - self.offset), moved=moved)
 
 
@@ -44,8 +45,8 @@ class Match:
     disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
     confidence: float32 (R, C), 0 to 1, from possibility; 0 where inconsistent or filled.
     history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
-    warm: whether the previous best took part: as a prior, or as a parent.
-    motion: how the camera moved, or why that is not known; '' where no camera was given.
+    warm: whether the previous frame's chromosomes took part, as a prior or as a parent.
+    motion: how the camera moved, or why that is unknown; '' where no camera was given.
     generations: how many ran; gains: by how much each operator raised the fitness.
     """
 
@@ -69,3 +70,8 @@ class Match:
             for name, gain in generation.gains.items():
                 gains[name] = gains.get(name, 0.0) + gain
         return gains
+
+
+def mirrored(image):
+    """Return an image, (R, C) or (R, C, 3), mirrored left to right, contiguous."""
+    return np.ascontiguousarray(image[:, ::-1])

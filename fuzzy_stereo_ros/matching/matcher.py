@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One matcher: a pair goes in, a disparity comes out, and the best chromosome is kept."""
+"""StereoMatcher: matches pairs one after the other with the algorithm of a profile."""
 from dataclasses import replace
 import time
 
@@ -8,21 +8,21 @@ import cv2
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
-from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.matching.match import Camera, mirrored
 from fuzzy_stereo_ros.matching.paper.matcher import PaperMatcher
 from fuzzy_stereo_ros.matching.quality.matcher import QualityMatcher
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
-WARM_UP_MOTIONS = 0, 4, 8   # px; a picture that moves needs kernels which others do not
-WARM_UP_FRAMES = 16         # of a still scene with noise, in which planes evolve
+WARM_UP_MOTIONS = 0, 4, 8   # px; a moving picture needs further kernels
+WARM_UP_FRAMES = 16         # of a still scene with noise, for the evolution of planes
 ALGORITHMS = {'realtime': RealtimeMatcher, 'quality': QualityMatcher, 'paper': PaperMatcher}
 
 
 class StereoMatcher:
     """
-    Matches pairs one after the other, each warm-started with the last.
+    Matches pairs one after the other, each warm-started with the previous one.
 
     algorithm: the matcher of the profile for the size of the last pair, with its `population` and
     `possibility_of`; None before the first.
@@ -30,10 +30,10 @@ class StereoMatcher:
 
     def __init__(self, config=None, stages=None):
         """
-        Prepare for pairs; memory is taken when the first one comes.
+        Create a matcher; it allocates its memory at the first pair.
 
-        config: a MatcherConfig; the profile `realtime` if none. stages: what takes the place of
-        stages of the algorithm, see the `Stages` of its module; its own if none.
+        config: a MatcherConfig; None for the profile `realtime`. stages: the `Stages` of the
+        profile with some of them exchanged; None for its own.
         """
         self.config = config or MatcherConfig()
         self._stages = stages
@@ -46,17 +46,17 @@ class StereoMatcher:
 
         left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype.
         stamp: int ns, of the pair; None counts pairs as consecutive.
-        observe: called with the number and the genes (P, R, C) after each generation, from 0 for
-        min_disparity, mirrored where the reference is the right image.
-        camera: the `Camera` of the left image; with it the previous frame serves a camera that
-        drives and turns, in the profile `realtime`. None where it is not known.
-        Raises ValueError, with a sentence that says why, for what is no such pair.
+        observe: called after each generation with its number and the genes (P, R, C), which count
+        from min_disparity and are mirrored where the reference is the right image.
+        camera: the `Camera` of the left image, by which the profile `realtime` follows a camera
+        that moves; None where it is not known.
+        Raises ValueError, with a sentence that says why, for a pair that cannot be matched.
         """
         started = time.perf_counter_ns()
         left, right = checked_pair(left, right, self.config)
         stamp = checked_stamp(stamp)
         if self.config.reference == 'right':
-            left, right = _mirrored(right), _mirrored(left)
+            left, right = mirrored(right), mirrored(left)
             camera = camera and camera.mirrored_right(left.shape[1])
         previous = self._previous(left.shape[:2], stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
@@ -66,8 +66,8 @@ class StereoMatcher:
             camera)
         self.state = state and replace(state, stamp=stamp, frame=frame)
         if self.config.reference == 'right':
-            match = replace(match, disparity=_mirrored(match.disparity),
-                            confidence=_mirrored(match.confidence))
+            match = replace(match, disparity=mirrored(match.disparity),
+                            confidence=mirrored(match.confidence))
         match.times['total'] = (time.perf_counter_ns() - started) / 1e6
         return match
 
@@ -76,7 +76,7 @@ class StereoMatcher:
         self.state = None
 
     def restore(self, state):
-        """Take a `state` of a matcher of the same configuration as the previous frame."""
+        """Continue after the `state` of a matcher with the same configuration."""
         self.state = state
 
     def warm_up(self, rows, columns):
@@ -91,21 +91,21 @@ class StereoMatcher:
             matcher.match(left, right, camera=warm_up_camera(left))
         algorithm = self._algorithm_of((rows, columns))
         if self.state is None and self.config.disparities <= columns:
-            # The system gives memory when it is written to: not in the first frame.
+            # The system maps memory at the first write: now, not in the first frame.
             blank = np.zeros((rows, columns), np.uint8)
             algorithm.match(blank, blank, None, Random((self.config.seed, 0)), Budget(0, 0, 0))
 
     def _previous(self, shape, stamp):
-        """Return the previous frame's state where this pair may start from it, else None."""
+        """Return the state of the previous frame if this pair may start from it, else None."""
         if (self.state is None or not self.config.warm_start
                 or not self.state.fits(shape, self.config, stamp)):
             return None
         return self.state
 
     def _algorithm_of(self, shape):
-        """Return the algorithm for an image size, made anew when the size changes."""
+        """Return the algorithm for an image size; a new one when the size changes."""
         if shape != self._shape:
-            self.algorithm, self._shape = None, None   # two need not be in memory at a time
+            self.algorithm, self._shape = None, None   # frees the memory of the old one first
             kind = ALGORITHMS[self.config.algorithm]
             self.algorithm = kind(self.config, *shape, self._stages)
             self._shape = shape
@@ -120,7 +120,7 @@ def warm_up_camera(image):
 
 
 def warm_up_pairs(config):
-    """Yield (matcher, left, right), small pairs to match that call all that a config needs."""
+    """Yield (matcher, left, right): small pairs, whose matching calls all kernels of a config."""
     small = replace(config, warm_start=True, deadline_ms=0.0,
                     population=min(config.population, 4), generations=min(config.generations, 2))
     scene = _moving_scene(WARM_UP_SIZE[0], max(WARM_UP_SIZE[1], config.disparities))
@@ -137,16 +137,12 @@ def warm_up_pairs(config):
 
 
 def _moving_scene(rows, columns):
-    """Return uint8 pictures (R, C) of blots that move to the right, each with noise of its own."""
+    """Return uint8 pictures (R, C) of blobs that move to the right, each with other noise."""
     random = np.random.default_rng(0)
-    blots = cv2.GaussianBlur(random.normal(size=(rows, columns)), None, 2.0)
-    blots = np.interp(blots, (blots.min(), blots.max()), (20, 235))
-    return [(np.roll(blots, moved, axis=1) + random.normal(size=blots.shape)).astype(np.uint8)
+    blobs = cv2.GaussianBlur(random.normal(size=(rows, columns)), None, 2.0)
+    blobs = np.interp(blobs, (blobs.min(), blobs.max()), (20, 235))
+    return [(np.roll(blobs, moved, axis=1) + random.normal(size=blobs.shape)).astype(np.uint8)
             for moved in WARM_UP_MOTIONS]
-
-
-def _mirrored(image):
-    return np.ascontiguousarray(image[:, ::-1])
 
 
 def _still_frames(picture):
@@ -157,6 +153,6 @@ def _still_frames(picture):
     random = np.random.default_rng(0)
     for number in range(WARM_UP_FRAMES + 1):
         if number == WARM_UP_FRAMES:
-            scene = 255 - scene     # nothing is in place: pictures are moved to where they belong
+            scene = 255 - scene     # a new scene: the camera is followed
         noisy = scene + random.normal(0, 1.5, (2, rows, columns))
         yield np.clip(np.rint(noisy), 0, 255).astype(np.uint8)

@@ -110,16 +110,16 @@ def test_nobody_compiles_on_after_the_command_has_ended(tmp_path, number):
 
 def test_a_worker_that_ends_costs_its_answer_alone():
     with Workers(1, MatcherConfig.from_profile('paper')) as workers:
-        call = workers.ask(None)[0]
+        call = workers.request(None)[0]
         worker = max(psutil.Process().children(), key=psutil.Process.create_time)
         worker.kill()
-        assert workers.ask(call) is None
-        assert workers.ask(['no module', 'no kernel', 'no types']) is False
-        assert workers.ask(call) is True
+        assert workers.request(call) is None
+        assert workers.request(['no module', 'no kernel', 'no types']) is False
+        assert workers.request(call) is True
 
 
 def test_what_is_reported_goes_from_nothing_to_all(monkeypatch):
-    monkeypatch.setattr(Workers, 'ask', lambda self, call: [
+    monkeypatch.setattr(Workers, 'request', lambda self, call: [
         ('fuzzy_stereo_ros.matching.kernels.scanlines.sweep', 'upwards', '()'),
         ('fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut', 'unload', '()')])
     told = []

@@ -40,11 +40,11 @@ def tile_differences(now, before, down, right, tile=16, block=4):
     return found
 
 
-def roughness(fine, tile=16, every=4):
+def roughness(luminance, tile=16, every=4):
     """Return the mean second difference along each fourth row by tile: float64."""
-    around = np.pad(fine.astype(np.int64), ((0, 0), (1, 1)), 'edge')
+    around = np.pad(luminance.astype(np.int64), ((0, 0), (1, 1)), 'edge')
     bent = abs(2 * around[:, 1:-1] - around[:, :-2] - around[:, 2:]) / 256
-    tiles = tiles_of(fine.shape, tile)
+    tiles = tiles_of(luminance.shape, tile)
     found = np.zeros(np.add(max(tiles), 1))
     for at, place in tiles.items():
         found[at] = bent[place][::every].mean()
@@ -63,10 +63,10 @@ def moved_ages(ages, down, right, tile=16):
     return found
 
 
-def blended(fine, before, shifts, choices, ages, limits, tile=16):
-    """Return fine grey moved towards the picture before, as the tiles say: int64 (R, C)."""
-    found = fine.astype(np.int64)
-    for at, place in tiles_of(fine.shape, tile).items():
+def blended(luminance, before, shifts, choices, ages, limits, tile=16):
+    """Return luminance grey moved towards the picture before, as the tiles say: int64 (R, C)."""
+    found = luminance.astype(np.int64)
+    for at, place in tiles_of(luminance.shape, tile).items():
         if choices[at] < 0:
             continue
         there = moved(before.astype(np.int64), *shifts[choices[at]], -1)[place]

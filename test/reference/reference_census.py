@@ -15,7 +15,7 @@ import numpy as np
 # ---- features ----
 
 
-def fine_grey(image, shift, places, extra=0):
+def luminance(image, shift, places, extra=0):
     """
     Return (B + 2 G + R, or the one channel) * 2**places, at most 65535, of the shifted image.
 
@@ -23,18 +23,18 @@ def fine_grey(image, shift, places, extra=0):
     """
     weights = (1,) if image.ndim == 2 else (1, 2, 1)
     channels = image.reshape(*image.shape[:2], len(weights))
-    fine = np.zeros((len(image), extra + image.shape[1]), np.int64)
-    for row, column in np.ndindex(fine.shape):
+    luminance = np.zeros((len(image), extra + image.shape[1]), np.int64)
+    for row, column in np.ndindex(luminance.shape):
         source = min(max(column - extra - shift, 0), image.shape[1] - 1)
         value = sum(weight * int(channels[row, source, channel])
                     for channel, weight in enumerate(weights))
-        fine[row, column] = min(math.floor(value * 2.0**places), 65535)
-    return fine
+        luminance[row, column] = min(math.floor(value * 2.0**places), 65535)
+    return luminance
 
 
-def eight_bits(fine):
-    """Return fine / 256, rounded, at most 255."""
-    return np.minimum(np.floor(fine / 256 + 0.5), 255).astype(np.int64)
+def eight_bits(luminance):
+    """Return luminance / 256, rounded, at most 255."""
+    return np.minimum(np.floor(luminance / 256 + 0.5), 255).astype(np.int64)
 
 
 def halved(values, rounded):
@@ -44,29 +44,29 @@ def halved(values, rounded):
     return np.floor(mean + 0.5 * rounded).astype(np.int64)
 
 
-def census(fine):
+def census(luminance):
     """
     Return a code of 24 bits a pixel: a bit is set where a neighbour in 5 x 5 is darker.
 
     The nearest eight neighbours have the lowest bits; both kinds come row by row.
     """
-    around = np.pad(fine, 2, 'edge')
-    rows, columns = fine.shape
-    codes = np.zeros(fine.shape, np.int64)
+    around = np.pad(luminance, 2, 'edge')
+    rows, columns = luminance.shape
+    codes = np.zeros(luminance.shape, np.int64)
     near = [(down, right) for down in (1, 2, 3) for right in (1, 2, 3) if (down, right) != (2, 2)]
     places = near + [place for place in np.ndindex(5, 5) if place not in [(2, 2), *near]]
     for bit, (down, right) in enumerate(places):
-        codes += (around[down:down + rows, right:right + columns] < fine) * 2**bit
+        codes += (around[down:down + rows, right:right + columns] < luminance) * 2**bit
     return codes
 
 
-def calmed(fine, tolerance):
+def denoised(luminance, tolerance):
     """Return the mean of 3 x 3 pixels, rounded down, where a pixel differs from it by little."""
-    around = np.pad(fine, 1, 'edge').astype(np.int64)
-    rows, columns = fine.shape
+    around = np.pad(luminance, 1, 'edge').astype(np.int64)
+    rows, columns = luminance.shape
     total = sum(around[down:down + rows, right:right + columns]
                 for down, right in np.ndindex(3, 3))
-    return np.where(abs(9 * fine - total) > 9 * tolerance, fine, total // 9)
+    return np.where(abs(9 * luminance - total) > 9 * tolerance, luminance, total // 9)
 
 
 def gradient(grey):
@@ -122,7 +122,7 @@ def match_costs(features, target, labels, model):
 
 def prior_costs(prior_labels, weights, rules, labels):
     """
-    Return what leaning on a map adds to the costs: int64 (R, C, labels).
+    Return what a prior map adds to the costs: int64 (R, C, labels).
 
     rules: (dead zone, cut) of the weights 1, 2, ...
     """

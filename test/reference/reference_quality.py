@@ -56,7 +56,7 @@ def costs(codes, target_codes, planes, target_planes, weights, disparities, firs
     return result
 
 
-def leant_costs(costs, surface, weights, dead_zone, cut):
+def costs_with_prior(costs, surface, weights, dead_zone, cut):
     """Return costs to which a prior is added, to within a unit of rounding."""
     labels = np.arange(costs.shape[2])
     away = np.clip(abs(labels - surface[..., np.newaxis]) - dead_zone, 0, cut)

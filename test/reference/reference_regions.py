@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plain twins of regions of weak texture, their planes, and the mutant: see realtime/planes.py."""
+"""Plain twins of regions of weak texture, their planes and the mutant: realtime/operators.py."""
 import numpy as np
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small pairs, and what the kernels and the twins see of them."""
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, fine_places, FULL_SIZE, View)
+    CensusPossibility, extra_columns, FULL_SIZE, luminance_shift, View)
 import numpy as np
 import reference_census as twins
 
@@ -27,7 +27,7 @@ def seen(left, right, disparities, min_disparity=0, model=FULL_SIZE):
     """Return the possibility of a pair, as the search makes it."""
     possibility = CensusPossibility(*left.shape[:2], disparities, model,
                                     extra_columns(min_disparity, disparities))
-    places = fine_places(left, right)
+    places = luminance_shift(left, right)
     possibility.left.read(left, 0, places, 0, possibility.rows)
     read_moved(possibility.right, right, min_disparity, places)
     possibility.describe(View.describe, 0, possibility.rows)
@@ -46,9 +46,9 @@ def read_moved(view, right, min_disparity, places):
 
 def twin_features(left, right, min_disparity=0, extra=0):
     """Return ((census, slopes) of the left image, those of the moved right one)."""
-    places = fine_places(left, right)
-    fine = [twins.fine_grey(left, 0, places),
-            twins.fine_grey(right, min_disparity, places, extra)]
+    places = luminance_shift(left, right)
+    fine = [twins.luminance(left, 0, places),
+            twins.luminance(right, min_disparity, places, extra)]
     return [(twins.census(view), twins.gradient(twins.eight_bits(view))) for view in fine]
 
 

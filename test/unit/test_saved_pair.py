@@ -11,7 +11,7 @@ import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.evolution import Generation
-from fuzzy_stereo_ros.matching.realtime.moving_camera import Seen, UNSEEN
+from fuzzy_stereo_ros.matching.realtime.moving_camera import CameraState, NO_CAMERA
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState, LONGEST_GAP_NS
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -144,11 +144,11 @@ def saved_pairs(draw):
         tuple(draw(st.lists(st.text(), max_size=2)))), draw(STAMPS), draw(st.text()))
     state = None
     if draw(st.booleans()):
-        seen = Seen(
+        seen = CameraState(
             values(np.uint8, rows // 2, columns // 2), values(np.uint32, rows, columns),
             values(np.float32, rows // 2, columns // 2,
                    elements=st.integers(0, config.disparities - 1)),
-            values(np.uint8, rows // 2, columns // 2)) if draw(st.booleans()) else UNSEEN
+            values(np.uint8, rows // 2, columns // 2)) if draw(st.booleans()) else NO_CAMERA
         state = FrameState(
             values(np.uint8, rows, columns, elements=st.integers(0, config.disparities - 1)),
             values(np.uint8, rows, columns), values(np.uint16, 2, rows, columns),

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Single numbers in memory: read and written without a test of the index, also at mere addresses.
+Read and write single numbers without a check of bounds, in arrays and at addresses.
 
 Kernels that get addresses instead of arrays compile in a fraction of the time.
 """
@@ -11,7 +11,7 @@ from numba.extending import intrinsic
 
 
 def address_of(array):
-    """Return where an array begins that kernels are to walk through; whoever asks keeps it."""
+    """Return the address of an array for kernels; the caller keeps the array alive."""
     if not array.flags.c_contiguous:
         raise ValueError(f'an array {array.shape} of strides {array.strides} is not contiguous')
     return array.ctypes.data

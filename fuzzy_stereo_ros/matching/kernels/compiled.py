@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How kernels are compiled, and kept for the next process: the decorators of all of them.
+Decorators that compile kernels and cache them on disk for the next process.
 
-Compiled kernels are kept in files of their own for each kernel, signature and processor, in a
-folder named by the sources of all. So several processes read and write at once without locks: who
-writes the same writes the same.
+There is a file for each kernel, signature and processor, in a folder named by a hash of all
+sources. Several processes read and write it at once without locks: two that write the same file
+write the same content.
 """
 from collections import deque
 from contextlib import contextmanager, suppress
@@ -34,9 +34,9 @@ class Folders(NamedTuple):
     """
     The folders of compiled kernels.
 
-    kept: a Path to write to, None where none can be. readable: more Paths that have some.
-    warning: a sentence on what is done without for want of a folder, '' where nothing is.
-    on_compiling: one for when a kernel is found nowhere.
+    kept: a Path to write to, None where none is writable. readable: more Paths to read from.
+    warning: a sentence on what the lack of a folder costs, '' where there is one.
+    on_compiling: a sentence for when a kernel is found in none of them, or ''.
     """
 
     kept: Path | None
@@ -47,10 +47,10 @@ class Folders(NamedTuple):
 
 def choose_folders():
     """
-    Return the Folders of this process; the first is made, and those long not used are removed.
+    Return the Folders of this process; make the first one, and remove those long not used.
 
-    It is in what NUMBA_CACHE_DIR names, else beside the kernels, else in the user's cache. What
-    was compiled in another of these that can only be read, or came with the package, is read.
+    It is in NUMBA_CACHE_DIR, else beside the kernels, else in the user's cache. The others that
+    cannot be written to, and the one that came with the package, are read.
     """
     wanted = [Path(numba.config.CACHE_DIR) / NAME] if numba.config.CACHE_DIR else []
     places = [*wanted, SOURCES / '__pycache__', *_user_cache()]
@@ -97,7 +97,7 @@ def folder_name():
 
 
 def _unlike_brought():
-    """Return what to say where a kernel is compiled although some came with the package, or ''."""
+    """Return a sentence on why kernels that came with the package do not fit here, or ''."""
     brought = ', '.join(sorted(path.name.split('_', 1)[1] for path in BROUGHT.glob('kernels_*')))
     return brought and (
         f'the package came with kernels for {brought}, default profiles and processors from '
@@ -114,7 +114,7 @@ def _user_cache():
 
 
 def _remove_older(folder):
-    """Leave those folders beside a folder, itself among them, that were in use last."""
+    """Remove all but the most recently used folders of kernels in a folder's parent."""
     ages = {}
     for other in folder.parent.glob('kernels_*'):
         try:
@@ -134,24 +134,24 @@ _remarks, _noted, _prepare = deque(), set(), []
 
 
 def note(remark):
-    """Have a sentence told by `remarks`, but for one that it has had before."""
+    """Add a sentence to `remarks`, once in a process."""
     if remark not in _noted:
         _noted.add(remark)
         _remarks.append(remark)
 
 
 def remarks():
-    """Return sentences on what is done without, as kernels cannot be kept; each only once."""
-    told = []
+    """Return new sentences on kernels that could not be read or cached, each only once."""
+    new = []
     with suppress(IndexError):
         while True:
-            told.append(_remarks.popleft())
-    return told
+            new.append(_remarks.popleft())
+    return new
 
 
 @contextmanager
 def before_compiling(prepare):
-    """Have prepare() called once, before the first kernel that is kept nowhere is compiled."""
+    """Call prepare() once, before the first kernel that is not cached is compiled."""
     _prepare.append(prepare)
     try:
         yield
@@ -161,20 +161,20 @@ def before_compiling(prepare):
 
 
 class KeptKernel(NullCache):
-    """numba's cache of one kernel: what cannot be read is compiled, what cannot be kept is not."""
+    """numba's cache of one kernel; no error of a file or disk leaves it."""
 
     def __init__(self, function, folders):
-        """Keep what a Python function is compiled to in Folders."""
+        """Cache the compiled forms of a Python function in Folders."""
         self._name = f'{function.__module__}.{function.__qualname__}'
         self._folder, self._folders = folders.kept, folders
 
     @property
     def cache_path(self):
-        """The folder that it is kept in; None: nowhere."""
+        """The folder that it is written to, or None."""
         return self._folder and str(self._folder)
 
     def load_overload(self, signature, context):
-        """Return what was compiled for a signature, None where nothing sound is there."""
+        """Return the cached code of a signature, or None."""
         context.refresh()
         found = self._found(signature, context)
         if found is None:
@@ -186,7 +186,7 @@ class KeptKernel(NullCache):
         return found
 
     def save_overload(self, signature, compiled):
-        """Keep what was compiled for a signature, or note why it cannot be kept."""
+        """Cache the code of a signature, or note why that cannot be done."""
         if self._folder is None or compiled.library.has_dynamic_globals:
             return
         file = self._file(self._folder, signature, *compiled.codegen.magic_tuple())
@@ -199,7 +199,7 @@ class KeptKernel(NullCache):
                  'NUMBA_CACHE_DIR to another folder')
 
     def _found(self, signature, context):
-        """Return what is kept of a signature for this processor or the best of its levels."""
+        """Return the cached code of a signature for this processor, or its best level, or None."""
         triple, *processor = context.codegen().magic_tuple()
         has = set(processor[1].replace('+', '').split(','))
         processors = [processor, *([level, ''] for level, needed in LEVELS.items()
@@ -214,7 +214,7 @@ class KeptKernel(NullCache):
         return None
 
     def _file(self, folder, signature, triple, processor, features):
-        """Return numba's files, an index and what it names, for a signature and a processor."""
+        """Return numba's index and data files for a signature and a processor."""
         about = repr((signature, triple, processor, features)).encode()
         name = f'{self._name}-{hashlib.sha256(about).hexdigest()[:16]}'
         return IndexDataCacheFile(str(folder), name, None)
@@ -228,11 +228,11 @@ if _folders.warning:
 
 def kernel(function=None, **options):
     """
-    Compile a function that Python calls: without the GIL, and kept for the next process.
+    Compile a function that Python calls: without the GIL, and cached for the next process.
 
-    options: more of them for njit. What Python calls it with are no named tuples but their fields,
-    which the kernel names again. numba reads all names at each call; before 0.60 it then forgets
-    the first 40 bytes of what it has read, and keeps that call for ever.
+    options: further ones of njit. Python passes the fields of named tuples, which the kernel names
+    again: numba before 0.60 loses the types of the first fields of a named tuple at each call, and
+    keeps the rest in memory for ever.
     """
     if function is None:
         return partial(kernel, **options)

@@ -3,8 +3,8 @@
 """
 The fuzzy fitness: Eq. 3 and Eq. 4 as printed, and their uniform reading; higher is fitter.
 
-Eq. 3 and 4 as printed prefer maps that point at strong edges of the target: the ground truth of
-Middlebury's pairs is worth 0.4 to 0.6 of what the fittest maps are. The uniform reading keeps the
+As printed, Eq. 3 and 4 prefer maps that point at strong edges of the target: the ground truth of
+Middlebury's pairs has 0.4 to 0.6 of the fitness of the fittest maps. The uniform reading keeps the
 sum over all cells and takes from the paper's words
 
 * possibility AND smoothness: "the evaluation function is formulated based on similarity and
@@ -66,10 +66,10 @@ def inside(framed):
 
 def largest_elsewhere(possibility, chromosome, axis):
     """
-    Return how possible the best other match of each cell is: uint8 (R, C), 255ths.
+    Return the possibility of the best other match of each cell: uint8 (R, C), 255ths.
 
-    Other are disparities further than NEAR from the chromosome's. possibility: uint8, of all
-    disparities along an axis; chromosome: integers (R, C), indices of disparities
+    Other matches are farther than NEAR disparities from the chromosome's. possibility: uint8, of
+    all disparities along an axis; chromosome: integers (R, C), indices of disparities
     """
     others = possibility.copy()
     for step in range(-NEAR, NEAR + 1):
@@ -82,7 +82,7 @@ class LiteralFitness:
     """
     Eq. 3 and Eq. 4 of the chromosomes of one pair.
 
-    unit: what sums of whole numbers are divided by. Details: int64 (R,), fitness of each row.
+    unit: sums in whole numbers are divided by it. Details: int64 (R,), the fitness of each row.
     """
 
     unit = FULL
@@ -127,12 +127,12 @@ class LiteralFitness:
             details)
         return details.sum()
 
-    def choose(self, chromosome, chosen):
-        """Write how possible a chromosome's matches are: uint8 (R, C), 255ths."""
+    def fill_possibility(self, chromosome, chosen):
+        """Write the possibility of a chromosome's matches: uint8 (R, C), 255ths."""
         fill_chosen_possibility(self._possibility.volume, chromosome, chosen)
 
     def largest_elsewhere(self, chromosome):
-        """Return how possible the best other match of each cell is: uint8 (R, C), 255ths."""
+        """Return the possibility of the best other match of each cell: uint8 (R, C), 255ths."""
         return largest_elsewhere(self._possibility.volume, chromosome, 2)
 
     def most_possible(self, genes):
@@ -144,7 +144,7 @@ class UniformFitness:
     """
     The uniform reading of Eq. 3 for the chromosomes of one pair.
 
-    unit: what sums of whole numbers are divided by. Details: uint16 (R + 2, W), fitness of each
+    unit: sums in whole numbers are divided by it. Details: uint16 (R + 2, W), the fitness of each
     cell. planes: uint8 (D, R + 2, W), 255ths; weights: uint8 (8, R + 2, W); colours: uint8
     (3, R + 2, W); all framed.
     """
@@ -189,15 +189,15 @@ class UniformFitness:
         total = fill_fitness(genes, chosen, self.weights, columns, first, last, details)
         return total if last - first == rows else inside(details).sum(dtype=np.int64)
 
-    def choose(self, chromosome, chosen):
-        """Write how possible a chromosome's matches are: uint8 (R, C), 255ths."""
+    def fill_possibility(self, chromosome, chosen):
+        """Write the possibility of a chromosome's matches: uint8 (R, C), 255ths."""
         framed, framed_chosen = self.details(1)[0], np.zeros(self.weights.shape[1:], np.uint8)
         inside(framed)[:] = chromosome
         fill_chosen(self.planes, framed, 0, self._size[0], framed_chosen)
         chosen[:] = inside(framed_chosen)
 
     def largest_elsewhere(self, chromosome):
-        """Return how possible the best other match of each cell is: uint8 (R, C), 255ths."""
+        """Return the possibility of the best other match of each cell: uint8 (R, C), 255ths."""
         return largest_elsewhere(inside(self.planes), chromosome, 0)
 
     def most_possible(self, genes):

@@ -22,15 +22,15 @@ from fuzzy_stereo_ros.matching.paper.population import Population
 from fuzzy_stereo_ros.matching.paper.possibility import FULL
 import numpy as np
 
-SCATTERED = 0.1     # of the genes of all winners but the first are random
+SCATTERED = 0.1     # share of random genes in copies of the most possible map
 AROUND = 9          # side of the square whose mean certainty is a pixel's confidence
 # Share of right pixels by tenths of certainty, from every other Middlebury scene, with noise of 0
-# and 1.5 grey levels; `benchmark paper` tells how true it is elsewhere.
+# and 1.5 grey levels; `benchmark paper` prints how true it is on other scenes.
 RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
 
 class Stages(NamedTuple):
-    """The operators of a generation, called with the tools, the population, the random source."""
+    """The operators of a generation, in order; each is called as in operators.py."""
 
     selection: Callable = operators.select
     crossover: Callable = operators.cross_regions
@@ -80,14 +80,14 @@ class PaperMatcher:
         return Match(disparity, confidence, history, watch.times, False), None
 
     def possibility_of(self, chromosome):
-        """Return how possible the chosen matches are: float32 (R, C), 0 to 1."""
+        """Return the possibility of a chromosome's matches: float32 (R, C), 0 to 1."""
         chosen = np.zeros(chromosome.shape, np.uint8)
-        self._fitness.choose(chromosome, chosen)
+        self._fitness.fill_possibility(chromosome, chosen)
         return chosen / np.float32(FULL)
 
     def certainty_of(self, chromosome):
         """
-        Return by what share matches are more possible than all others: float32 (R, C), 0 to 1.
+        Return by what share a match is more possible than all others: float32 (R, C), 0 to 1.
 
         It is 0 in columns that have no other match whose neighbourhood both images see.
         """
@@ -102,7 +102,7 @@ class PaperMatcher:
             possible, np.float32(1 / FULL))
 
     def _initialise(self, random):
-        """Write the initial population: random maps, or winners with random genes."""
+        """Write the initial population: random maps, or the most possible one."""
         population, config = self.population, self._config
         population.reset()
         if config.initial_population == 'winner_takes_all':
@@ -120,7 +120,7 @@ class PaperMatcher:
         self._tools.each(config.population, initialise)
 
     def _result(self):
-        """Return the fittest chromosome as it is, and how sure it is: float32 (R, C)."""
+        """Return the disparities of the fittest map and their confidence: float32 (R, C)."""
         best = self.population.genes[self.population.best]
         confidence = np.interp(10 * cv2.blur(self.certainty_of(best), (AROUND, AROUND)),
                                range(11), RIGHT).astype(np.float32)

@@ -16,9 +16,9 @@ operators the paper has words for
   fitness around it does not fall is the reading here of "affects matrix cells with lower matching
   possibilities".
 
-It has none for islands, populations that evolve apart at first, and for migration between them:
-the fittest of one is fused with the fittest of another by a minimum cut, the best of all children
-that two parents can have.
+It has none for islands, which are populations that evolve apart at first, and none for migration
+between them: the fittest of one is fused with the fittest of another by a minimum cut, the best of
+all children that two parents can have.
 """
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
@@ -32,16 +32,16 @@ from fuzzy_stereo_ros.matching.paper.population import Lineage
 import numpy as np
 
 CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
-FEW_CELLS = 0.25            # of all cells: parents that differ in more are too unlike to cross
-ISOLATION = 0.5             # of the generations, islands evolve apart
-MIGRATIONS = 10         # a run would have if it began with one
+FEW_CELLS = 0.25            # share of the cells; parents that differ in more are not crossed
+ISOLATION = 0.5             # share of the generations in which islands evolve apart
+MIGRATIONS = 10             # in a whole run, of which those in isolation are left out
 
 
 class Tools:
     """
-    What operators work with: memory a thread, and the configuration.
+    What all operators need: the configuration, threads, the fitness, and memory of each thread.
 
-    pool: shares work among threads; fitness: a `LiteralFitness` or a `UniformFitness`
+    pool: a `ThreadPool`; fitness: a `LiteralFitness` or a `UniformFitness`
     """
 
     def __init__(self, config, pool, fitness, shape):
@@ -77,7 +77,7 @@ class Tools:
 
 def fittest_first(fitness):
     """
-    Return the order of a population from the fittest on; of equals the earlier goes first.
+    Return the order of a population, the fittest first; of equals the earlier one first.
 
     fitness: (P,); order: int64 (P,)
     """
@@ -91,7 +91,7 @@ def elite_size(population, share):
 
 def rank_survival(number):
     """
-    Return the probability to become a parent by rank: 1 for the fittest, less by 1 / n a rank.
+    Return the probability to become a parent by rank: 1 for the fittest, 1 / n less a rank.
 
     survival: float64 (n,), above 0 to 1
     """
@@ -100,9 +100,9 @@ def rank_survival(number):
 
 def survivors(survival, draws):
     """
-    Return the ranks that mate: those whose probability is greater than their random number.
+    Return the ranks that become parents: those whose probability exceeds their random number.
 
-    Two are needed to mate: where fewer survive, the two fittest do.
+    Children need two parents: where fewer survive, the two fittest do.
 
     survival: float64 (n,), from the fittest on; draws: float64 (n,), 0 to below 1
     chosen: int64 (from 2 to n,), or (1,) where there is one
@@ -115,7 +115,8 @@ def parent_pairs(chosen, first_draws, second_draws):
     """
     Return the parents of each child, two different ones where there are two.
 
-    chosen: int64 (S,), who mates; first_draws, second_draws: float64 (children,), 0 to below 1
+    chosen: int64 (S,), the candidates; first_draws, second_draws: float64 (children,), 0 to
+    below 1
     parents: int64 (children, 2)
     """
     first = (first_draws * chosen.size).astype(np.int64)
@@ -125,9 +126,9 @@ def parent_pairs(chosen, first_draws, second_draws):
 
 def select(tools, population, random):
     """
-    Retain the fittest of each island; pairs of them get children in the place of the others.
+    Select parents: the fittest of each island are retained, their children replace the others.
 
-    One chromosome alone is its own child.
+    A single chromosome is replaced by its own child.
     """
     children, parents = [], []
     for number, island in enumerate(population.islands):
@@ -135,10 +136,10 @@ def select(tools, population, random):
         retained = ranked[:elite_size(island.size, tools.config.elite)]
         others = ranked[retained.size:] if island.size > 1 else ranked
         draws = random.child(number, 0).uniform(retained.size)
-        mating = retained[survivors(rank_survival(retained.size), draws)]
+        candidates = retained[survivors(rank_survival(retained.size), draws)]
         pairs = random.child(number, 1).uniform(2 * others.size).reshape(2, -1)
         children.append(others)
-        parents.append(parent_pairs(mating, *pairs))
+        parents.append(parent_pairs(candidates, *pairs))
     population.lineage = Lineage(np.concatenate(children), np.concatenate(parents))
     population.generation += 1
 
@@ -217,16 +218,16 @@ def migrate(tools, population, random):
 
 def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
     """
-    Let a chromosome take those genes of another that a crossover chooses.
+    Give a chromosome those genes of another that a crossover chooses, if it gains by them.
 
-    exchange: an `Exchange`; crossover: chooses cells in it; most: share of the cells, chromosomes
-    that differ in more stay as they are
+    exchange: an `Exchange`; crossover: chooses cells in it; most: share of the cells; where the
+    chromosomes differ in more, nothing changes
     """
     genes, other_genes = population.framed[slot], population.framed[other]
     number = differing_cells(genes, other_genes, exchange.all_cells)
     if not 0 < number <= most * population.genes[slot].size:
         return
-    exchange.hold(number)
+    exchange.set_size(number)
     fill_exchange(exchange.cells, genes, population.chosen[slot], other_genes,
                   population.chosen[other], tools.fitness.weights, exchange.alone, exchange.pairs)
     change = crossover(exchange)
@@ -275,7 +276,7 @@ def mutate_least_possible(tools, population, random):
     """
     Mutate each child by squares of the size of N on its least possible cells: the literal reading.
 
-    The mutation rate is the share of these cells; squares stay, whatever they are worth.
+    The mutation rate is the share of these cells; squares stay whether they gain or not.
     """
     children, config = population.lineage.children, tools.config
     numbers = patch_numbers(population.genes[0].size, config.neighbourhood,

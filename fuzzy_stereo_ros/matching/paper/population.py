@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The population of the profile `paper`: disparity maps, what is known of them, and islands."""
+"""The population of the profile `paper`: disparity maps, their fitness, and islands."""
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
@@ -12,7 +12,7 @@ ISLANDS, FEWEST = 7, 10     # islands at the most, and chromosomes of each at th
 
 class Lineage(NamedTuple):
     """
-    Where the chromosomes of a generation come from; those that are no children live on.
+    The children of a generation and their parents; all other chromosomes survive.
 
     children: int64 (n,), indices; parents: int64 (n, 2), indices in the former generation
     """
@@ -25,15 +25,15 @@ class Population:
     """
     Chromosomes, disparity maps of the left image, of one image size.
 
-    The paper's right reference is had by mirroring and exchanging the images above.
+    For the paper's right reference `StereoMatcher` mirrors and exchanges the images.
 
     framed: uint16 (P, R + 2, W), genes, indices of disparities, see kernels.genetic
     chosen: uint8 (P, R + 2, W), 255ths, possibility of the match chosen at each cell
-    details: (P, ...), what the fitness keeps of each
+    details: (P, ...), the details that the fitness keeps of each
     totals: int64 (P,), fitness in whole numbers
-    islands: int64 indices of the chromosomes that mate with one another, a list
+    islands: list of int64 indices, of the chromosomes that have children with one another
     lineage: the `Lineage` of this generation, None for the initial population
-    generation: how many generations have begun; converged: never, the budget ends the evolution
+    generation: how many generations have begun; converged: never, only the budget ends evolution
     """
 
     converged = False
@@ -56,7 +56,7 @@ class Population:
 
     @property
     def genes(self):
-        """The chromosomes alive: uint16 (P, R, C), a view."""
+        """The chromosomes: uint16 (P, R, C), a view."""
         return inside(self.framed)
 
     @property
@@ -74,7 +74,7 @@ class Population:
         self.generation, self.lineage = 0, None
 
     def copy(self, slot, old):
-        """Let a chromosome be a copy of another one."""
+        """Copy the old chromosome into a slot."""
         for memory in (self.framed, self.chosen, self.details, self.totals):
             memory[slot] = memory[old]
 

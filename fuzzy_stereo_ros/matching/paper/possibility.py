@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How possible matches are: Eq. 2, and Eq. 2 in the uniform reading.
+The possibility of a match: Eq. 1 and 2 as printed, and Eq. 2 in the uniform reading.
 
-The uniform reading differs from Eq. 2 as printed, and says so, in four points:
+The uniform reading differs from Eq. 2 as printed in four points:
 
 * Gradients. Besides three grey classes it has five classes for the gradient across and five for
   that down; a match is possible if grey AND both gradients agree. Of the gradient the paper says
@@ -16,8 +16,8 @@ The uniform reading differs from Eq. 2 as printed, and says so, in four points:
 * A match counts as possible if it is very possible, Zadeh's "very" being the square. The paper
   has no words for this.
 
-A cell whose match lies outside the target has no evidence for or against it: it counts in N as
-`OUTSIDE`, so that the cells around it that do see something decide.
+A match outside the target has no evidence for or against it: it counts in N as `OUTSIDE`, so that
+the cells around it decide.
 """
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
@@ -32,6 +32,14 @@ GREY_CENTRES = (0.0, 127.5, 255.0)      # black, average and white
 GRADIENT_CENTRES = (-4.0, -2.0, 0.0, 2.0, 4.0)
 # Neighbouring classes cross at one half.
 GRADIENT_SIGMA = 1.0 / np.sqrt(2.0 * np.log(2.0))
+FULL = 255.0            # a possibility of 1 in the whole numbers of the kernels
+OUTSIDE = 40            # 255ths, of a match outside the target: about that of a poor match
+GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
+UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle of N
+LEAST_UNIFORM = 0.007   # a membership below this is none
+NEAR_SIGMA = 0.28       # of the nearness to the middle of N, as a share of its side
+SOBEL_SCALE = 0.25      # of a Sobel response, to grey levels of 8 bits over one pixel or so
+LUMINANCE = 0.114, 0.587, 0.299     # of blue, green and red
 
 
 def membership(level, centre, sigma):
@@ -52,8 +60,7 @@ def matching_possibility(first, second, sigma, centres=GREY_CENTRES):
     """
     Return how possible it is that pixels of two levels match, 0 to 1: Eq. 2.
 
-    It is the best of the classes at having both pixels: fuzzy AND is the minimum, fuzzy OR the
-    maximum.
+    It is the maximum over the classes, fuzzy OR, of the smaller of both memberships, fuzzy AND.
 
     first, second: shapes that broadcast, grey levels of 8 bits
     """
@@ -78,22 +85,11 @@ def compressed(gradient):
     """
     Return gradients on the scale of the gradient classes: the logarithm of 1 + their size, signed.
 
-    A faint gradient of a plain surface is told from none, a strong one is not told from a
-    stronger one. Not in the paper.
+    The logarithm spreads faint gradients and brings strong ones together. Not in the paper.
 
     gradient: float, grey levels of 8 bits a pixel
     """
     return np.copysign(np.log1p(np.abs(gradient)), gradient)
-
-
-FULL = 255.0            # a possibility of 1 in the whole numbers of the kernels
-OUTSIDE = 40            # 255ths, of a match outside the target: about that of a poor match
-GRADIENT_STEPS = 8      # levels of a gradient a unit of its classes
-UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle of N
-LEAST_UNIFORM = 0.007   # a membership below this is none
-NEAR_SIGMA = 0.28       # of the nearness to the middle of N, as a share of its side
-SOBEL_SCALE = 0.25      # of a Sobel response, to grey levels of 8 bits over one pixel or so
-LUMINANCE = 0.114, 0.587, 0.299     # of blue, green and red
 
 
 def possibility_table(sigma):
@@ -129,9 +125,9 @@ def very_possible_table():
 
 def lost_bits(left, right):
     """
-    Return how many of their lowest bits images lose to fit into 8, the same number in both.
+    Return how many of the lowest bits to drop from a pair of images to get 8 bits.
 
-    The brighter one decides: cameras of 10 and 12 bits fill only a part of the 16.
+    It depends on the brightest pixel of both: cameras of 10 and 12 bits use a part of the 16.
     """
     return max(int(max(left.max(), right.max())).bit_length() - 8, 0)
 
@@ -167,19 +163,19 @@ def class_levels(image, lost):
 
 
 def eight_bit_colours(image, lost):
-    """Return an image as colours of 8 bits: uint8 (R, C, 3), three alike for a grey one."""
+    """Return an image as colours of 8 bits: uint8 (R, C, 3); a grey one in all channels."""
     image = (image >> lost).astype(np.uint8)
     return np.ascontiguousarray(image if image.ndim == 3 else np.stack([image] * 3, axis=-1))
 
 
 def uniform_membership(sigma=UNIFORM_SIGMA):
-    """Return Eq. 1 about a colour, by squared distance / 4: float32, as far as it counts."""
+    """Return Eq. 1 about a colour, by squared distance / 4, down to LEAST_UNIFORM: float32."""
     last = int(-2 * sigma**2 * np.log(LEAST_UNIFORM) / 4)
     return np.exp(-4 * np.arange(last + 1) / (2 * sigma**2)).astype(np.float32)
 
 
 def nearness(neighbourhood):
-    """Return how near cells of N are to its middle, by distance: float32 (side // 2 + 1,)."""
+    """Return the nearness of cells of N to its middle, by distance: float32 (side // 2 + 1,)."""
     distance = np.arange(neighbourhood // 2 + 1) / (NEAR_SIGMA * neighbourhood)
     return np.exp(-distance**2 / 2).astype(np.float32)
 
@@ -206,8 +202,8 @@ class UniformPossibility:
     """
     Eq. 2 over grey AND gradients, averaged over the uniform cells of N.
 
-    planes: uint8 (D, R + 2, W), 255ths, framed, a plane a disparity: a patch of one gene reads
-    its rows in one piece
+    planes: uint8 (D, R + 2, W), 255ths, framed, a plane for each disparity, so that the rows of a
+    patch of one gene are contiguous
     """
 
     def __init__(self, config, rows, columns):

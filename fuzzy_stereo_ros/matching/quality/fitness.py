@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The fitness of the profile `quality`: what genes that are planes cost in one view of a pair.
+The fitness of the profile `quality`: the cost of genes that are planes, in one view of a pair.
 
-Not in the paper. The cost of a map is the sum of what the images say against its planes, which
-counts little where the two views disagree, and of how much the planes of neighbours differ, which
-costs less at edges and where texture is strong. All costs are whole numbers.
+Not in the paper. The cost of a map is the sum of the matches along its planes, which count little
+where the two views disagree, and of the differences of neighbours' planes, which count less at
+edges and where texture is strong. All costs are whole numbers.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes import costs as kernels
@@ -14,7 +14,7 @@ import numpy as np
 RADIUS, STRIDE = 2, 2            # of supports: 5 x 5 pixels, every other one
 SUPPORT_COLOUR, SUPPORT_DISTANCE = 20.0, 8.0     # grey levels summed over channels; px
 LEAST_PURE = 0.1                 # share of a pixel of a support, whatever lies around it
-MOST = 3.0                       # px by which neighbours' planes differ at most, as it counts
+MOST = 3.0                       # largest difference of neighbours' planes that counts, px
 EDGE, LEAST_EDGE = 10.0, 0.005   # difference of colours at which smoothness falls to 1 / e; floor
 STRONG_TEXTURE = 0.3             # share of smoothness that counts where texture is strong
 UNTRUSTED = 5                    # trust in a match, of TRUSTED, where the views disagree
@@ -25,11 +25,11 @@ class PlaneFitness:
     Measures plane maps, float32 (R, C, 3), of one view of a pair.
 
     trust: int16 (R, C), how much the match of each pixel counts, 0 to TRUSTED
-    largest: what a map costs in which nothing is possible; disparities_searched: how many
+    largest: the cost of a map of impossible matches; disparities_searched: their number
     """
 
     def __init__(self, rows, columns, disparities, flat=False):
-        """flat: whether only disparities have to be smooth, not planes."""
+        """Allocate; flat: whether disparities have to be smooth, instead of planes."""
         self._bands, self.disparities_searched, self._flat = cut_bands(rows), disparities, flat
         shape = rows, columns
         side = 2 * RADIUS + 1
@@ -44,13 +44,13 @@ class PlaneFitness:
             -distance**2 / (2 * SUPPORT_DISTANCE**2)).astype(np.float32)
         self.largest = kernels.UNIT * rows * columns
 
-    def look(self, pool, volume, origin, colour, seen, weak):
+    def set_view(self, pool, volume, origin, colour, roots, weak):
         """
-        Take a view of a pair; all its matches are trusted.
+        Set a view of a pair; all its matches are trusted.
 
         volume: uint8 (R, C, labels), costs of the left image's matches; origin: None for the left
         view; for the mirrored right one, the column in which the match of its column 0 with
-        label 0 is; colour: uint8 (R, C, 3); seen: float32 (R, C, 3), colours as edges are seen;
+        label 0 is; colour: uint8 (R, C, 3); roots: float32 (R, C, 3), of the colours;
         weak: float32 (R, C), how weak the texture is, 0 to 1
         """
         self._volume = volume
@@ -58,27 +58,27 @@ class PlaneFitness:
         self.trust[:] = kernels.TRUSTED
         self._fill_supports(pool, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
-        self._across[:, 1:] = share[:, 1:] * _smooth_over(seen[:, 1:] - seen[:, :-1])
-        self._down[1:] = share[1:] * _smooth_over(seen[1:] - seen[:-1])
+        self._across[:, 1:] = share[:, 1:] * _smooth_over(roots[:, 1:] - roots[:, :-1])
+        self._down[1:] = share[1:] * _smooth_over(roots[1:] - roots[:-1])
 
     def _fill_supports(self, pool, colour):
         """
-        Weigh the pixels of supports: less where the census around them saw other colours.
+        Write the weights of the pixels of supports: less where the census spans other colours.
 
-        Beside an edge the census of a pixel holds what lies beyond it, and says of the background
-        what is true of the foreground. Pixels of the support that are farther from it know better.
+        Beside an edge the census of a background pixel includes the foreground and is evidence for
+        its disparity. Pixels of the support that are farther from the edge are better evidence.
         """
         def fill(stride, by_distance, share):
             pool.each(lambda band: kernels.fill_supports(
                 colour, RADIUS, stride, self._by_colour, by_distance, share, self._supports,
                 self._masses, band[1], band[2]), self._bands)
         even, all_of_it = np.ones_like(self._by_distance), np.ones(colour.shape[:2], np.float32)
-        fill(1, even, all_of_it)        # what a census looks at
+        fill(1, even, all_of_it)        # the pixels that a census compares
         pure = self._masses / np.float32(255 * even.size**2)
         fill(STRIDE, self._by_distance, np.maximum(pure, np.float32(LEAST_PURE)))
 
     def trust_consistent(self, consistent):
-        """Let the match of a pixel count little unless the views agree: bool (R, C)."""
+        """Trust matches in full where the views agree, bool (R, C), and little elsewhere."""
         self.trust[:] = np.where(consistent, kernels.TRUSTED, UNTRUSTED)
 
     def trusted(self):
@@ -87,7 +87,7 @@ class PlaneFitness:
 
     def match_costs(self, pool, planes, selected=None):
         """
-        Return what the images say against planes, whatever the trust: int16 (R, C), 0 to UNIT.
+        Return the costs of the matches along planes, without trust: int16 (R, C), 0 to UNIT.
 
         selected: bool (R, C), for which planes; 0 for others
         """
@@ -107,7 +107,7 @@ class PlaneFitness:
         return trusted
 
     def total(self, pool, planes, costs):
-        """Return what a map costs in all; costs: int16 (R, C), trusted ones."""
+        """Return the cost of a map with smoothness; costs: int16 (R, C), trusted ones."""
         pool.each(lambda band: kernels.smoothness(
             planes, self._across, self._down, np.float32(MOST), self._flat, self._sums,
             band[1], band[2]), self._bands)
@@ -115,11 +115,11 @@ class PlaneFitness:
 
     def fill(self, exchange, first, second, selected):
         """
-        Write what taking the second parent's planes changes, in the selected cells.
+        Write the changes of cost of taking the second parent's planes in the selected cells.
 
         exchange: crossover.Exchange; first, second: (planes, trusted costs); selected: bool (R, C)
         """
-        exchange.hold(kernels.list_cells(selected, exchange.all_cells))
+        exchange.set_size(kernels.list_cells(selected, exchange.all_cells))
         kernels.fill_exchange(*first, *second, selected, exchange.cells, self._across, self._down,
                               np.float32(MOST), self._flat, np.empty(selected.shape, np.int32),
                               exchange.alone, exchange.pairs)
@@ -134,6 +134,6 @@ class PlaneFitness:
 
 
 def _smooth_over(difference):
-    """Return how much smoothness is asked for over a difference of colours, at most 1."""
+    """Return the weight of smoothness over a difference of colours, at most 1."""
     apart = np.abs(difference).sum(axis=2)
     return np.maximum(np.exp(apart / np.float32(-EDGE)), np.float32(LEAST_EDGE))

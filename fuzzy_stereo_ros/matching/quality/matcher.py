@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The profile `quality`: genes are planes, and both views of a pair evolve.
+The profile `quality`: `QualityMatcher.match` is one pair, a line a stage.
 
-One pair: scanlines give each view a dense seed; planes fitted around its pixels are the first
-chromosome, those of the profile `realtime` the second if there is one. Mutants are planes of
-segments and tiles; fusion by a minimum cut takes what is fitter, where the images do not speak
-against it. The views judge each other: where they disagree, a match counts little.
+Genes are planes, and both views of a pair evolve. Scanlines give each view a dense seed; planes
+fitted around its pixels are the first chromosome, those of the map of `realtime` the second where
+there is one. Mutants are planes of segments and tiles; fusion by a minimum cut takes those that
+are fitter, unless the images are evidence against them. Where the views disagree, a match counts
+little.
 """
 from collections.abc import Callable
 from typing import NamedTuple
@@ -15,7 +16,7 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Cut
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
-from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.match import Match, mirrored
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
@@ -24,18 +25,18 @@ from fuzzy_stereo_ros.matching.quality.result import consistent, refine
 from fuzzy_stereo_ros.matching.quality.seed import costs_of_pixels, realtime_maps, ScanlineSeed
 import numpy as np
 
-ROOT = 16        # colours are seen as so many times their root, as their noise grows with it
+ROOT = 16        # edges are measured in 16 * root of a colour, whose noise is the same everywhere
 
 
 class Stages(NamedTuple):
     """
-    The stages that can be exchanged for others, as the ablation does.
+    The stages that can be exchanged, as the ablation does (benchmarks/variants.py).
 
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called
-    evidence: called with rows and columns, rejects what the images speak against
-    trusted: where matches count in full: see result.consistent
-    flat: whether disparities have to be smooth, not planes
+    evidence: called with rows and columns, returns a check of proposals, see Evidence
+    trusted: returns where matches count in full, see result.consistent
+    flat: whether disparities have to be smooth, instead of planes
     """
 
     crossover: Callable = Cut
@@ -53,7 +54,7 @@ class QualityMatcher:
     """
 
     def __init__(self, config, rows, columns, stages=None):
-        """Take no memory: a pair does, and gives most of it back with the next one."""
+        """Allocate nothing yet: each pair allocates its memory, and frees that of the last."""
         self._config, self._shape = config, (rows, columns)
         self._stages, self.pool = stages or Stages(), ThreadPool(config.threads)
         self.population = None
@@ -71,10 +72,10 @@ class QualityMatcher:
         watch.lap('seeds')
         self.population = self._initial_population(starts, volume)
         seed = starts[0].seed
-        del starts, volume       # what the refinement does not need
+        del starts, volume       # frees their memory
         watch.lap('views')
         history = evolve(self.population, self._stages.operators, random, budget, observe)
-        self.population.tools.give_back()
+        self.population.tools.release()
         watch.lap('generations')
         disparity, confidence = refine(self.pool, self._config, self.population, seed,
                                        random.child(0))
@@ -100,21 +101,21 @@ class QualityMatcher:
 
     def evolved_from(self, disparity, random, budget):
         """
-        Return where evolution ends on the last pair if the left map starts from another one.
+        Return the map that evolution reaches on the last pair from another left map.
 
-        disparity: float32 (R, C), px from 0, and so is what is returned; the right map starts
-        from where it is
+        disparity: float32 (R, C), px from 0, as the result; the right map starts from the current
+        one
         """
         left, right = self.population.views
         start = local_planes(self.pool, np.float32(disparity), left.colour)
         self.population.initialise([[start], [right.members[0].planes.copy()]])
         evolve(self.population, self._stages.operators, random, budget)
-        self.population.tools.give_back()
+        self.population.tools.release()
         return self.fittest()
 
     def _starts(self, left, right, random, budget):
         """Return the `Start`s of both views, and the costs of all matches of the left pixels."""
-        pairs = (left, right), (_mirrored(right), _mirrored(left))
+        pairs = (left, right), (mirrored(right), mirrored(left))
         maps = realtime_maps(self._config, pairs, random)
         scanlines = ScanlineSeed(self._config, *self._shape)
         starts = [scanlines.find(*pair, found, budget.in_time) for pair, found in zip(pairs, maps)]
@@ -127,14 +128,14 @@ class QualityMatcher:
         tools, views, maps = Tools(self._shape, stages.crossover, stages.evidence), [], []
         for start, origin in zip(starts, (None, columns - 1 + lowest)):
             colour = start.colour
-            seen = ROOT * np.sqrt(colour.astype(np.float32))
+            roots = ROOT * np.sqrt(colour.astype(np.float32))
             fitness = PlaneFitness(*self._shape, self._config.disparities, stages.flat)
-            fitness.look(self.pool, volume, origin, colour, seen, start.weak)
-            views.append(View(self.pool, fitness, colour, segments_of(seen), tools))
+            fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
+            views.append(View(self.pool, fitness, colour, segments_of(roots), tools))
             maps.append([local_planes(self.pool, (start.seed.surface, start.realtime)[place % 2],
                                       colour) for place in range(self._config.population)])
         population = Population(views, tools, lowest, stages.trusted)
-        population.judge([start.seed.surface for start in starts])
+        population.update_trust([start.seed.surface for start in starts])
         population.initialise(maps)
         return population
 
@@ -143,7 +144,3 @@ class QualityMatcher:
         planes = np.zeros((*self._shape, 3), np.float32)
         planes[..., 2] = chromosome
         return planes
-
-
-def _mirrored(image):
-    return np.ascontiguousarray(image[:, ::-1])

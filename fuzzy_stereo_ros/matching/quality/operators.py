@@ -4,49 +4,37 @@
 The operators of the profile `quality`: mutants that are planes of regions, and crossover.
 
 Each is called with the population and a source of random numbers and changes the chromosome whose
-turn it is, in both views. What a proposal moves needs evidence of the images alone, since a smooth
-plane is fitter than a rough surface even where the images say little, as in shadows on a road: a
-region moves only if its matches, without smoothness, are not less possible; it may lose something
-where the two views disagree about what is there.
+turn it is, in both views. A proposal needs evidence of the images alone, since a smooth plane is
+fitter than a rough surface even where the images say little, as in shadows on a road: a region
+moves only if its matches, without smoothness, are not less possible; each pixel about which the
+two views disagree allows it a small loss.
 """
 from fuzzy_stereo_ros.matching.kernels.planes import fits
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded, UNIT
 from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread, tiles
 import numpy as np
 
-FAR = 0.5            # px by which a pixel moves, as it counts
-PRICE = 0.2          # of a pixel about which the views disagree, parts of an impossible match
-LEAST = 100          # px of a region that is asked for evidence
+FAR = 0.5            # px from which a pixel counts as moved
+PRICE = 0.2          # loss allowed by a pixel that the views disagree on, of an impossible match
+LEAST = 100          # px of the smallest region that needs evidence
+FITTED_TILES = 40, 20    # px, sides of tiles that take the plane fitted to them
+COPIED_TILES = 30, 12    # px, sides of tiles that take the plane of one of their pixels
 
 
 class Evidence:
-    """Memory for one image size."""
+    """Rejects regions that the images are evidence against, for one image size."""
 
     def __init__(self, rows, columns):
         """Allocate."""
         self._region = np.zeros((rows, columns), np.int32)
         self._parent, self._size = (np.zeros(rows * columns + 1, np.int32) for _ in range(2))
-        self._dearer = np.zeros(rows * columns + 1, np.int64)
+        self._excess = np.zeros(rows * columns + 1, np.int64)
 
     def reject(self, labels, old, new, old_costs, new_costs, trusted, selected):
-        """Let `selected` be false in regions that must not move: see reject_unfounded."""
+        """Set `selected` to false in regions that must not move: see reject_unfounded."""
         reject_unfounded(labels, old, new, np.float32(FAR), old_costs, new_costs, trusted,
-                         int(PRICE * UNIT), LEAST, self._region, self._parent, self._dearer,
+                         int(PRICE * UNIT), LEAST, self._region, self._parent, self._excess,
                          self._size, selected)
-
-
-class NoEvidence:
-    """Asks for none: what is fitter moves."""
-
-    def __init__(self, rows, columns):
-        """Need no memory."""
-
-    def reject(self, *_):
-        """Reject nothing."""
-
-
-FITTED_TILES = 40, 20        # px, tiles that take the plane fitted to them
-COPIED_TILES = 30, 12        # px, tiles that take the plane of one of their pixels
 
 
 def segment_planes(population, random):
@@ -84,19 +72,19 @@ def copied_planes(population, random):
 
 
 def cross_siblings(population, random):
-    """Give the first chromosome what is fitter in the one whose turn it was; end the turn."""
+    """Cross the chromosome whose turn it was into the first one; end its turn."""
     if population.current > 0:
         for view in population.views:
             view.cross(view.members[0], view.members[population.current], random.child(3))
         population.measure(0)
-        population.lead(population.best)
+        population.make_first(population.best)
     population.current = (population.current + 1) % len(population.fitness)
 
 
-def judge_each_other(population, random):
+def update_trust(population, random):
     """Trust matches where the views of the first chromosome agree, once all had their turn."""
     if population.current == 0:
-        population.judge([view.disparities(view.members[0]) for view in population.views])
+        population.update_trust([view.disparities(view.members[0]) for view in population.views])
         population.measure_all()
 
 
@@ -105,18 +93,19 @@ OPERATORS = {
     'tiles': tile_planes,
     'copies': copied_planes,
     'crossover': cross_siblings,
-    'trust': judge_each_other,
+    'trust': update_trust,
 }
 
 
 def _turn(population, random, operator):
-    """Give each view, its map of the chromosome whose turn it is, and a source of its own."""
+    """Yield each view, its map of the chromosome whose turn it is, and a random source."""
     for number, view in enumerate(population.views):
         yield (view, view.members[population.current],
                random.child(operator, number))
 
 
 def _fitted(view, member, regions, random):
+    """Return planes fitted to the regions of a member: float32 (number, 3)."""
     return region_planes(view.pool, view.disparities(member), view.fitness.trusted(), regions,
                          random)
 

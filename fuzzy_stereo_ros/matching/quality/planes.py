@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Regions that may lie in one plane, and planes fitted to disparities in them and around pixels.
+Regions that may lie in one plane, and planes fitted to regions and around pixels.
 
 Regions are segments of like pixels at several scales, and tiles. Maps of planes are float32
 (R, C, 3).
@@ -36,7 +36,7 @@ class Regions(NamedTuple):
 
 
 def listed(labels, number):
-    """Return the `Regions` of labels, int32 (R, C)."""
+    """Return the `Regions` of labels, int32 (R, C), from 0 to number - 1."""
     regions = Regions(labels, np.zeros(number + 1, np.int32), np.zeros(labels.size, np.int32))
     fits.list_regions(labels.reshape(-1), regions.starts, regions.pixels)
     return regions
@@ -49,17 +49,17 @@ def tiles(shape, side, random):
     return listed(labels, fits.label_tiles(side, down, right, labels))
 
 
-def segments_of(seen):
+def segments_of(roots):
     """
     Return the segments of an image, finest first: of each scale labels and how many there are.
 
-    seen: float32 (R, C, 3); labels: int32 (R, C), from 0, see listed
+    roots: float32 (R, C, 3); labels: int32 (R, C), from 0, see listed
     """
-    rows, columns = seen.shape[:2]
+    rows, columns = roots.shape[:2]
     pixels = rows * columns
     differences, order = np.zeros(2 * pixels, np.int16), np.zeros(2 * pixels, np.int32)
     edges = order[:segments.sort_edges(
-        cv2.GaussianBlur(seen, (0, 0), BLUR), differences,
+        cv2.GaussianBlur(roots, (0, 0), BLUR), differences,
         np.zeros(segments.LEVELS + 1, np.int32), order)]
     parent, size = (np.zeros(pixels, np.int32) for _ in range(2))
     inner, found = np.zeros(pixels, np.float32), []
@@ -71,10 +71,11 @@ def segments_of(seen):
     return found
 
 
-RADIUS, LIMIT, GROWTH = 4, 0.6, 0.25     # of local planes: px, px that neighbours may differ by
+RADIUS, LIMIT = 4, 0.6   # of local planes: px, px that neighbours may differ by
+GROWTH = 0.25            # of the limit: by this share of it a px of distance
 PLANE_COLOUR = 15.0      # grey levels, summed over channels, at which a neighbour counts 1 / e
 ROUNDS, AGREEMENT = 60, 0.7              # random planes tried a region; px by which pixels agree
-_PARTS = 8                               # that the regions of an image are cut into, for threads
+_PARTS = 8                               # of the regions of an image, for threads
 
 
 def local_planes(pool, disparity, colour):

@@ -4,8 +4,8 @@
 The population of the profile `quality`: plane maps of both views of a pair.
 
 A chromosome is a plane map of the left view and one of the mirrored right view. The first is the
-fittest: it takes what is fitter from the others. The views judge each other: where the maps of
-the first disagree, matches count little in the fitness of all.
+fittest: it takes what is fitter from the others. Where the maps of its two views disagree, matches
+count little in the fitness of all.
 """
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.planes.costs import select_differing, take_planes
@@ -14,31 +14,31 @@ import numpy as np
 
 
 class Member:
-    """A plane map of a view, float32 (R, C, 3), and what its matches cost: int16 (R, C)."""
+    """A plane map of a view, float32 (R, C, 3), and the costs of its matches: int16 (R, C)."""
 
     def __init__(self, planes, match_costs, costs):
-        """match_costs: without regard to trust; costs: with it."""
+        """match_costs: without trust; costs: with it."""
         self.planes, self.match_costs, self.costs = planes, match_costs, costs
 
 
 class Tools:
-    """The memory that operators work with, taken when they first do."""
+    """The crossover and its memory, allocated when operators first use it."""
 
     def __init__(self, shape, crossover, evidence):
         """shape: (R, C); crossover, evidence: see the `Stages` of the matcher."""
         self._shape, self._crossover, self._evidence = shape, crossover, evidence
-        self._held = None
+        self._memory = None
 
-    def give_back(self):
-        """Give the memory back."""
-        self._held = None
+    def release(self):
+        """Free the memory."""
+        self._memory = None
 
     def __iter__(self):
         """Yield the crossover, its `Exchange` and the evidence."""
-        if self._held is None:
-            self._held = (self._crossover(*self._shape, 4), Exchange(*self._shape, 4),
-                          self._evidence(*self._shape))
-        return iter(self._held)
+        if self._memory is None:
+            self._memory = (self._crossover(*self._shape, 4), Exchange(*self._shape, 4),
+                            self._evidence(*self._shape))
+        return iter(self._memory)
 
 
 class View:
@@ -59,7 +59,7 @@ class View:
         return Member(planes, match_costs, self.fitness.trusted_costs(self.pool, match_costs))
 
     def total(self, member):
-        """Return what a member costs in all."""
+        """Return the cost of a member with smoothness."""
         return self.fitness.total(self.pool, member.planes, member.costs)
 
     def disparities(self, member):
@@ -70,8 +70,8 @@ class View:
         """
         Give a member the planes of a proposal where that makes it fitter.
 
-        planes: float32 (R, C, 3); regions: the `Regions` whose planes they are; what the images
-        alone speak against is not taken
+        planes: float32 (R, C, 3); regions: the `Regions` whose planes they are; a region that the
+        images are evidence against keeps its planes
         """
         selected = np.empty(member.costs.shape, np.bool_)
         select_differing(member.planes, planes, selected)
@@ -123,7 +123,7 @@ class Population:
 
     def initialise(self, maps):
         """
-        Take the first plane maps.
+        Set the first plane maps.
 
         maps: of each view a list of plane maps, the same number
         """
@@ -145,8 +145,8 @@ class Population:
         """Index of the fittest chromosome."""
         return int(self.fitness.argmax())
 
-    def lead(self, place):
-        """Exchange the first chromosome for that at a place."""
+    def make_first(self, place):
+        """Swap the first chromosome and that at a place."""
         for view in self.views:
             view.members[0], view.members[place] = view.members[place], view.members[0]
         self.fitness[[0, place]] = self.fitness[[place, 0]]
@@ -161,7 +161,7 @@ class Population:
         for place in range(len(self.fitness)):
             self.measure(place)
 
-    def judge(self, maps):
-        """Let matches of a view count in full where the maps of both agree: float32 (R, C), px."""
+    def update_trust(self, maps):
+        """Trust the matches of both views where their maps agree: float32 (R, C), px."""
         for view, one, other in zip(self.views, maps, reversed(maps)):
             view.trust_consistent(self._trusted(view.pool, one, other, self._lowest))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How possible a match is, by census, colour and gradient of pixels and of their supports.
+The possibility of a match, from census, colour and gradient of pixels and their supports.
 
 Not in the paper: see kernels/possibility/fuzzy_costs.py. A model is a set of scales.
 """
@@ -15,7 +15,7 @@ import numpy as np
 
 CENSUS_RADIUS, CENSUS_BITS = 2, 24
 OFFSET = 2**14       # makes slopes unsigned
-COLUMN_PARTS = 8         # that columns are cut into, so that running sums stay in the cache
+COLUMN_PARTS = 8     # parts of the columns, so that running sums stay in the cache
 ALIKE, MUCH_ALIKE = 14, 8      # grey levels that end an arm: near its centre, and farther
 
 
@@ -26,17 +26,17 @@ class Model(NamedTuple):
     colour: float            # grey levels
     slope: float             # grey levels per px, along the row
     gradient: float          # grey levels per px, along row and column together
-    blurs: tuple             # standard deviations that fine grey is blurred by, a census each
+    blurs: tuple             # standard deviations of blurs of the luminance, a census each
     longest: int             # arms of the supports, px
     near: int                # px beyond which arms are stricter
     rounds: int              # how often costs are averaged over supports
 
 
 class Picture:
-    """What is read of one image: census codes, colour, slopes; mirrored and padded or not."""
+    """Features of an image: census codes, colour, slopes; the right one mirrored and padded."""
 
     def __init__(self, rows, columns, padding, code_planes):
-        """Allocate; padding: how often the last column is repeated, 0 for no mirrored image."""
+        """Allocate; padding: columns behind a mirrored image, 0 for one that is not mirrored."""
         self._mirrored = padding > 0
         self.codes = np.zeros((rows, code_planes, columns + padding), np.uint16)
         self.planes = np.zeros((rows, fuzzy_costs.PLANES, columns + padding), np.uint16)
@@ -60,11 +60,11 @@ class Picture:
                             axis=1) >> 2
         self._place(np.concatenate([values, low, high, gradient], axis=1) + OFFSET, self.planes)
 
-    def read_census(self, fine, blurs, bands, pool):
-        """Fill the codes from fine grey, float32 (R, C)."""
+    def read_census(self, luminance, blurs, bands, pool):
+        """Fill the codes from luminance, float32 (R, C)."""
         radius = CENSUS_RADIUS
         for scale, blur in enumerate(blurs):
-            blurred = cv2.GaussianBlur(fine, (0, 0), blur, borderType=cv2.BORDER_REPLICATE)
+            blurred = cv2.GaussianBlur(luminance, (0, 0), blur, borderType=cv2.BORDER_REPLICATE)
             padded = cv2.copyMakeBorder(np.rint(blurred * 4), *[radius] * 4, cv2.BORDER_REPLICATE)
             pool.each(lambda band, padded=padded, bit=CENSUS_BITS * scale: fuzzy_costs.census(
                 padded, radius, bit, self._codes, band[1], band[2]), bands)
@@ -88,7 +88,7 @@ class SupportPossibility:
 
     def __init__(self, rows, columns, disparities, model):
         """Allocate for images of a size and for a model, or one of less rounds."""
-        labels = -(-disparities // LANES) * LANES
+        labels = padded(disparities)
         planes, longest = _code_planes(model), model.longest
         self.disparities, self._bands = disparities, cut_bands(rows)
         self._left = Picture(rows, columns, 0, planes)
@@ -101,14 +101,14 @@ class SupportPossibility:
             (low, high, np.zeros((2 * longest + 2, (high - low) * labels), np.uint16))
             for low, high in zip(edges, edges[1:])]
 
-    def look(self, left, right, first_inside):
+    def set_pair(self, left, right, first_inside):
         """
-        Take a pair, both as (colour, fine grey).
+        Set a pair, each image as (colour, luminance).
 
         first_inside: first column of the right image, moved, that exists
         """
         self._colour, self._first_inside = left[0], first_inside
-        self._fine = left[1], right[1]
+        self._luminance = left[1], right[1]
         self._left.read_colour(left[0])
         self._right.read_colour(right[0])
 
@@ -119,8 +119,8 @@ class SupportPossibility:
         surface: float32 (R, C), px, of a parent; level: px of it that supports may span; neither
         counts for a model of no rounds
         """
-        for picture, fine in zip((self._left, self._right), self._fine):
-            picture.read_census(fine, model.blurs, self._bands, pool)
+        for picture, luminance in zip((self._left, self._right), self._luminance):
+            picture.read_census(luminance, model.blurs, self._bands, pool)
         unit = fuzzy_costs.UNIT
         weights = np.rint([unit / model.census, unit / (6 * model.colour),
                            unit / (2 * model.slope), unit / (2 * model.gradient)])
@@ -146,12 +146,17 @@ class SupportPossibility:
             band[1], band[2]), self._bands)
 
 
+def padded(disparities):
+    """Return how many labels costs have: whole vectors of them."""
+    return -(-disparities // LANES) * LANES
+
+
 def _code_planes(model):
     """Return how many planes of 16 bits the censuses of a model take."""
     return -(-CENSUS_BITS * len(model.blurs) // 16)
 
 
-def colour_and_fine_grey(image, scale, shift):
+def colour_and_luminance(image, scale, shift):
     """
     Return an image as uint8 (R, C, 3) and as float32 (R, C), B + 2 G + R, finer than 8 bits.
 
@@ -162,10 +167,10 @@ def colour_and_fine_grey(image, scale, shift):
     if shift != 0:
         image = image[:, np.clip(np.arange(columns) - shift, 0, columns - 1)]
     colour = np.repeat(image[..., np.newaxis], 3, axis=2) if image.ndim == 2 else image
-    fine = (colour @ np.float32([1, 2, 1])) * np.float32(scale)
+    luminance = (colour @ np.float32([1, 2, 1])) * np.float32(scale)
     if image.dtype != np.uint8:
         colour = np.minimum(np.rint(colour * np.float32(scale)), 255).astype(np.uint8)
-    return np.ascontiguousarray(colour), fine
+    return np.ascontiguousarray(colour), luminance
 
 
 def eight_bit_scale(left, right):

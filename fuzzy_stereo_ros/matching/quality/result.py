@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From the fittest plane maps of both views to disparities, and how sure they are."""
+"""From the fittest plane maps of both views to disparities and confidence."""
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
@@ -9,17 +9,16 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     compare_views, CONSISTENT, INVALID)
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread
-from fuzzy_stereo_ros.matching.realtime.refinement import AROUND
-from fuzzy_stereo_ros.matching.speckles import reject_speckles
+from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles
 import numpy as np
 
 MOST = 1.0               # px by which the views may differ
 NEAR, SEED_SHARE = 1.0, 0.7     # px within which the seed counts as well, and its share
 FLAT, FLAT_SHARE = 0.3, 0.8      # px within which such a share of a segment lies in a plane
-FLAT_LEAST, FAR = 100, 0.5       # px of it that tell; px from the plane of what is something else
+FLAT_LEAST, FAR = 100, 0.5       # trusted px it needs; px from the plane that are kept as they are
 ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
 REACH = RADIUS * STRIDE   # px of a support that must lie within the other image too
-FAINT = 0.004            # contrast with them that makes half sure
+FAINT = 0.004            # contrast with them at which certainty is one half
 LEAST_SURE = 0.02        # less is noise
 # Share of right pixels by tenths of certainty, see realtime/refinement.py.
 RIGHT = 0, 0.66, 0.8, 0.91, 0.95, 0.98, 0.997, 0.999, 1, 1, 1
@@ -40,7 +39,7 @@ def consistent(pool, disparity, other, lowest):
     return compare(pool, disparity, other, lowest) != INVALID
 
 
-def finished(disparity, seed):
+def averaged_with_seed(disparity, seed):
     """
     Return the disparities of planes, averaged with those of the seed where both are near.
 
@@ -50,15 +49,15 @@ def finished(disparity, seed):
     return disparity + near * np.float32(SEED_SHARE) * (seed.surface - disparity)
 
 
-def flattened(view, disparity, surface, random):
+def averaged_with_planes(view, disparity, surface, random):
     """
-    Return disparities, those of segments that lie in one plane averaged with it.
+    Return disparities, averaged with the plane of their segment where most of it lies in one.
 
     A plane over a large region errs by less than its pixels do; a segment that is curved has too
     few pixels near any plane. surface: float32 (R, C), px, what the planes are fitted to
     """
     trusted, result = view.fitness.trusted(), disparity
-    for labels, number in view.segments[1:]:        # the finest are too small to tell
+    for labels, number in view.segments[1:]:        # the finest are too small for that
         regions = listed(labels, number)
         planes = region_planes(view.pool, surface, trusted, regions, random)
         plane = view.fitness.disparities(view.pool, spread(
@@ -74,17 +73,17 @@ def flattened(view, disparity, surface, random):
 
 def certainty(view, member, seed, lowest):
     """
-    Return how sure each pixel of a member is by itself: float32 (R, C), 0 to 1.
+    Return the certainty of each pixel of a member by itself: float32 (R, C), 0 to 1.
 
-    Sure is what is possible, what the data alone chose as well, and by how much alone; and
-    nothing where nearer and farther matches are as possible, as on a uniform wall.
+    It is the product of the possibility, of the margin of the label that the data alone chose, and
+    of the contrast with nearer and farther matches; 0 where that label is another one.
     """
     disparity = view.disparities(member)
     possible = 1 - member.match_costs.astype(np.float32) / UNIT
     margins = seed.margins.astype(np.float32)
     alone = margins / (margins + np.float32(CLEAR_MARGIN * FULL))
-    told = contrast(view, member, disparity, lowest)
-    return (possible * alone * (told / (told + np.float32(FAINT)))
+    unlike = contrast(view, member, disparity, lowest)
+    return (possible * alone * (unlike / (unlike + np.float32(FAINT)))
             * (abs(disparity - seed.labels) <= MOST))
 
 
@@ -113,7 +112,7 @@ def contrast(view, member, disparity, lowest):
 
 def refine(pool, config, population, seed, random):
     """
-    Return disparities, px, and how sure they are, 0 to 1: float32 (R, C).
+    Return disparities, px, and confidence, 0 to 1: float32 (R, C).
 
     population: the evolved `Population`; seed: the `Seed` of the left view; random: a `Random`
     """
@@ -121,7 +120,7 @@ def refine(pool, config, population, seed, random):
         (view, view.members[population.best]) for view in population.views)
     planes = left.disparities(member)
     validity = compare(pool, planes, right.disparities(other), config.min_disparity)
-    disparity = flattened(left, finished(planes, seed), seed.surface, random)
+    disparity = averaged_with_planes(left, averaged_with_seed(planes, seed), seed.surface, random)
     if config.speckle_size > 1:
         reject_speckles(pool, np.rint(disparity).astype(np.int16), validity, config.speckle_range,
                         config.speckle_size)

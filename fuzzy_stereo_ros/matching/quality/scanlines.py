@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The best that data and a parent's surface give: scanline optima from eight directions.
+Scanline optima from eight directions, along the surface of a parent.
 
-Not in the paper: see kernels/eight_directions.py.
+Not in the paper: see kernels/scanlines/eight_directions.py.
 """
 from typing import NamedTuple
 
@@ -16,27 +16,27 @@ OVERLAP = 32         # rows beyond a band in which its paths start
 
 
 class Smoothness(NamedTuple):
-    """What changes of disparity cost a path, in parts of FULL."""
+    """Penalties of a path for changes of disparity, in parts of FULL."""
 
     jump: float              # P2 where grey is flat
     small: float             # P1, as a share of P2
     at_edge: float           # share of both that is left at the strongest edges
-    edge: float              # grey levels by which what can be spared falls to 1 / e
+    edge: float              # grey step at which the rest has fallen to 1 / e
 
     def weights(self):
-        """Return the share by grey step: float32 (256,)."""
+        """Return the share of both penalties by grey step: float32 (256,)."""
         fall = np.exp(-np.arange(256) / self.edge)
         return (self.at_edge + (1 - self.at_edge) * fall).astype(np.float32)
 
 
 class SurfaceScanlines:
-    """Scanline optima for one image size: memory, and what was chosen."""
+    """Scanline optima for one image size: memory, and the chosen labels."""
 
     def __init__(self, shape):
         """shape: of the costs, (R, C, labels)."""
         rows, columns, padded = self._costs_shape = shape
         self._bands = cut_bands(rows)
-        self._sums = []     # of bands, that no thread uses now
+        self._sums = []     # memory for the sums of bands, not in use now
         stride = padded + 2 * eight_directions.PAD
         self._paths = [np.zeros((2, 4, columns, stride), np.uint16) for _ in self._bands]
         self._least = [np.zeros((2, 4, columns), np.uint16) for _ in self._bands]
@@ -47,8 +47,8 @@ class SurfaceScanlines:
         self.offsets = np.zeros((rows, columns), np.float32)
         self.margins = np.zeros((rows, columns), np.uint16)
 
-    def look(self, colour):
-        """Take in the colours of a frame, uint8 (R, C, 3): where it may cost less to jump."""
+    def set_colour(self, colour):
+        """Set the colours of an image, uint8 (R, C, 3): jumps cost less at their edges."""
         signed = colour.astype(np.int16)
 
         def between(one, other):
@@ -92,6 +92,6 @@ class SurfaceScanlines:
         pool.each(search, self._bands)
 
     def _new_sums(self):
-        """Return memory for the sums of a band: as many as there are threads are ever needed."""
+        """Return memory for the sums of a band; each thread needs one."""
         return np.empty((max(last - first for _, first, last in self._bands),
                          *self._costs_shape[1:]), np.uint16)

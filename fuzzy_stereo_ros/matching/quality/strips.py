@@ -3,20 +3,19 @@
 """
 Costs of all matches and their scanline optima, a strip of rows at a time.
 
-Two volumes of costs are large; only a strip of them, with rows around it, is in memory. Strips
-are cut by the size of the images alone.
+The costs and their sums are large; only those of a strip, with rows around it, are in memory.
+Strips are cut by the size of the images alone.
 """
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.quality.possibility import SupportPossibility
+from fuzzy_stereo_ros.matching.quality.possibility import padded, SupportPossibility
 from fuzzy_stereo_ros.matching.quality.scanlines import OVERLAP, SurfaceScanlines
 import numpy as np
 
 MOST_COSTS = 48_000_000      # of a strip with the rows around it
 MOST_PIXEL_COSTS = 12_000_000    # of one in which nothing is searched
-PIXEL_REACH = 8      # rows, more than filters reach that a pixel's costs are made of
+PIXEL_REACH = 8      # rows around a strip of pixel costs, more than their filters reach
 
 
 class Strip(NamedTuple):
@@ -83,10 +82,10 @@ class ScanlineStrips:
         self.offsets = np.zeros(shape, np.float32)
         self.steps = np.zeros((2, *shape), np.uint8)
 
-    def look(self, left, right, first_inside):
-        """Take a pair, see SupportPossibility.look."""
+    def set_pair(self, left, right, first_inside):
+        """Set a pair, see SupportPossibility.set_pair."""
         self._pair, self._first_inside = (left, right), first_inside
-        self._held, self._filled = None, None
+        self._strip, self._filled = None, None
 
     def fill(self, pool, strip, model, surface, level):
         """
@@ -94,12 +93,12 @@ class ScanlineStrips:
 
         surface: float32 (R, C), the same object as long as it does not change
         """
-        if self._held != strip:
-            self._held, self._filled = strip, None
-            self._possibility.look(
+        if self._strip != strip:
+            self._strip, self._filled = strip, None
+            self._possibility.set_pair(
                 *(tuple(part[strip.around] for part in image) for image in self._pair),
                 self._first_inside)
-            self._scanlines.look(self._pair[0][0][strip.around])
+            self._scanlines.set_colour(self._pair[0][0][strip.around])
             self.steps[:, strip.rows] = self._scanlines.steps[::2, strip.here][:2]
         if self._filled != (model, id(surface)):
             self._filled = model, id(surface)
@@ -108,7 +107,7 @@ class ScanlineStrips:
 
     def search(self, pool, strip, prior, smoothness, parent, steepest):
         """
-        Choose the labels of a strip by the costs that are filled.
+        Choose the labels of a strip by its costs, which `fill` has written.
 
         prior: surface, weights, float32 (R, C), dead zone and cut of SupportPossibility.add_prior;
         smoothness, parent, steepest: see SurfaceScanlines.search
@@ -129,7 +128,7 @@ def pixel_costs(pool, left, right, disparities, model, first_inside):
     """
     Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
 
-    left, right: (colour, fine grey), first_inside: see SupportPossibility.look
+    left, right: (colour, luminance), first_inside: see SupportPossibility.set_pair
     """
     rows, columns = left[1].shape
     labels, model = padded(disparities), model._replace(rounds=0)
@@ -137,20 +136,16 @@ def pixel_costs(pool, left, right, disparities, model, first_inside):
     strips = cut_strips(rows, columns * labels, PIXEL_REACH, MOST_PIXEL_COSTS)
     possibility = SupportPossibility(strips[0].end - strips[0].begin, columns, disparities, model)
     for strip in strips:
-        possibility.look(*(tuple(part[strip.around] for part in image) for image in (left, right)),
-                         first_inside)
+        possibility.set_pair(
+            *(tuple(part[strip.around] for part in image) for image in (left, right)),
+            first_inside)
         possibility.fill(pool, model)
         keep_bytes(pool, possibility.costs[strip.here], volume[strip.rows])
     return volume
 
 
-def padded(disparities):
-    """Return how many labels costs have: whole vectors of them."""
-    return -(-disparities // LANES) * LANES
-
-
 def keep_bytes(pool, costs, volume):
-    """Write half of costs, uint16 (R, C, labels), at most 255, into a volume of uint8."""
+    """Write half of some costs, uint16 (R, C, labels), at most 255, into a uint8 volume."""
     def keep(band):
         half = costs[band[1]:band[2], :, :volume.shape[2]] >> 1
         np.minimum(half, 255, out=volume[band[1]:band[2]], casting='unsafe')

@@ -1,22 +1,32 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-From chosen labels to a dense map in parts of a pixel, and to its smooth surface.
+Dense maps with sub-pixel disparities: made of chosen labels, smoothed, measured and crossed.
 
-Not in the paper, whose maps are whole-pixel.
+Not in the paper, whose maps are whole-pixel. The fitness of a map is the possibility of its
+matches over supports that keep to the parent's surface, and the steps of disparity, which are free
+as far as a slanted surface makes them and cost less at edges of grey.
 """
+from typing import NamedTuple
+
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
+from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken
+from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import consistency, dense_map, filling
+from fuzzy_stereo_ros.matching.quality.planes import GROWTH, PLANE_COLOUR
 import numpy as np
 
 MEDIAN_RADIUS, MEDIAN_COLOUR, MEDIAN_DISTANCE = 9, 20.0, 9.0     # px, grey levels, px
-PLANE_COLOUR = 15.0      # grey levels, summed over channels, at which a neighbour counts 1 / e
-GROWTH = 0.25            # by so much of itself the limit of a plane's pixels grows a px away
+UNTRUSTED = 0.1          # share of a match that counts where the two views disagree
+_HALF = 1                # genes are measured in 8 bits: costs divided by 2**_HALF
+_TOGETHER = 16           # rows that are divided at a time
 
 
 class DenseSurface:
-    """Memory for one image size."""
+    """Makes dense maps of chosen labels, for one image size."""
 
     def __init__(self, rows, columns, disparities):
         """Allocate for images of a size and a number of disparities."""
@@ -35,7 +45,7 @@ class DenseSurface:
 
     def check(self, pool, labels, target, inside):
         """
-        Give the validity on labels: int16 (R, C), as the target's pixels chose.
+        Write the validity of labels, int16 (R, C): whether the target's pixels chose the same.
 
         inside: the first and the last column of the (moved) target that exist
         """
@@ -66,3 +76,65 @@ class DenseSurface:
             surface, colour, radius, self._plane_colour, np.float32(limit), np.float32(GROWTH),
             self._smooth, band[1], band[2]), self._bands)
         return np.clip(self._smooth, 0, self._disparities - 1, out=self._smooth)
+
+
+class Steps(NamedTuple):
+    """The costs of steps of disparity, and the difference from which genes are different."""
+
+    slope: float         # cost of a px beyond the free ones, in parts of FULL
+    free: float          # px that cost nothing
+    jump: float          # the most that a step costs, in parts of FULL
+    apart: float         # px by which two genes differ
+
+
+class SurfaceFitness:
+    """Measures and crosses dense maps of one image size."""
+
+    def __init__(self, rows, columns, disparities):
+        """Allocate; disparities: how many labels exist."""
+        self._disparities = disparities
+        self._across, self._down = (np.zeros((rows, columns), np.float32) for _ in range(2))
+        self._trust = np.ones((rows, columns), np.float32)
+
+    def trust(self, rejected):
+        """Let matches count little where they are rejected: bool (R, C)."""
+        self._trust[:] = np.where(rejected, np.float32(UNTRUSTED), np.float32(1))
+
+    def set_weights(self, across, down):
+        """Set the weights of steps to the left and up: float32 (R, C)."""
+        self._across[:], self._down[:] = across, down
+
+    def measure(self, pool, costs, first, maps, results):
+        """
+        Write the costs of the genes of maps in some rows, in halves of the costs' unit.
+
+        costs: uint16 (rows, C, labels), 0 to FULL, from row `first` of the frame on; maps,
+        results: of float32 (R, C)
+        """
+        def measure_rows(begin):
+            # Half of FULL becomes 0 in a byte: a fully impossible match is no evidence.
+            half = (costs[begin:begin + _TOGETHER] >> _HALF).astype(np.uint8)
+            rows = slice(first + begin, first + begin + len(half))
+            for surface, result in zip(maps, results):
+                surface_cost.gene_costs(half, self._disparities, surface[rows], self._trust[rows],
+                                        result[rows], 0, len(half))
+        pool.each(measure_rows, range(0, len(costs), _TOGETHER))
+
+    def cross(self, first, first_costs, second, second_costs, steps):
+        """
+        Give the first parent the second one's fitter regions, and their costs.
+
+        first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), see measure.
+        Returns what it saved, in parts of surface_cost.PARTS.
+        """
+        exchange, apart = Exchange(*first.shape, 4), np.float32(steps.apart)
+        exchange.set_size(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
+        full = FULL >> _HALF
+        surface_cost.exchange_changes(
+            first, first_costs, second, second_costs, self._across, self._down,
+            np.float32(steps.slope * full), np.float32(steps.free), np.float32(steps.jump * full),
+            apart, exchange.cells, exchange.alone, exchange.pairs)
+        cost = Regions(*first.shape)(exchange)
+        copy_taken(exchange.cells, exchange.taken, first, second)
+        copy_taken(exchange.cells, exchange.taken, first_costs, second_costs)
+        return -cost

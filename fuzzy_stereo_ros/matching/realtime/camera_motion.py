@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How the camera moved between two frames: corners followed by flow, and a pose that explains them.
+Motion of the camera between two frames, from corners followed by optical flow.
 
 Not in the paper. Corners of the previous left image are followed into this one (Lucas and Kanade,
-1981) at half size; the previous disparities place them in space, in baselines; of the poses that
-fit some of them (Fischler and Bolles, 1981) the one is kept that fits most, and refined on those.
+1981) at half size; the previous disparities make them points in space, in units of the baseline.
+PnP with RANSAC (Fischler and Bolles, 1981) finds the pose that fits most of them, which is then
+refined.
 """
 from typing import NamedTuple
 
@@ -15,17 +16,17 @@ import numpy as np
 CORNERS, APART = 200, 8     # corners at the most, and half-size pixels between two of them
 QUALITY = 0.01              # of a corner, by the best one
 WINDOW, LEVELS, STEPS, STEP = 11, 3, 10, 0.03   # of the flow: pixels, pyramid, rounds, least px
-FARTHEST = 1.0              # px of disparity; what is farther says little of the way
+FARTHEST = 1.0              # least px of disparity; farther corners say little of the shift
 ROUNDS, FITS, SURE = 100, 1.0, 0.999    # poses tried; px that a corner may be off; certainty
 FEWEST, SHARE = 20, 0.35    # corners that a pose needs, and of those that it must explain
-STANDS = 0.1                # px; half of the corners move less where the camera stands
+STANDS = 0.1                # px; median motion of corners below which the camera stands
 FOLLOWED, STOOD, FEW_CORNERS, UNCLEAR = (
     'followed', 'stands', 'too little texture', 'no motion explains the corners')
 
 
 class CameraMotion(NamedTuple):
     """
-    How points go from one frame to the other: P' = rotation P + shift, shift in baselines.
+    Projections of points from one frame to the other: P' = rotation P + shift, in baselines.
 
     forward, back: float64 (3, 4), of pixels: (column, row, 1, disparity) of a point becomes
     (column, row, 1) times a scale, by which its disparity falls
@@ -37,7 +38,7 @@ class CameraMotion(NamedTuple):
 
 def between(before, now, labels, lowest, camera):
     """
-    Return the `CameraMotion` between two frames, None where there is none, and a word on it.
+    Return the `CameraMotion` between two frames, or None, and a description of the outcome.
 
     before, now: uint8 (r, c), left images at half size; labels: float32 (r, c), disparities
     before, px less `lowest`, NaN where unknown; camera: a `Camera` of the full image
@@ -67,11 +68,11 @@ def between(before, now, labels, lowest, camera):
 
 
 def _pose(there, here, distances, lens):
-    """Return rotation vector and shift that take points there to where they are here, or None."""
+    """Return the rotation vector and the shift from the previous frame to this one, or None."""
     rays = np.column_stack([there, np.ones(len(there))]) @ np.linalg.inv(lens).T
     points = rays * distances[:, None]
     try:
-        # OpenCV draws the corners that it tries from a seed that is always the same
+        # OpenCV's RANSAC has a fixed seed: equal corners give equal poses
         fitted, turn, move, inliers = cv2.solvePnPRansac(
             points, here, lens, None, iterationsCount=ROUNDS, reprojectionError=FITS,
             confidence=SURE, flags=cv2.SOLVEPNP_P3P)
@@ -79,7 +80,7 @@ def _pose(there, here, distances, lens):
             return None
         chosen = inliers.ravel()
         pose = cv2.solvePnPRefineLM(points[chosen], here[chosen], lens, None, turn, move)
-    except cv2.error:       # of corners or a calibration that no camera has
+    except cv2.error:       # degenerate corners or calibration
         return None
     return pose if all(np.isfinite(part).all() for part in pose) else None
 

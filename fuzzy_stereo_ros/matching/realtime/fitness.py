@@ -3,9 +3,9 @@
 """
 The fitness of the profile `realtime`: possibility, smoothness and occlusion in one number.
 
-Not in the paper: Eq. 3 prefers wrong maps, since it pays to point at strong edges. Here a
-chromosome loses what its genes cost: matches that are little possible, jumps of disparity (less
-at grey edges), and labels that contradict what the target image shows.
+In the place of Eq. 3 and 4, which prefer wrong maps that point at strong edges. The fitness of a
+chromosome falls by the costs of its genes: matches of little possibility, jumps of disparity (less
+at edges of grey), and labels that contradict the target image.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Exchange
@@ -13,17 +13,17 @@ from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 import numpy as np
 
-SMOOTHNESS = 4       # the passes' penalties are divided by this: they count four paths
+SMOOTHNESS = 4       # divides the penalties of the scanlines, which sum four paths
 HIDDEN = 6           # cost of a gene that something nearer hides
 CONTRADICTED = 15    # cost of a gene that would hide what can be seen
-SAMPLE_STEP = 16     # every so many rows, and columns, are looked at where a sample will do
+SAMPLE_STEP = 16     # one row in so many is measured where a sample is enough
 
 
 class CensusFitness:
     """Measures and crosses chromosomes of one image size; a cell costs at most `largest_cost`."""
 
     def __init__(self, possibility, validity, target):
-        """Bind to the possibility, and to the pixels' validity and the target's labels."""
+        """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
         rows, columns = validity.shape
         self._bands = cut_bands(rows)
         self.largest_cost = possibility.model.largest
@@ -36,8 +36,8 @@ class CensusFitness:
         self._costs = np.zeros((rows, columns), np.uint8)
         self._exchange = Exchange(rows, columns, neighbours=4)
 
-    def look(self, pool, inside):
-        """Take in a new frame. inside: first and last column of the target that exist."""
+    def set_pair(self, pool, inside):
+        """Set a new pair; inside: the first and the last column of the target that exist."""
         self._scene = self._scene._replace(inside=inside)
         scaled, full = self.penalties, self._possibility.penalties
 
@@ -51,14 +51,13 @@ class CensusFitness:
         """
         Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
-        every: rows whose number it divides are measured; crossover measures what it gains
-        everywhere
+        every: one row in so many is measured; crossover measures what it gains everywhere
         """
         totals = np.zeros((len(self._bands), 2), np.int64)
 
         def measure_band(band):
             gene_cost.gene_costs(
-                *self._seen(), chromosome, self._costs, every, band[1], band[2])
+                *self._kernel_arguments(), chromosome, self._costs, every, band[1], band[2])
             totals[band[0]] = gene_cost.row_costs(
                 *self.penalties, chromosome, self._costs, every, band[1], band[2])
         pool.each(measure_band, self._bands)
@@ -72,13 +71,13 @@ class CensusFitness:
         Returns the fitness that it gained, and the second one's fitness above its own before.
         """
         exchange = self._exchange
-        exchange.hold(differing_cells(first, second, exchange.all_cells))
+        exchange.set_size(differing_cells(first, second, exchange.all_cells))
         share = -(-exchange.cells.size // len(self._bands))
 
         def change(band):
             part = slice(share * band[0], share * (band[0] + 1))
             gene_cost.exchange_changes(
-                *self._seen(), *self.penalties, first, second, exchange.cells[part],
+                *self._kernel_arguments(), *self.penalties, first, second, exchange.cells[part],
                 exchange.alone[part], exchange.pairs[part])
         pool.each(change, self._bands)
         cost = crossover(exchange, random)
@@ -90,15 +89,15 @@ class CensusFitness:
 
     def possibility_of(self, pool, chromosome):
         """
-        Return how possible each gene is, hidden ones as the fitness counts them.
+        Return the possibility of each gene, hidden ones as the fitness counts them.
 
-        chromosome: (R, C) labels; possibility: float32 (R, C), 0 to 1. Changes nothing here.
+        chromosome: (R, C) labels; possibility: float32 (R, C), 0 to 1
         """
         costs = np.empty_like(self._costs)
         pool.each(lambda band: gene_cost.gene_costs(
-            *self._seen(), chromosome, costs, 1, band[1], band[2]), self._bands)
+            *self._kernel_arguments(), chromosome, costs, 1, band[1], band[2]), self._bands)
         return 1 - costs / np.float32(self.largest_cost)
 
-    def _seen(self):
-        """Return what genes are measured against, as kernels take it."""
+    def _kernel_arguments(self):
+        """Return the features and the scene, as kernels take them."""
         return tuple(self._possibility.features), tuple(self._scene)

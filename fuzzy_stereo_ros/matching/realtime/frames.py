@@ -3,13 +3,14 @@
 """
 Evolution from frame to frame: each frame is one generation of a chromosome of planes.
 
-Not in the paper. The chromosome lies on a grid of every other pixel of every other row. What has
-evolved comes over from the previous frame, moved with the picture, where it shows the same and its
-noise is averaged away; all else follows the map of this frame. A generation works on a share of
-the picture: on regions of like grey, grown by thresholds that are drawn anew, where doubt is
-greatest and least was tried. A region is proposed the plane on which the map of this frame agrees
-most; a minimum cut takes what is fitter. Or, at random, partition crossover with that map,
-the cold parent, takes back what is not fitter any more.
+Not in the paper. The chromosome lies on a grid of every other pixel of every other row. Its genes
+are inherited from the previous frame, moved with the picture, in tiles that have not changed and
+whose noise is averaged away; all other genes follow the map of this frame. A generation, at
+random, is one of two. Mutation: regions of like grey, grown by thresholds that are drawn anew, in
+a share of the picture where doubt is greatest and the fewest planes were tried; each is proposed
+the plane that fits most cells of the map of this frame, and a minimum cut takes what is fitter.
+Or crossover: the map of this frame, the cold parent, takes back by partition crossover the regions
+in which inherited genes are no longer fitter.
 """
 from typing import NamedTuple
 
@@ -18,32 +19,32 @@ from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_bent, reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
-from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions
+from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 import numpy as np
 
-REGIONS = 0.5            # share of the generations that propose planes; the others cross
-SHARE = 2                # such a generation works on one part in so many of the picture
-QUIET, OLDEST = 0.5, 16  # grey levels of averaged noise where planes evolve; or after such frames
-REACH, STEEPEST = 2, 1.5     # cells away that a tangent plane looks, and px they may differ by
-CLEAR = 24               # margin of the scanlines' choice that leaves no doubt
+MUTATION = 0.5           # share of the generations that propose planes; the others cross
+SHARE = 2                # such a generation works on 1 / SHARE of the picture
+QUIET, OLDEST = 0.5, 16  # planes evolve where this noise is left, or after so many frames
+REACH, STEEPEST = 2, 1.5     # tangent planes: cells between which slopes are taken; px of a jump
+CLEAR = 24               # margin of the scanlines' choice from which there is no doubt
 UNTRUSTED = 5            # trust in a match, of TRUSTED, that is hidden or not consistent
-MOST = 3.0               # px by which neighbours' planes differ at most, as it counts
+MOST = 3.0               # largest difference of neighbours' planes that counts, px
 SMOOTH = 0.18            # of an impossible match: what 1 px of difference costs without an edge
-EDGE, LEAST_EDGE = 3.3, 0.005    # difference of 16 roots of grey that makes it 1 / e; its floor
-FAR, LEAST = 0.5, 100    # px that a region moves, and its least cells, for evidence to be asked
+EDGE, LEAST_EDGE = 3.3, 0.005    # step of 16 * root of grey at which it falls to 1 / e; floor
+FAR, LEAST = 0.5, 100    # a region needs evidence from such a move, px, and so many cells on
 STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
 APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
 OVERLAP, SMALLEST = 6, 40    # cells by which joined runs overlap; cells of a region
 ROUNDS, AGREEMENT = 20, 0.7      # random planes tried a region; px by which cells agree
 NEAR, FLAT = 1.0, 0.45    # px, and the share of trusted cells that must lie so near a plane
-STALE = 1.0              # px from the map of this frame at which what evolved is judged anew
-NEW = 0.75               # px from a label at which an evolved gene takes its place
-ROOT_PARTS = 64          # of a root of grey, as it is looked up
+STALE = 1.0              # px from the map of this frame at which evolved genes are crossed with it
+NEW = 0.75               # px from a label at which an evolved gene replaces it
+ROOT_PARTS = 64          # steps of a root of grey in the table
 
 
 class Genes(NamedTuple):
     """
-    What goes over to the next frame.
+    The chromosome of planes, as the next frame inherits it.
 
     planes: float32 (r, c, 3), of cells; evolved: uint8 (r, c), 0 where a gene follows the map;
     work: uint8 (r, c), how often a plane was proposed; origin: uint8 (2,), pixel of the first cell
@@ -55,13 +56,13 @@ class Genes(NamedTuple):
     origin: np.ndarray
 
 
-class Arrival(NamedTuple):
+class TileHistory(NamedTuple):
     """
-    How the tiles of the left picture came over from the previous frame.
+    What became of the tiles of the left picture since the previous frame.
 
-    choices: int8, 0 where a tile stayed, 1 where it moved; strengths: uint8, 0 where it shows
-    something else; ages: float32, frames that it is the mean of; noise: grey levels; shift: px by
-    which the picture moved, down and right
+    choices: int8, 0 where a tile stayed, 1 where it moved; strengths: uint8, 0 where it changed;
+    ages: float32, frames that it is the mean of; noise: grey levels; shift: px by which the
+    picture moved, down and right
     """
 
     choices: np.ndarray
@@ -76,8 +77,8 @@ class FrameEvolution:
     A population of one for one image size: the chromosome of planes.
 
     carried: its `Genes`; genes: float32 (1, r, c), their disparities, px, as the frame began;
-    fitness: float64 (1,), by how much it is fitter than it came over; best: 0; converged: whether
-    there is nothing to evolve, as nothing is settled
+    fitness: float64 (1,), by how much it is fitter than when inherited; best: 0; converged:
+    whether there is nothing to evolve, since no tile is quiet
     """
 
     best = 0
@@ -100,7 +101,7 @@ class FrameEvolution:
         self._doubts, self._everywhere = np.zeros(shape, np.uint8), np.ones(shape, np.uint8)
         self._grey_regions = GreyRegions(*shape)
         self._parent, self._size = (np.zeros(cells + 1, np.int32) for _ in range(2))
-        self._pixels, self._dearer = np.zeros(cells, np.int32), np.zeros(cells + 1, np.int64)
+        self._pixels, self._excess = np.zeros(cells, np.int32), np.zeros(cells + 1, np.int64)
         self._points, self._planes = np.zeros((3, cells), np.float32), np.zeros(
             (most, 3), np.float32)
         self._known, self._starts = np.zeros((3, most), np.int64), np.zeros(most + 1, np.int32)
@@ -117,7 +118,7 @@ class FrameEvolution:
 
     @property
     def genes(self):
-        """See above."""
+        """The disparities of the chromosome as the frame began: float32 (1, r, c), px."""
         return self._current[None]
 
     @property
@@ -126,18 +127,18 @@ class FrameEvolution:
         return {'region planes': self._propose_regions,
                 'crossover with the map': self._cross_with_map}
 
-    def arrive(self, pool, previous, arrival):
+    def inherit(self, pool, previous, history):
         """
-        Take what has evolved until the previous frame; return whether any tile shows the same.
+        Inherit the genes of the previous frame; return whether any tile inherits.
 
-        previous: its `Genes`, or None; arrival: the `Arrival` of the picture
+        previous: its `Genes`, or None; history: the `TileHistory` of the picture
         """
         self._pool, self.fitness[:] = pool, 0
-        down, right = (0, 0) if previous is None else map(int, previous.origin + arrival.shift)
+        down, right = (0, 0) if previous is None else map(int, previous.origin + history.shift)
         self._origin = down & 1, right & 1
-        settled = arrival.ages >= min((arrival.noise / QUIET)**2, OLDEST)
-        self._settled = (settled & (arrival.strengths > 0)).astype(np.uint8)
-        self.converged = previous is None or not self._settled.any()
+        quiet = history.ages >= min((history.noise / QUIET)**2, OLDEST)
+        self._quiet = (quiet & (history.strengths > 0)).astype(np.uint8)
+        self.converged = previous is None or not self._quiet.any()
         make = np.zeros if self.converged else np.empty
         self.carried = Genes(
             make((*self._shape, 3), np.float32), *(make(self._shape, np.uint8) for _ in range(2)),
@@ -145,26 +146,26 @@ class FrameEvolution:
         if self.converged:
             return False
         pool.each(lambda band: grid.move_genes(
-            *previous[:3], arrival.choices, self._settled, down >> 1, right >> 1,
+            *previous[:3], history.choices, self._quiet, down >> 1, right >> 1,
             *self.carried[:3], band[1], band[2]), self._bands)
         return True
 
-    def look(self, chromosome, chosen, validity, half_fine, inside):
+    def set_map(self, chromosome, chosen, validity, half_luminance, inside):
         """
-        Take the map of this frame.
+        Set the map of this frame; genes that are not inherited follow it.
 
-        chromosome: (R, C) labels; chosen, validity: of Scanlines and Refinement; half_fine:
+        chromosome: (R, C) labels; chosen, validity: of Scanlines and Refinement; half_luminance:
         uint16, the left picture at half size; inside: first and last column of the target that
         exist
         """
-        genes, self._inside, self._half_fine = self.carried, inside, half_fine
+        genes, self._inside, self._half_luminance = self.carried, inside, half_luminance
 
         def sample(band):
             grid.sample_map(
                 chromosome, chosen.labels, chosen.offsets, validity, chosen.margins, CLEAR,
                 *self._origin, self._of_map, self._consistent, self._mutated, self._doubts,
                 band[1], band[2])
-            grid.edge_weights(half_fine, self._roots, self._by_step, self._across, self._down,
+            grid.edge_weights(half_luminance, self._roots, self._by_step, self._across, self._down,
                               band[1], band[2])
 
         def complete(band):
@@ -177,22 +178,22 @@ class FrameEvolution:
         self._pool.each(sample, self._bands)
         self._pool.each(complete, self._bands)
 
-    def write(self, chromosome, chosen, validity, fine):
+    def write(self, chromosome, chosen, validity, luminance):
         """
-        Write what has evolved into the map of this frame.
+        Write the evolved genes into the map of this frame.
 
-        chromosome: (R, C) labels; chosen, validity: likewise, written; fine: uint16, the left
-        picture
+        chromosome: (R, C) labels; chosen, validity: as in set_map, written; luminance: uint16, the
+        left picture
         """
         genes = self.carried
         self._pool.each(lambda band: grid_labels.write_labels(
-            genes.planes, genes.evolved, self._trusted, fine, *self._origin, np.float32(NEW),
+            genes.planes, genes.evolved, self._trusted, luminance, *self._origin, np.float32(NEW),
             self._highest, chromosome, chosen.labels, chosen.offsets, validity,
             self._lines[band[0]], self._doubted[band[0]], band[1], band[2]), self._bands)
 
     def _propose_regions(self, population, random):
-        """Propose to doubted regions the planes on which the map of this frame agrees."""
-        if not _of_regions(random):
+        """Mutate: propose to doubted regions the planes that fit the map of this frame."""
+        if not _proposes_planes(random):
             return
         runs, number = self._grown(random)
         known, starts = self._known[:, :number], self._starts
@@ -208,33 +209,33 @@ class FrameEvolution:
                       np.float32(AGREEMENT), random.key, self._points, planes, 0, number)
         reject_bent(planes, starts, self._pixels, self._of_map, self._trusted, np.float32(NEAR),
                     FLAT, self._selected)
-        grid.propose_planes(self.carried.planes, self._labels, planes, self._settled,
+        grid.propose_planes(self.carried.planes, self._labels, planes, self._quiet,
                             self._highest, self._selected, self._proposal, self._proposed)
         self._measure()
         reject_unfounded(self._labels, self._current, self._proposed, np.float32(FAR), self._old,
                          self._new, self._trusted, 0, LEAST, self._region, self._parent,
-                         self._dearer, self._size, self._selected)
+                         self._excess, self._size, self._selected)
         self._accept(self._cut, random, True)
 
     def _cross_with_map(self, population, random):
-        """Take the genes of this frame's map for what has evolved, where those are fitter."""
+        """Cross: replace evolved genes by those of the map of this frame where that is fitter."""
         genes = self.carried
-        if not _of_regions(random) and grid.propose_map(
+        if not _proposes_planes(random) and grid.propose_map(
                 genes.planes, self._tangents, genes.evolved, self._current, self._of_map,
                 np.float32(STALE), self._selected, self._proposal):
             self._measure()
             self._accept(self._regions, random, False)
 
     def _grown(self, random):
-        """Return runs of rows, their regions by thresholds drawn at random, and how many."""
+        """Return the regions of random thresholds, as `GreyRegions.grow` does."""
         draws = random.uniform(2)
         step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
         apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
-        return self._grey_regions.grow(self._pool, self._half_fine, self._everywhere, step, apart,
-                                       OVERLAP, SMALLEST)
+        return self._grey_regions.grow(self._pool, self._half_luminance, self._everywhere, step,
+                                       apart, OVERLAP, SMALLEST)
 
     def _measure(self):
-        """Write what the matches of the genes, and of the proposal, cost where it is selected."""
+        """Write the costs of the matches of the genes and of the proposal, where selected."""
         features, largest = tuple(self._possibility.features), self._possibility.model.largest
 
         def measure(band):
@@ -244,11 +245,11 @@ class FrameEvolution:
         self._pool.each(measure, self._bands)
 
     def _accept(self, crossover, random, evolved):
-        """Take what a crossover chooses of the proposal; evolved: whether such genes have."""
+        """Take what a crossover chooses of the proposal; evolved: how to mark these genes."""
         genes, exchange, rows = self.carried, self._exchange, self._shape[0]
         for found in (self._old, self._new):
             costs.trusted_costs(found, self._trust, found, 0, rows)
-        exchange.hold(costs.list_cells(self._selected, exchange.all_cells))
+        exchange.set_size(costs.list_cells(self._selected, exchange.all_cells))
         costs.fill_exchange(
             genes.planes, self._old, self._proposal, self._new, self._selected, exchange.cells,
             self._across, self._down, np.float32(MOST), False, self._numbers, exchange.alone,
@@ -259,6 +260,6 @@ class FrameEvolution:
         grid.mark_taken(exchange.cells, exchange.taken, evolved, genes.evolved)
 
 
-def _of_regions(random):
-    """Return whether the generation of a source of random numbers works on regions."""
-    return random.child(0).uniform(1)[0] < REGIONS
+def _proposes_planes(random):
+    """Return whether the generation of a `Random` proposes planes, instead of crossing."""
+    return random.child(0).uniform(1)[0] < MUTATION

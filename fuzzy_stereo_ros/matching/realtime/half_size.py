@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The chromosome at half size: the cold parent of every frame, and what it tells the full search.
+The chromosome at half size, which limits the disparity ranges of the full search.
 
-Not in the paper. It is made anew for each pair, so that it bears witness against a stale previous
-best; its labels narrow the windows of the full search and carry it over weak texture.
+Not in the paper. It is searched anew for each pair, without the previous frame, so that it shows
+where the previous best is stale; where texture is weak it is a prior of the full search.
 """
 from functools import partial
 from typing import NamedTuple
@@ -15,17 +15,17 @@ from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
+from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
-from fuzzy_stereo_ros.matching.speckles import Speckles
 import numpy as np
 
-TILE = 64               # half-size pixels that are searched at a time
+TILE = 64               # side of the tiles that are searched at a time, at either size
 SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
-DEAD_ZONE, CUT = 1, 2   # the prior is silent within 1 px and says no more beyond 3
+DEAD_ZONE, CUT = 1, 2   # px from the prior that cost nothing; largest cost, reached at 3 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
-CLEAR = 4               # summed cost by which a label of the half map is the only one to trust
+CLEAR = 4               # least margin, in summed cost, of a label that the prior is made of
 FLAT = 1                # largest range of labels in 3 x 3 pixels of which a prior is made
-GROW, MARGIN = 8, 4     # pixels around a tile, and labels around its own, that it searches too
+GROW, MARGIN = 8, 4     # pixels around a tile, and labels around its range, that it searches too
 
 
 class Half(NamedTuple):
@@ -68,7 +68,7 @@ class HalfSize:
 
     def search(self, pool, inside, grey):
         """
-        Return the `Half` of the pair that the possibility has read.
+        Return the `Half` of the pair that the possibility was filled with.
 
         inside: the first and the last column of the full target that exist; grey: uint8, full left
         """
@@ -104,7 +104,7 @@ class HalfSize:
         return self._prior
 
     def disparity_ranges(self, half, windows, tile):
-        """Write which labels each tile of the full search looks at; return the `Windows`."""
+        """Write the disparity range of each tile of the full search; return the `Windows`."""
         disparity_ranges.tile_windows(half.labels, self._disparities, tile, GROW, MARGIN,
                                       windows.low, windows.blocks)
         return windows

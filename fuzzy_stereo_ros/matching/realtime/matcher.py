@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The profile `realtime`: chromosomes from scanlines and the previous frame, joined by crossover.
+The profile `realtime`: `RealtimeMatcher.match` is one frame, a line a stage.
 
-One frame: the half-size chromosome tells where to look; the scanline chromosome is the best that
-the data give; its inconsistent cells take background genes, in two ways where the population has
-two. Crossover gives the fittest the fitter regions of the other; mutation proposes planes to
-regions of weak texture, and crossover takes what is fitter. What has evolved in the frames before
-comes over, evolves further, and takes its place in the fittest.
+The half-size chromosome limits the search; the scanline chromosome is the best that the data of
+this pair give; its inconsistent cells are filled from the background, in two ways where the
+population has two. Crossover gives the first chromosome the fitter regions of the other; mutation
+proposes planes to regions of weak texture, and crossover takes what is fitter. The chromosome of
+planes that is inherited from the previous frame evolves further and is written into the first.
 """
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,36 +20,34 @@ from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopw
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
-from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE as HALF_TILE
+from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
-from fuzzy_stereo_ros.matching.realtime.planes import WeakRegions
-from fuzzy_stereo_ros.matching.realtime.population import cross, Population
+from fuzzy_stereo_ros.matching.realtime.operators import Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
 from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate, Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 
-TILE = HALF_TILE    # pixels of a side of the tiles that search labels of their own
-EVOLUTION = (1,)    # of the frame's random numbers, those of what came over
-LAST, WRITING = 'what follows the generations', 'what goes with the evolution of planes'
-ADVANTAGE = 1       # cost a cell by which a region must be fitter to be taken over
+PLANES = 1          # child of the frame's random source for the evolution of planes
+REFINING, WRITING = 'all after the generations', 'set_map and write'     # for Durations
+ADVANTAGE = 1       # cost a cell by which a region must be cheaper to be taken
 
 
 class Stages(NamedTuple):
     """
-    The stages that can be exchanged for others, as the ablation does.
+    The stages that can be exchanged, as the ablation does (benchmarks/variants.py).
 
-    noise: called with rows and columns, returns what estimates the noise of views
-    describe: called with a `View` and a range of rows, writes what matches are judged by
+    noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
+    describe: called with a `View` and a range of rows, writes the features of its pixels
     previous_best: called as `WarmStart.prior_of_previous`, returns the prior of the previous best
     crossover: called with rows and columns, returns a crossover, see matching/crossover.py
-    mutation: called with rows, columns and a dtype of labels, returns what proposes mutants; None
-    for none
-    frames: called with a `CensusPossibility`, rows and columns, returns what evolves from frame to
-    frame
+    mutation: called with rows, columns and a dtype of labels, returns a mutation, see WeakRegions;
+    None for none
+    frames: called with a `CensusPossibility`, rows and columns, returns the population of planes
+    that frames inherit, see FrameEvolution
     camera: called with rows, columns, a dtype of labels and the smallest disparity, returns what
-    follows the camera
+    follows the camera, see MovingCamera
     """
 
     noise: Callable = NoiseEstimate
@@ -114,23 +112,23 @@ class RealtimeMatcher:
             pool, ranges, texture_prior, previous_prior,
             partial(self._refinement.check, self._scanlines.chosen, self._views.inside, config))
         watch.lap('scanlines')
-        validity = self._refinement.without_speckles(pool, chosen, config)
-        self._fitness.look(pool, self._views.inside)
+        validity = self._refinement.reject_speckles(pool, chosen, config)
+        self._fitness.set_pair(pool, self._views.inside)
         self.population.initialise(pool, chosen.labels, validity)
         watch.lap('seeds')
-        budget = budget.keeping(self._durations[LAST])
-        operators = {'crossover': partial(cross, pool, self._crossover)}
+        budget = budget.reserving(self._durations[REFINING])
+        operators = {'crossover': self._cross}
         if self._stages.mutation is not None:
             operators['planes'] = self._mutate
         history = evolve(self.population, operators, random, budget, observe, self._durations)
         best = self.population.genes[self.population.best]
         watch.lap('generations')
-        came_over = False
+        inherited = False
         if config.warm_start:
-            came_over = self.frames.arrive(
-                pool, previous and previous.genes, self._warm_start.arrival())
+            inherited = self.frames.inherit(
+                pool, previous and previous.genes, self._warm_start.tile_history())
             history += [replace(row, number=row.number + len(history)) for row in
-                        self._evolve_further(best, chosen, validity, random, budget)]
+                        self._evolve_planes(best, chosen, validity, random, budget)]
             watch.lap('evolution')
         before = sum(watch.times.values())
         labels = self._refinement.smooth(pool, chosen.labels, best, self._views.full.left.grey)
@@ -139,16 +137,16 @@ class RealtimeMatcher:
         watch.lap('refinement')
         state = None
         if config.warm_start:
-            state = self._warm_start.hand_on(
-                labels, self._refinement.settled, self._refinement.fine, self.frames.carried,
-                config, previous)
+            state = self._warm_start.next_state(
+                labels, self._refinement.final_validity, self._refinement.fine_labels,
+                self.frames.carried, config, previous)
             watch.lap('handing_on')
-        self._durations.note(LAST, sum(watch.times.values()) - before)
+        self._durations.record(REFINING, sum(watch.times.values()) - before)
         return Match(disparity, confidence, history, watch.times,
-                     previous_prior is not None or came_over, self._warm_start.motion), state
+                     previous_prior is not None or inherited, self._warm_start.motion), state
 
     def possibility_of(self, chromosome):
-        """Return how possible the matches of a chromosome are: float32 (R, C), 0 to 1."""
+        """Return the possibility of a chromosome's matches: float32 (R, C), 0 to 1."""
         return self._fitness.possibility_of(self.pool, chromosome)
 
     def fitness_of(self, chromosome):
@@ -161,32 +159,38 @@ class RealtimeMatcher:
         self._fitness.cross(self.pool, self._crossover, Random((0,)), child, second)
         return child
 
+    def _cross(self, population, random):
+        """Give the first chromosome the fitter regions of the others."""
+        population.cross(self.pool, self._crossover, random)
+
     def _mutate(self, population, random):
-        """Propose planes to the regions of weak texture; what is fitter is taken over."""
-        grown = self._regions.grow(self.pool, self._views.half.left.fine, self._half_size.weak)
+        """Propose planes to the regions of weak texture, and take those that are fitter."""
+        half = self._views.half.left
+        grown = self._regions.grow(self.pool, half.luminance, self._half_size.weak)
         mutant = self._regions.mutant(
             grown, self._scanlines.chosen, self._refinement.validity, self._config.disparities,
             self._views.inside, population.genes[population.best], Random((self._config.seed,)))
         population.accept(self.pool, self._crossover, random, mutant)
 
-    def _evolve_further(self, best, chosen, validity, random, budget):
-        """Evolve what came over, and write it into the best chromosome; return the history."""
-        frames, left = self.frames, self._views
+    def _evolve_planes(self, best, chosen, validity, random, budget):
+        """Evolve the inherited planes, write them into the best chromosome; return the history."""
+        frames, views = self.frames, self._views
         if frames.converged or not budget.in_time(self._durations[WRITING]):
             return []
         watch = Stopwatch()
-        frames.look(best, chosen, validity, left.half.left.fine, left.inside)
-        watch.lap('look')
-        history = evolve(frames, frames.operators, random.child(*EVOLUTION), budget.keeping(
-            self._durations[WRITING]).part(self._evolution_ms), None, self._durations)
+        frames.set_map(best, chosen, validity, views.half.left.luminance, views.inside)
+        watch.lap('set_map')
+        budget = budget.reserving(self._durations[WRITING]).limited_to(self._evolution_ms)
+        history = evolve(
+            frames, frames.operators, random.child(PLANES), budget, None, self._durations)
         watch.lap('generations')
-        frames.write(best, chosen, validity, left.full.left.fine)
+        frames.write(best, chosen, validity, views.full.left.luminance)
         watch.lap('write')
-        self._durations.note(WRITING, watch.times['look'] + watch.times['write'])
+        self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
         return history
 
     def _average(self, previous, camera, *views):
-        """Average the views of a pair with those before; return the share of noise left."""
+        """Average the views of a pair with the previous ones; return the share of noise left."""
         if not self._config.warm_start:
             return 1.0
         half = self._views.half

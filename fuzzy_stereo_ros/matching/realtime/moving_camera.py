@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The previous frame as the camera sees it from where it is now: its best chromosome, its pictures.
+The best chromosome and the pictures of the previous frame, warped to the camera's new pose.
 
-Not in the paper. A label that came over is judged by the picture: a point of the scene that stands
-still looks as it did, where it was, so the census of both frames tells. Where the label says what
-the half map says, or is the likelier one, the search relies on it, the more the longer it has
-survived. What moves by itself disagrees, and is not reliance on.
+Not in the paper. A warped label is checked by the pictures: the census of a point that stands
+still is the same in both frames. Where the label agrees with the half-size map, or its census
+agrees better, the search relies on it, the more the longer the label has survived. Points that
+move by themselves fail this check.
 """
 from typing import NamedTuple
 
@@ -20,22 +20,22 @@ from fuzzy_stereo_ros.matching.realtime.camera_motion import between
 import numpy as np
 
 AROUND = 3           # cells of a side of the square in which distances of census are summed
-UNLIKE = 8 * AROUND**2      # sum of them beyond which a moved label is not believed
-LIKELIER = 4         # by which the sum of the half map's labels is larger where they differ
-NEAR, FLAT = 3, 3    # labels from the half map, and the range in 3 x 3 cells, that are no doubt
-LONGEST = 3          # strengths, by frames that a label survived
+UNLIKE = 8 * AROUND**2      # largest sum of a moved label that the search relies on
+LIKELIER = 4         # by which its sum must be below that of the half map where they differ
+NEAR, FLAT = 3, 3    # labels by which they may differ; largest range of labels in 3 x 3 cells
+LONGEST = 3          # largest strength, reached by labels that survived so many frames
 HOLE = 5             # side of the median that closes holes between cells that moved
 IN_PLACE = 'in place'
-FARTHER = -10.0      # px outside of the image
+FARTHER = -10.0      # column or row of a pixel outside the image
 
 
-class Seen(NamedTuple):
+class CameraState(NamedTuple):
     """
-    What a frame keeps for a camera that moves; arrays of no size where no camera is known.
+    What the next frame of a moving camera needs; arrays of no size where no camera is known.
 
-    half_grey: uint8 (r, c), left image at half size; census: uint32 (R, C), of it at full size;
-    cells: float32 (r, c), labels of every other pixel of every other row, with their fractions;
-    survived: uint8 (r, c), how many frames each survived a moving camera
+    half_grey: uint8 (r, c), left image at half size; census: uint32 (R, C), of the full image;
+    cells: float32 (r, c), sub-pixel labels of every other pixel of every other row; survived:
+    uint8 (r, c), how many frames each label survived while the camera moved
     """
 
     half_grey: np.ndarray
@@ -44,15 +44,15 @@ class Seen(NamedTuple):
     survived: np.ndarray
 
 
-UNSEEN = Seen(np.zeros((0, 0), np.uint8), np.zeros((0, 0), np.uint32),
-              np.zeros((0, 0), np.float32), np.zeros((0, 0), np.uint8))
+NO_CAMERA = CameraState(*(np.zeros((0, 0), kind) for kind in (
+    np.uint8, np.uint32, np.float32, np.uint8)))
 
 
 class MovingCamera:
     """
     The previous frame moved to this one, of one image size.
 
-    word: how the camera moved, '' where nobody asked; milliseconds: how long it took to find out
+    description: how the camera moved, '' where no camera is given; milliseconds: time to find out
     """
 
     def __init__(self, rows, columns, labels_type, min_disparity):
@@ -66,28 +66,27 @@ class MovingCamera:
         self._strengths = np.zeros(cells, np.uint8)
         self._columns, self._rows = (np.zeros(cells, np.float32) for _ in range(2))
         self._shift, self._min_disparity = min(min_disparity, 0), min_disparity
-        self.word, self.milliseconds, self._motion = '', 0.0, None
+        self.description, self.milliseconds, self._motion = '', 0.0, None
 
     def follow(self, pool, previous, camera, half_grey, in_place):
         """
         Move the map of a previous FrameState, None for none; return whether that was done.
 
         camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size;
-        in_place: whether the picture stays, or moves as a whole: then the previous best is in
-        place without
+        in_place: whether most of the picture is unchanged: then nothing has to be moved
         """
-        self._pool, self._camera, self._motion, self.word = pool, camera, None, ''
+        self._pool, self._camera, self._motion, self.description = pool, camera, None, ''
         self._packed, self.milliseconds = None, 0.0
         self._strengths[:] = 0
         if camera is None or previous is None or not previous.half_grey.size:
             return False
         if in_place:
-            self.word = IN_PLACE
+            self.description = IN_PLACE
             return False
         watch = Stopwatch()
         self._lowest = self._min_disparity - camera.offset
         consistent = previous.validity[::2, ::2][:self._moved.shape[0], :self._moved.shape[1]] == 0
-        self._motion, self.word = between(
+        self._motion, self.description = between(
             previous.half_grey, half_grey, np.where(consistent, previous.cells, np.nan),
             self._lowest, camera)
         if self._motion is not None:
@@ -99,7 +98,7 @@ class MovingCamera:
         return self._motion is not None
 
     def pictures(self, previous):
-        """Return pictures and ages of a FrameState as they would be seen now."""
+        """Return the pictures and ages of a FrameState, warped to this frame."""
         closed = np.where(self._moved < 0, cv2.medianBlur(self._moved, HOLE), self._moved)
         view = _numbers(_of_centres(self._motion.back))
         warp.to_right(closed, self._shift, self._right)
@@ -120,7 +119,7 @@ class MovingCamera:
 
     def write_prior(self, previous, half, census, labels, weights, above):
         """
-        Have the search rely on the moved map where it relies on nothing yet; return the labels.
+        Make the moved map a prior where there is none yet; return the labels of the prior.
 
         previous, half: the FrameState and the `Half`; census: uint8 (R, 3, C or more), of the
         left image; labels, weights: (R, C), of the prior so far, weights written: above and a
@@ -147,23 +146,23 @@ class MovingCamera:
         self._pool.each(write_band, self._bands)
         return self._labels
 
-    def hand_on(self, previous, half_grey, census, fine):
+    def next_state(self, previous, half_grey, census, fine):
         """
-        Return what the next frame needs, a `Seen`; UNSEEN where no camera is known.
+        Return the `CameraState` of this frame; NO_CAMERA where no camera is known.
 
         half_grey, census: of this frame's left image; fine: (R, C), 1 / STEPS of a label
         """
         if self._camera is None:
-            return UNSEEN
+            return NO_CAMERA
         cells, survived = np.empty_like(self._moved), np.zeros(self._moved.shape, np.uint8)
         before = survived if self._motion is None else previous.survived
         self._pool.each(lambda band: warp.note_survivors(
             fine, STEPS, self._moved, self._strengths, self._source, before, cells, survived,
             band[1], band[2]), self._bands)
-        return Seen(half_grey.copy(), self._packed_census(census), cells, survived)
+        return CameraState(half_grey.copy(), self._packed_census(census), cells, survived)
 
     def _packed_census(self, census):
-        """Return the census of this frame as words, packed once."""
+        """Return the census of this frame as 32-bit words, packed once a frame."""
         if self._packed is None:
             packed = self._packed = np.empty(self._shape, np.uint32)
             self._pool.each(lambda band: warp.pack_census(census, packed, band[1], band[2]),
@@ -171,7 +170,7 @@ class MovingCamera:
         return self._packed
 
     def _full_size(self, cells):
-        """Return what is known of the cells' centres for all pixels, linear between them."""
+        """Return values of the cells' centres for all pixels, linear between them."""
         found = cv2.resize(cells, (2 * cells.shape[1], 2 * cells.shape[0]))
         rows, columns = self._shape
         return np.pad(found, ((0, rows - found.shape[0]), (0, columns - found.shape[1])),
@@ -179,7 +178,7 @@ class MovingCamera:
 
 
 def _numbers(view):
-    """Return a view as kernels take it."""
+    """Return a view, a matrix (3, 4), as the tuple that kernels take."""
     return tuple(view.ravel().tolist())
 
 

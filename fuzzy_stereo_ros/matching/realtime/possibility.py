@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How possible a match is, by census of fine grey and by gradient; at full and at half size.
+The possibility of a match, from census and gradient, at full and at half size.
 
 Not in the paper: its three grey classes (Eq. 1, 2) do not tell pixels apart. The possibility of
 two pixels is 1 - cost / largest cost, a membership that falls linearly with the Hamming distance
@@ -21,8 +21,8 @@ class Model(NamedTuple):
     """The numbers of the possibility and of the smoothness, in cost units, for one image size."""
 
     near_weight: int        # how often the nearest eight neighbours of the census count: 1 or 2
-    census_cut: int         # a Hamming distance beyond says no more
-    slope_cut: int          # nor does a difference of gradients, in half grey levels
+    census_cut: int         # the largest Hamming distance that counts
+    slope_cut: int          # the largest difference of gradients, in half grey levels
     box: int                # 0, or costs are sums of 3 x 3 pixels / 2**box
     small: int              # P1, a change of disparity by one
     jump: int               # P2, a jump, where grey is flat
@@ -39,58 +39,58 @@ FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, ju
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=34)
 EDGE = 20           # grey levels of 8 bits
-BRIGHTER = 0.001    # share of an image of 16 bits that may be brighter than white
+BRIGHTER = 0.001    # share of an image of 16 bits that may saturate
 
 
 class View:
     """
-    One image at one size: fine grey, 8-bit grey, census and gradient, allocated once.
+    One image at one size: 16-bit luminance, 8-bit grey, census and gradient, allocated once.
 
-    calmed: fine grey in which the census compares farther pixels
+    denoised: the luminance in which the census compares the farther pixels
     """
 
     def __init__(self, rows, columns, mirrored, reach):
-        """reach: how many elements beyond the columns a candidate may lie."""
+        """reach: elements behind the columns that candidates of a mirrored image may reach."""
         self.rows, self.columns, self.mirrored = rows, columns, mirrored
         stride = columns + reach + features.SLACK
-        self.fine = np.zeros((rows + 2 * features.MARGIN,
-                              columns + 2 * features.MARGIN + features.SLACK), np.uint16)
-        self.calmed, self._calmed = self.fine, np.zeros_like(self.fine)
+        self.luminance = np.zeros((rows + 2 * features.MARGIN,
+                                   columns + 2 * features.MARGIN + features.SLACK), np.uint16)
+        self.denoised, self._denoised = self.luminance, np.zeros_like(self.luminance)
         self.grey = np.zeros((rows, columns + features.SLACK), np.uint8)
         self.census = np.zeros((rows, 3, stride), np.uint8)
         self.slopes = np.zeros((rows, stride), np.uint8)
 
-    def read(self, image, shift, places, first, last):
+    def read(self, image, shift, left_shift, first, last):
         """Read the rows of an image, uint8 or uint16, moved to the right by `shift` columns."""
         fast = shift == 0 and image.dtype == np.uint8 and self.columns >= LANES
         if image.ndim == 3 and fast:
-            features.fine_grey_of_bytes(image, places, self.mirrored, self.fine, self.grey,
-                                        first, last)
+            features.luminance_of_bytes(image, left_shift, self.mirrored, self.luminance,
+                                        self.grey, first, last)
             return
-        read = features.fine_grey_of_mono if image.ndim == 2 else features.fine_grey_of_colour
-        read(image, shift, places, self.mirrored, self.fine, self.grey, first, last)
+        read = features.luminance_of_mono if image.ndim == 2 else features.luminance_of_colour
+        read(image, shift, left_shift, self.mirrored, self.luminance, self.grey, first, last)
 
     def spread(self, narrow, begin, first, last):
         """Copy the rows of a view, from column `begin` on, and repeat its border around them."""
-        features.spread(narrow.fine, narrow.grey, narrow.columns, begin, self.fine, self.grey,
-                        self.columns, first, last)
+        features.spread(narrow.luminance, narrow.grey, narrow.columns, begin, self.luminance,
+                        self.grey, self.columns, first, last)
 
     def halve(self, half, first, last):
         """Fill the rows of the half-size view."""
         offset = self.columns - 2 * half.columns if self.mirrored else 0
-        features.halve(self.fine, self.grey, half.columns, offset, half.fine, half.grey,
+        features.halve(self.luminance, self.grey, half.columns, offset, half.luminance, half.grey,
                        first, last)
 
-    def calm(self, tolerance, first, last):
-        """Fill the rows of `calmed`, the image without what noise may be: see features.calm."""
-        self.calmed = self._calmed if tolerance else self.fine
+    def denoise(self, tolerance, first, last):
+        """Fill some rows of `denoised`: see features.denoise; a tolerance of 0 changes nothing."""
+        self.denoised = self._denoised if tolerance else self.luminance
         if tolerance:
-            features.calm(self.fine, tolerance, self.columns, self.calmed, first, last)
+            features.denoise(self.luminance, tolerance, self.columns, self.denoised, first, last)
 
     def describe(self, first, last):
         """Fill census and gradient of some rows."""
-        features.census(self.fine, self.calmed, self.mirrored, self.columns, self.census, first,
-                        last)
+        features.census(self.luminance, self.denoised, self.mirrored, self.columns, self.census,
+                        first, last)
         features.gradient(self.grey, self.mirrored, self.columns, self.slopes, first, last)
 
 
@@ -101,7 +101,7 @@ class CensusPossibility:
         """
         Allocate for images of a size and a number of disparities.
 
-        extra: columns that the target begins before column 0, see `extra_columns`.
+        extra: columns of the target before column 0, see `extra_columns`.
         """
         self.model, self.rows, self.columns, self.disparities = model, rows, columns, disparities
         reach = -(-disparities // 32) * 32
@@ -115,16 +115,16 @@ class CensusPossibility:
         self.penalties = Penalties(model.small, np.zeros((rows, columns), np.uint8),
                                    np.zeros((rows, columns), np.uint8))
 
-    def calm(self, tolerance, first, last):
-        """Fill the rows of both calmed images, once both views are read."""
-        self.left.calm(tolerance, first, last)
-        self.right.calm(tolerance, first, last)
+    def denoise(self, tolerance, first, last):
+        """Fill the rows of both denoised images, once both views are read."""
+        self.left.denoise(tolerance, first, last)
+        self.right.denoise(tolerance, first, last)
 
     def describe(self, describe, first, last):
         """
-        Fill what the rows first .. last are compared by, once both views are calmed.
+        Fill the features of some rows, once both views are denoised.
 
-        describe: called with each view, as `View.describe`
+        describe: called with each view and the rows, as `View.describe`
         """
         describe(self.left, first, last)
         describe(self.right, first, last)
@@ -137,21 +137,21 @@ class CensusPossibility:
 
 def extra_columns(min_disparity, disparities):
     """
-    Return how many columns the target needs before column 0, where the right image now begins.
+    Return how many columns the target has before column 0 of the image, an even number.
 
-    Moved by a negative disparity it begins outside. No more than labels reach are needed, and an
-    even number, so that the half-size views are those of the same columns.
+    A negative smallest disparity moves the right image to the left, to columns below 0; labels
+    reach only some of them. Even, so that the half-size views are those of the same columns.
     """
     needed = max(min(-min_disparity, disparities + 2 * features.MARGIN), 0)
     return needed + needed % 2
 
 
-def fine_places(left, right):
+def luminance_shift(left, right):
     """
-    Return the power of two that brings a pair of images to 16 bits of fine grey.
+    Return by how many bits to shift a pair of images to the left for 16 bits of luminance.
 
-    In images of 16 bits few pixels, lamps and faulty ones, may be brighter than what fits: they
-    would leave a dark picture few grey levels.
+    In images of 16 bits a share of BRIGHTER of the pixels, lamps and faulty ones, may saturate:
+    else they would leave few grey levels to a dark picture.
     """
     colour = 2 if left.ndim == 3 else 0
     if left.dtype == np.uint8:

@@ -1,35 +1,77 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-From the best chromosome to disparities: which pixels to reject, medians, sub-pixel, confidence.
+From the best chromosome to disparities: rejected pixels, medians, sub-pixel, confidence.
 
-Not in the paper, whose maps are whole-pixel and dense.
+Not in the paper, whose maps are whole-pixel and dense. Speckles, small components of a map, are
+seldom right: they are found as by cv2.filterSpeckles, but by bands that threads share.
 """
 from functools import partial
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import by_bands
+from fuzzy_stereo_ros.matching.bands import by_bands, cut_bands
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    check_consistency, reject_changed)
+    check_consistency, find_components, join_components, reject_changed, reject_small)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.speckles import Speckles
 import numpy as np
 
 ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty is a pixel's confidence
-LEAST_SURE = 1e-6    # less than one certain pixel around gives; any label is as good
+LEAST_SURE = 1e-6    # mean certainty below which a label is a guess: no certain pixel around
 # Share of right pixels by tenths of certainty, from every other Middlebury scene, with noise of 0
-# and 1.5 grey levels, cold and after frames; `benchmark accuracy` tells how true it is elsewhere.
-RIGHT = 0, 0.4, 0.54, 0.675, 0.81, 0.89, 0.95, 0.993, 0.999, 1, 1    # never bent upwards
+# and 1.5 grey levels, cold and warm; `benchmark accuracy` prints how true it is on other scenes.
+RIGHT = 0, 0.4, 0.54, 0.675, 0.81, 0.89, 0.95, 0.993, 0.999, 1, 1    # concave
+
+
+class Speckles:
+    """
+    The components of a map of one image size: `find` those of each band, `join`, then `reject`.
+
+    labels: whole numbers (R, C); validity: uint8 (R, C); step: neighbours whose labels differ by
+    at most this are connected; smallest: pixels of a component that stays; band: one of `bands`
+    """
+
+    def __init__(self, columns, bands):
+        """Allocate for images of so many columns; bands: of all rows, see `cut_bands`."""
+        self._bands, self._columns, rows = bands, columns, bands[-1][2]
+        self._edges = np.array([first for _, first, _ in bands])
+        self._marks = np.zeros((len(bands), 3), np.int64)
+        self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
+
+    def find(self, labels, validity, step, band):
+        """Find the components of a band."""
+        index, first, last = band
+        find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, *self._runs,
+                        self._marks[index], first, last)
+
+    def join(self, labels, step):
+        """Join the components of all bands where they touch."""
+        join_components(labels.reshape(-1), self._columns, step, *self._runs, self._marks,
+                        self._edges)
+
+    def reject(self, validity, smallest, band):
+        """Reject the pixels of a band that belong to small components."""
+        index, first, _ = band
+        reject_small(validity.reshape(-1), smallest, *self._runs, first * self._columns,
+                     self._marks[index, 2])
+
+
+def reject_speckles(pool, labels, validity, step, smallest):
+    """Reject the small components of a map; labels to smallest: see Speckles."""
+    bands = cut_bands(len(labels))
+    speckles = Speckles(labels.shape[1], bands)
+    pool.each(lambda band: speckles.find(labels, validity, step, band), bands)
+    speckles.join(labels, step)
+    pool.each(lambda band: speckles.reject(validity, smallest, band), bands)
 
 
 class Refinement:
     """
-    Memory for one image size, and the steps in order.
+    The steps of one image size, in order, and their memory.
 
-    validity: uint8 (R, C), which labels of the scanlines are consistent; settled: the same of the
-    genes that evolution has left
+    validity: uint8 (R, C), which labels of the scanlines are consistent; final_validity: the same
+    of the best chromosome
     """
 
     def __init__(self, columns, disparities, labels_type, bands):
@@ -37,7 +79,8 @@ class Refinement:
         rows = bands[-1][2]
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
         self._bands, self._disparities = bands, disparities
-        self.validity, self.settled = (np.zeros((rows, columns), np.uint8) for _ in range(2))
+        self.validity, self.final_validity = (
+            np.zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(columns, bands)
         self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
         self._members = [np.zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
@@ -53,19 +96,19 @@ class Refinement:
         self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
     @property
-    def fine(self):
-        """The labels of the last frame with their fractions: (R, C), 1 / STEPS of a label."""
+    def fine_labels(self):
+        """The sub-pixel labels of the last frame: (R, C), in 1 / STEPS of a label."""
         return self._fine[:, :self._labels.shape[1]]
 
     def check(self, chosen, inside, config, band):
-        """Write the validity on the pixels of a band by left-right consistency."""
+        """Write the validity of the pixels of a band: left-right consistency."""
         check_consistency(chosen.labels, chosen.target, self._disparities, inside, self.validity,
                           band[1], band[2])
         if config.speckle_size > 1:
             self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
 
-    def without_speckles(self, pool, chosen, config):
-        """Return the validity on each pixel, uint8 (R, C), once all bands are checked."""
+    def reject_speckles(self, pool, chosen, config):
+        """Reject speckles once all bands are checked; return the validity, uint8 (R, C)."""
         if config.speckle_size > 1:
             self._speckles.join(chosen.labels, config.speckle_range)
             pool.each(lambda band: self._speckles.reject(
@@ -76,17 +119,18 @@ class Refinement:
         """
         Return the membership median, then a 5 x 5 median, of a chromosome: (R, C) labels.
 
-        labels: (R, C), those that `validity` judges. What evolution took from a plane was not
-        measured: like what is filled it has no confidence.
+        labels: (R, C), which `validity` belongs to. Genes that evolution has changed are not
+        measured matches: like filled ones they have no confidence.
         """
         columns = chromosome.shape[1]
         bits = max(int(self._disparities - 1).bit_length(), 1)
 
-        def settle(band):
-            reject_changed(labels, chromosome, self.validity, self.settled, band[1], band[2])
+        def prepare(band):
+            reject_changed(
+                labels, chromosome, self.validity, self.final_validity, band[1], band[2])
             filling.pad_map(chromosome, columns, self._padded, band[1], band[2])
             filling.pad_map(grey, columns, self._padded_grey, band[1], band[2])
-        pool.each(settle, self._bands)
+        pool.each(prepare, self._bands)
         pool.each(lambda band: filling.membership_median(
             self._padded, self._padded_grey, ALIKE, bits, columns, self._median,
             self._members[band[0]], band[1], band[2]), self._bands)
@@ -96,26 +140,26 @@ class Refinement:
 
     def write(self, pool, labels, chosen, reliance, config):
         """
-        Return what the user gets.
+        Return the disparity and the confidence that the user gets.
 
-        labels: (R, C), smooth; chosen: the `Chosen` that has sub-pixel offsets and margins;
+        labels: (R, C), smooth; chosen: the `Chosen`, with sub-pixel offsets and margins;
         reliance: see WarmStart.reliance.
         disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
 
         def fit(band):
-            subpixel.fit(chosen.labels, chosen.offsets, self.settled, self._fitted, band[1],
+            subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, band[1],
                          band[2])
-            subpixel.certainty(chosen.sums, chosen.margins, *reliance, self.settled,
+            subpixel.certainty(chosen.sums, chosen.margins, *reliance, self.final_validity,
                                self._certain, band[1], band[2])
 
         def write_out(band):
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     band[1], band[2])
             subpixel.write_out(
-                self._fine, self.settled, self._blurred, np.float32(LEAST_SURE), self._lines,
-                config.min_disparity, config.disparities, config.fill,
+                self._fine, self.final_validity, self._blurred, np.float32(LEAST_SURE),
+                self._lines, config.min_disparity, config.disparities, config.fill,
                 np.float32(config.confidence_threshold), disparity, confidence, band[1], band[2])
         pool.each(fit, self._bands)
         by_bands(pool, partial(cv2.blur, ksize=(AROUND, AROUND)), AROUND // 2, self._certain,

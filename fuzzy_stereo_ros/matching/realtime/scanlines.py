@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The best that data alone gives: a chromosome of scanline optima over the possibility.
+The scanline chromosome: the best map that the data of one pair give.
 
-Not in the paper: a random population never arrives at this chromosome length. Four scanline
-passes (Hirschmueller, 2008) are a memetic step done once for all rows and columns.
+Not in the paper, whose random population does not converge in the time of a frame. Four scanline
+passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 _SLACK = 64          # bytes behind an array that a vector may read or write
-# Rows and arrays that lie a multiple of a page apart push each other out of the cache.
+# Rows and arrays a multiple of a page apart would evict each other from the cache.
 PAGE = 4096          # bytes
 SHIFT = 448          # bytes
 
@@ -30,8 +30,8 @@ def prior_of(labels, weights, disparities, *rows):
     """
     Return a map as a prior of a search among a number of disparities.
 
-    labels: (R, C); weights: uint8 (R, C), 0 where it says nothing; rows: (dead_zone, cut) for the
-    weights 1, 2, ...: what is added grows by 1 a label beyond the dead zone, up to the cut.
+    labels: (R, C); weights: uint8 (R, C), 0 where there is no prior; rows: (dead_zone, cut) for
+    the weights 1, 2, ...: the cost grows by 1 a label beyond the dead zone, up to the cut.
     """
     reach = -(-disparities // LANES) * LANES + LANES
     distance = np.abs(np.arange(-reach, reach))
@@ -41,7 +41,7 @@ def prior_of(labels, weights, disparities, *rows):
 
 
 class Scanlines:
-    """Scanline optima for one image size: memory, windows of labels, and what was chosen."""
+    """Scanline optima for one image size: memory, ranges of labels, and the chosen labels."""
 
     def __init__(self, possibility, tile):
         """
@@ -79,7 +79,7 @@ class Scanlines:
             self.windows.low[:] = 0
             self.windows.blocks[:] = self.most_blocks
         self._pack()
-        # The kernels have only their addresses.
+        # Kept alive: the kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._last = self.search_by(*self._priors)
 
@@ -91,7 +91,7 @@ class Scanlines:
         return self.chosen
 
     def _pack(self):
-        """Lay the tiles' windows one behind the other in a row of pixels."""
+        """Place the costs of the tiles one behind the other in a row of pixels."""
         columns, windows = self.chosen.labels.shape[1], self.windows
         widths = np.minimum(self.tile, columns - np.arange(0, columns, self.tile))
         sizes = windows.blocks * LANES * widths
@@ -99,39 +99,39 @@ class Scanlines:
         used = sizes.sum(axis=1)
         windows.row_size[:] = used + (SHIFT - used) % PAGE
 
-    def _given(self, band):
-        """Return the last search and the memory of a band, as kernels take them."""
+    def _kernel_arguments(self, band):
+        """Return the Search and the Scratch of a band, as kernels take them."""
         return tuple(self._last), tuple(self._scratch[band])
 
     def _search_band(self, band, first, last):
         """Sweep down and up through one row of tiles after the other."""
-        given = self._given(band)
+        arguments = self._kernel_arguments(band)
         start, priced = max(first - OVERLAP, 0), first
-        sweep.outside(*given, start, first, True)
+        sweep.outside(*arguments, start, first, True)
         for strip in range(first, last, self.tile):
             end = min(strip + self.tile, last)
             below = min(end + OVERLAP, self._last.rows)
-            sweep.downwards(*given, start, priced, min(below, last))
-            sweep.outside(*given, max(priced, min(below, last)), below, False)
-            sweep.upwards(*given, strip, end, below - 1)
+            sweep.downwards(*arguments, start, priced, min(below, last))
+            sweep.outside(*arguments, max(priced, min(below, last)), below, False)
+            sweep.upwards(*arguments, strip, end, below - 1)
             priced = below
 
     def search_by(self, half_prior, previous_prior):
-        """Return what the sweeps work on; its arrays belong to this object or its arguments."""
-        seen, model = self.possibility.features, self.possibility.model
+        """Return the Search of two priors; it has addresses of arrays here and in the priors."""
+        features, model = self.possibility.features, self.possibility.model
         penalties, windows, chosen = self.possibility.penalties, self.windows, self.chosen
         return Search(
-            *chosen.labels.shape, seen.disparities, chosen.labels.itemsize, model.box,
-            seen.near_weight, seen.census_cut, seen.slope_cut, penalties.small,
+            *chosen.labels.shape, features.disparities, chosen.labels.itemsize, model.box,
+            features.near_weight, features.census_cut, features.slope_cut, penalties.small,
             *map(address_of, (penalties.across, penalties.down)),
-            seen.census, seen.slopes, seen.target_census, seen.target_slopes,
-            seen.census_stride, seen.slope_stride, seen.target_stride,
+            features.census, features.slopes, features.target_census, features.target_slopes,
+            features.census_stride, features.slope_stride, features.target_stride,
             chosen.target.shape[1], *_addresses(half_prior), *_addresses(previous_prior),
             self.tile, windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
 
 
 def _addresses(prior):
-    """Return what a Search holds of a prior."""
+    """Return the fields of a Search for a prior."""
     return (*map(address_of, (prior.labels, prior.weights, prior.table)), prior.reach)
 
 

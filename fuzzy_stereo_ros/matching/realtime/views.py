@@ -1,25 +1,28 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Both images as they are compared, at full and at half size, and how much noise they have.
+Both images at full and at half size, with their features, and an estimate of their noise.
 
-Not in the paper, whose memberships have a width of their own. Noise is what bends half as much in
-the half-size picture: white noise halves where 2 x 2 pixels are averaged; texture does not, and
-bends more from pixel to pixel the coarser it is seen.
+Not in the paper, whose memberships have a fixed width. Noise is estimated from second differences
+at both sizes, in the plainest tiles: the mean of 2 x 2 pixels halves white noise, while the second
+differences of texture grow at the coarser size.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import roughness, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, fine_places, FULL_SIZE, HALF_SIZE, View)
+    CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE, luminance_shift, View)
 import numpy as np
 
-QUIETEST = 0.1       # share of the tiles, those that bend least, in which noise is looked for
-_BENDS = 1.954       # mean size of second differences of white noise of 1
-_LOSES = 0.75        # share of the square of noise that the half-size picture has lost
+PLAINEST = 0.1       # share of the tiles, those of least second differences, that show noise
+_SECOND = 1.954      # mean size of second differences of white noise of 1
+_LOST = 0.75         # share of the variance of noise that the half-size picture has lost
+SPREAD = 8.0         # times the noise, the largest difference from its 3 x 3 mean that is noise
+UNSEEN = 0.3         # grey levels of noise that are ignored
+LOUDEST = 8.0        # grey levels; no camera has more noise
 
 
 class NoiseEstimate:
-    """The estimate for one image size and its memory."""
+    """An estimate of the noise of pictures of one size."""
 
     def __init__(self, rows, columns):
         """Allocate for full images of a size."""
@@ -33,33 +36,28 @@ class NoiseEstimate:
         first, last: rows of the full image, from a multiple of 2 TILE on
         """
         for view, rough, size in zip((full, half), self._rough, (TILE, 2 * TILE)):
-            roughness(view.fine, view.columns, rough, first // size,
+            roughness(view.luminance, view.columns, rough, first // size,
                       min(-(-last // size), len(rough)))
 
     @property
     def level(self):
-        """The noise of the rows measured, all of a picture: grey levels, standard deviation."""
-        fine, coarse = map(_plainest, self._rough)
-        return max((fine**2 - coarse**2) / _LOSES, 0.0)**0.5
+        """The noise of the picture, all of whose rows are measured: grey levels, deviation."""
+        full, half = map(_plainest, self._rough)
+        return max((full**2 - half**2) / _LOST, 0.0)**0.5
 
 
 def _plainest(rough):
-    """Return how much the plainest tiles of a view bend: grey levels of white noise."""
-    place = int(QUIETEST * (rough.size - 1))
-    return float(np.partition(rough.reshape(-1), place)[place]) / _BENDS
-
-
-SPREAD = 8.0     # times the noise, that by which a pixel may differ from those around it
-UNSEEN = 0.3     # grey levels of noise that are not heeded
-LOUDEST = 8.0    # grey levels; what seems louder than that is no camera's noise
+    """Return the noise of a view by its plainest tiles: grey levels, if all of it is noise."""
+    place = int(PLAINEST * (rough.size - 1))
+    return float(np.partition(rough.reshape(-1), place)[place]) / _SECOND
 
 
 class Views:
     """
-    The possibilities of one image size, read from one pair after the other.
+    Both views of a pair at full and half size, in memory for one image size.
 
     full, half: a `CensusPossibility` each; inside: the first and last column of the target that
-    exist; noise: grey levels, standard deviation, 0 where none is found
+    exist; noise: grey levels, standard deviation, 0 where there is none
     """
 
     def __init__(self, config, rows, columns, tile, noise):
@@ -67,7 +65,7 @@ class Views:
         Allocate for images of a size.
 
         tile: rows that the bands of an image, full or half, are multiples of; noise: called with
-        rows and columns, returns what estimates noise, see NoiseEstimate
+        rows and columns, returns a noise estimate, see NoiseEstimate
         """
         extra = extra_columns(config.min_disparity, config.disparities)
         self.full = CensusPossibility(rows, columns, config.disparities, FULL_SIZE, extra)
@@ -83,22 +81,22 @@ class Views:
 
     def read(self, pool, left, right, average, describe):
         """
-        Read a pair.
+        Read a pair, average it with the previous frames, and write its features.
 
-        The right image is moved by the smallest disparity: to the right as it is read, to the left
-        into a wider view, so that none of it is lost.
+        The right image is moved by the smallest disparity: to the right while it is read, to the
+        left into a wider view, so that no column is lost.
 
         left, right: uint8 or uint16 (R, C) or (R, C, 3); average: called with the left and the
         right view once they are read, returns the share of noise that it leaves; describe: called
-        with a view and a range of rows, writes what its matches are judged by
+        with a view and a range of rows, writes its features
         """
         full, half, shift = self.full, self.half, self._shift
-        places = fine_places(left, right)
+        left_shift = luminance_shift(left, right)
 
         def read(band):
             _, first, last = band
-            full.left.read(left, 0, places, first, last)
-            self._right.read(right, max(shift, 0), places, first, last)
+            full.left.read(left, 0, left_shift, first, last)
+            self._right.read(right, max(shift, 0), left_shift, first, last)
             full.left.halve(half.left, first // 2, last // 2)
             self._estimate.measure(full.left, half.left, first, last)
 
@@ -106,15 +104,15 @@ class Views:
             _, first, last = band
             full.left.halve(half.left, first // 2, last // 2)
             full.right.halve(half.right, first // 2, last // 2)
-            full.calm(int(256 * tolerance), first, last)
+            full.denoise(int(256 * tolerance), first, last)
 
         def describe_full(band):
             _, first, last = band
             full.describe(describe, first, last)
-            half.calm(int(128 * tolerance), first // 2, last // 2)
+            half.denoise(int(128 * tolerance), first // 2, last // 2)
 
         pool.each(read, self._bands)
-        # of this pair alone: what averaging has left hides behind texture
+        # measured before averaging: the little that averaging leaves is hidden by texture
         self.noise = self._estimate.level
         self.noise *= average(full.left, self._right)
         tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))

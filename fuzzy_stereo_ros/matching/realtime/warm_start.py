@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the previous frame is good for: pictures to average with, and its best chromosome.
+What this frame takes from the previous one: averaged pictures, and a prior of the search.
 
-Not in the paper. A fit map is no proof of freshness: where nothing denies it, a stale previous
-best would freeze the picture. So both count only in the tiles that show the same, but for noise,
-as they did; and the chromosome only where it was consistent, is flat and agrees with the half
-map, the cold witness. Without noise it has nothing to add, and is not asked.
+Not in the paper. A previous best that is still fit may be stale, and would freeze the picture. So
+pictures and chromosome count only in tiles that differ from the previous frame by noise alone, and
+the chromosome only where it was consistent, is flat and agrees with the half-size map, which does
+not depend on the previous frame. Without noise it adds nothing, and is not used.
 """
 from dataclasses import dataclass
 
@@ -16,33 +16,33 @@ from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
 from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging, STILL
-from fuzzy_stereo_ros.matching.realtime.frames import Arrival, Genes
+from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
 import numpy as np
 
-QUIET = 0.2          # grey levels of noise below which the previous best is not asked
-NOISY = 0.5          # from which pictures that the camera's motion moves are averaged
+QUIET = 0.2          # grey levels of noise below which the previous best is not used
+NOISY = 0.5          # grey levels of noise above which pictures of a moving camera are averaged
 DISTANCE = 3         # px that a trusted gene may differ from the half map
 FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
-DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # of the prior, where the picture is in place, or was moved
-CUTS = 1, 2, 4       # what another label costs more at the most, by frames that a tile survived
-MOVED_CUTS = 1, 3, 5    # the same of labels that the camera's motion moved, by frames of theirs
-SELF_MADE = 6        # of a margin, by each of that: else noise would make itself surer each frame
+DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in place, or moved
+CUTS = 1, 2, 4       # largest cost of other labels, by the frames that a tile is unchanged
+MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frames they survived
+SELF_MADE = 6        # margin that each of these costs makes by itself: no evidence of this frame
 LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
 
 @dataclass(frozen=True)
 class FrameState:
     """
-    What a frame hands on to the next one; plain arrays, so that it can be saved.
+    What the next frame needs of a frame; plain arrays, so that it can be saved.
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
-    pictures: uint16 (2, R, C), fine grey of both views, averaged, the right one mirrored; ages:
+    pictures: uint16 (2, R, C), luminance of both views, averaged, the right one mirrored; ages:
     float32 (2, tile rows, tile columns), of how many frames; planes: float32 (R / 2, C / 2, 3),
     evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the chromosome of planes, see
-    frames.Genes; half_grey, census, cells, survived: see moving_camera.Seen; stamp: ns or None;
-    frame: its number; disparities, min_disparity, reference: what labels mean, and of which image.
+    frames.Genes; half_grey, census, cells, survived: see moving_camera.CameraState; stamp: ns or
+    None; frame: its number; disparities, min_disparity, reference: of the configuration.
     """
 
     labels: np.ndarray
@@ -80,7 +80,7 @@ class FrameState:
 
 
 class WarmStart:
-    """What the previous frame gives to this one: averaged views, and a prior of the search."""
+    """Averages the views with the previous frame's, and makes its best a prior of the search."""
 
     def __init__(self, rows, columns, disparities, min_disparity, camera=MovingCamera):
         """Allocate for images of a size and a range of disparities; camera: see Stages."""
@@ -93,30 +93,30 @@ class WarmStart:
         self._moved = np.zeros_like(nothing), np.zeros((rows, columns), np.uint8)
         self._weights = np.zeros((rows, columns), np.uint8)
         self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS + MOVED_CUTS)], np.uint8)
-        self._strengths = np.zeros_like(self._averaging.seen[0].choices, np.uint8)
+        self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
         self._prior = prior_of(
             nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),
             *((MOVED_DEAD_ZONE, cut) for cut in MOVED_CUTS))
 
     def average(self, pool, state, camera, half_grey, noise, *views):
         """
-        Average the left and the right view with those of a state; from None, start anew.
+        Average the left and the right view with those of a state; None starts anew.
 
         camera: a `Camera` that may have moved, or None; half_grey: uint8 (r, c), the left image;
         noise: of this pair, grey levels
         """
         if state is None:
-            self._averaging.begin(pool, views)
+            self._averaging.restart(pool, views)
         else:
             self._averaging.average(pool, views, state.pictures, state.ages)
-        left = self._averaging.seen[0]
+        left = self._averaging.tiles[0]
         previous_best.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
         self._half_grey, self._left = half_grey, views[0]
         followed = self._moving.follow(pool, state, camera, half_grey,
                                        self._averaging.share >= STILL)
         if followed and noise > NOISY and self._averaging.share < ANOTHER:
             self._averaging.average(pool, views, *self._moving.pictures(state), search=False)
-            self._strengths[:] = 0      # of the map, which is not in place
+            self._strengths[:] = 0      # the previous map is not in place
 
     @property
     def motion_ms(self):
@@ -125,8 +125,8 @@ class WarmStart:
 
     @property
     def motion(self):
-        """How the camera moved, in words; '' where nobody asked."""
-        return self._moving.word
+        """How the camera moved, in words; '' where no camera is given."""
+        return self._moving.description
 
     @property
     def noise_left(self):
@@ -136,13 +136,13 @@ class WarmStart:
         The mean square over the tiles is that of `1 / ages`; its root is taken once more, since
         tiles that are averaged with nothing have all of the noise.
         """
-        return float(np.mean(1 / self._averaging.seen[0].ages))**0.25
+        return float(np.mean(1 / self._averaging.tiles[0].ages))**0.25
 
     def prior_of_previous(self, pool, state, half):
         """
-        Return the prior from the previous best of a state, None where it is not asked.
+        Return the prior from the previous best of a state, None where it is not used.
 
-        half: the `Half`, which tells where the previous best is out of date
+        half: the `Half` of this frame, which shows where the previous best is stale
         """
         if state is None:
             self._weights[:] = 0
@@ -154,8 +154,8 @@ class WarmStart:
         return None if labels is None else self._prior._replace(labels=labels)
 
     def _labels_in_place(self, pool, state, half):
-        """Return the labels of a state where its picture is in place, and weigh them; or None."""
-        left, bands = self._averaging.seen[0], self._averaging.bands
+        """Return a state's labels and write their weights; None where no tile is in place."""
+        left, bands = self._averaging.tiles[0], self._averaging.bands
         if self._averaging.noise < QUIET or not self._strengths.any():
             self._weights[:] = 0
             return None
@@ -178,24 +178,23 @@ class WarmStart:
 
     @property
     def reliance(self):
-        """How much the search relied on the previous best, and what of a margin comes of it."""
+        """The weights of the prior, uint8 (R, C), and by weight the margin that it makes alone."""
         return self._weights, self._due
 
-    def arrival(self):
-        """Return where and how the tiles of the left picture came over: an `Arrival`."""
-        seen = self._averaging.seen[0]
-        return Arrival(seen.choices, self._strengths, seen.ages, self._averaging.noise,
-                       self._averaging.shift)
+    def tile_history(self):
+        """Return the `TileHistory` of the left picture."""
+        tiles = self._averaging.tiles[0]
+        return TileHistory(tiles.choices, self._strengths, tiles.ages, self._averaging.noise,
+                           self._averaging.shift)
 
-    def hand_on(self, labels, validity, fine, genes, config, before=None):
+    def next_state(self, labels, validity, fine, genes, config, before=None):
         """
-        Return the state of this frame for the next one, a copy.
+        Return the FrameState of this frame, a copy.
 
-        fine: (R, C), labels with their fractions; genes: its `Genes`; before: the FrameState that
-        it began from
+        fine: (R, C), sub-pixel labels; genes: its `Genes`; before: the FrameState of the previous
+        frame
         """
-        seen = self._moving.hand_on(before, self._half_grey,
-                                    self._left.census, fine)
+        camera_state = self._moving.next_state(before, self._half_grey, self._left.census, fine)
         return FrameState(labels.copy(), validity.copy(), self._averaging.pictures,
-                          self._averaging.ages, *genes, *seen, None, 0, config.disparities,
+                          self._averaging.ages, *genes, *camera_state, None, 0, config.disparities,
                           config.min_disparity, config.reference)

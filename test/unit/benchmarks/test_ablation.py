@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEB
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.paper.possibility import matching_possibility
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.possibility import fine_places, View
+from fuzzy_stereo_ros.matching.realtime.possibility import luminance_shift, View
 import numpy as np
 import pandas as pd
 import pytest
@@ -103,7 +103,7 @@ def test_without_the_prior_the_views_are_still_averaged():
 
 def test_codes_of_grey_classes_differ_by_how_little_possible_a_match_is():
     view, known = View(ROWS, COLUMNS, False, 0), made_known()
-    view.read(known.left, 0, fine_places(known.left, known.right), 0, ROWS)
+    view.read(known.left, 0, luminance_shift(known.left, known.right), 0, ROWS)
     variants.describe_by_grey_classes(view, 0, ROWS)
     code = view.census[:, :, :COLUMNS].transpose(0, 2, 1)
     one, other = code.reshape(-1, 3), code.reshape(-1, 3)[::-1]

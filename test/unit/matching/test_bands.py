@@ -23,7 +23,7 @@ def test_bands_are_of_like_size(rows, height):
         assert abs(last - first - rows / len(bands)) < height + 1
 
 
-def test_a_crew_counts_the_time_that_its_calls_take():
+def test_a_thread_pool_counts_the_time_of_its_calls():
     pool = ThreadPool(2)
     assert pool.shared == 0
     pool.each(lambda item: None, range(3))
@@ -40,7 +40,7 @@ def test_larger_images_are_cut_into_more_bands(rows, count):
 
 
 @pytest.mark.parametrize('threads', [1, 2, 3])
-def test_a_crew_does_all_the_work_before_it_returns(threads):
+def test_a_thread_pool_does_all_the_work_before_it_returns(threads):
     pool, done = ThreadPool(threads), []
     pool.each(done.append, range(20))
     pool.close()
@@ -61,13 +61,13 @@ def test_an_error_of_the_work_is_raised(threads):
     pool.close()
 
 
-def test_no_number_of_threads_means_one_a_core():
+def test_0_threads_means_one_per_core():
     pool = ThreadPool(0)
     assert pool.threads >= 1
     pool.close()
 
 
-def test_the_threads_of_a_crew_that_nobody_has_any_more_end():
+def test_the_threads_of_a_deleted_thread_pool_end():
     before = set(threading.enumerate())
     pool = ThreadPool(3)
     helpers = set(threading.enumerate()) - before

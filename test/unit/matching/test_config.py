@@ -38,7 +38,7 @@ def test_at_full_size_nothing_changes(searched, speckle_size):
     assert config.at_scale(1.0) == config
 
 
-def test_what_is_measured_in_pixels_shrinks_and_all_else_stays():
+def test_parameters_in_pixels_shrink_and_all_others_stay():
     config = MatcherConfig.from_profile('quality', min_disparity=-3, disparities=64,
                                         speckle_size=100, speckle_range=2, seed=5, threads=2)
     assert config.at_scale(0.5) == replace(
@@ -54,7 +54,7 @@ def test_a_scale_that_does_not_reduce_is_rejected(scale):
 
 
 @pytest.mark.parametrize('name', ['name', 'cls', 'self', 'profile'])
-def test_no_word_for_the_profile_passes_for_a_parameter(name):
+def test_the_profile_is_not_a_parameter(name):
     with pytest.raises(ValueError, match=f'no parameter is called {name}; there are disparities'):
         MatcherConfig.from_profile('realtime', **{name: 'paper'})
 
@@ -70,7 +70,7 @@ class Watched(MatcherConfig):
 
 
 @pytest.mark.parametrize('algorithm', ['realtime', 'quality', 'paper'])
-def test_what_not_every_algorithm_heeds_says_which_do(algorithm):
+def test_parameters_of_some_algorithms_name_them(algorithm):
     random = np.random.default_rng(0)
     config = Watched(algorithm=algorithm, disparities=8, generations=3, population=4)
     Watched.read.clear()

@@ -29,7 +29,7 @@ def exchange_of(shape, neighbours, seed, share=1.0, alone=(-10, 31), together=(-
     exchange = Exchange(*shape, neighbours)
     cells = np.flatnonzero(random.random(shape[0] * shape[1]) < share)
     exchange.all_cells[:cells.size] = cells
-    exchange.hold(cells.size)
+    exchange.set_size(cells.size)
     exchange.alone[:], exchange.pairs[:] = random.integers(*alone, cells.size), 0
     for one, _, side in twins.pairs_of(exchange):
         exchange.pairs[one, side] = random.integers(*together)
@@ -91,7 +91,7 @@ def test_the_memory_is_enough_for_regions_of_one_cell(shape, neighbours):
     apart = np.indices(shape) % 2
     cells = np.flatnonzero(apart.sum(axis=0) == 0 if neighbours == 8 else apart[0] == apart[1])
     exchange.all_cells[:cells.size] = cells
-    exchange.hold(cells.size)
+    exchange.set_size(cells.size)
     exchange.alone[:], exchange.pairs[:] = -5, 0
     assert crossed(Regions(*shape), exchange).all()
 

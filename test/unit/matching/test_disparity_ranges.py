@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, fine_places, HALF_SIZE, View)
+    CensusPossibility, extra_columns, HALF_SIZE, luminance_shift, View)
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -86,7 +86,7 @@ def test_flat_is_that_of_the_twin(shape, dtype, most):
 
 @pytest.mark.parametrize('dtype', [np.uint8, np.uint16])
 @pytest.mark.parametrize('shape', SHAPES)
-def test_the_half_map_is_leant_on_where_texture_is_weak_and_it_is_flat_and_not_rejected(
+def test_the_half_map_is_a_prior_where_texture_is_weak_and_it_is_flat_and_not_rejected(
         shape, dtype):
     size = shape[0] // 2, shape[1] // 2
     half = 1 + random_map(size, 120, 1, np.uint8)
@@ -98,8 +98,8 @@ def test_the_half_map_is_leant_on_where_texture_is_weak_and_it_is_flat_and_not_r
     for first, last in ((0, 1), (1, size[0])):
         half_prior(half, (chosen, offsets, margins), validity, weak, smooth, 4, labels, weights,
                    first, last)
-    fine = 2 * half + np.where(chosen == half, np.rint(offsets / 8), 0)
-    np.testing.assert_array_equal(labels, twins.doubled(fine, shape))
+    luminance = 2 * half + np.where(chosen == half, np.rint(offsets / 8), 0)
+    np.testing.assert_array_equal(labels, twins.doubled(luminance, shape))
     reliance = (weak == 1) & (smooth == 1) & (validity != INVALID) & (margins >= 4)
     np.testing.assert_array_equal(weights, twins.doubled(reliance, shape))
 
@@ -111,11 +111,11 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
     """Return labels, validity and chosen labels of the half-size search, put together of twins."""
     halves, extra = [], extra_columns(min_disparity, disparities)
     for image, moved in ((left, (0, places)), (right, (min_disparity, places, extra))):
-        fine = reference_census.fine_grey(image, *moved)
-        halves.append((reference_census.halved(fine, rounded=False), reference_census.halved(
-            reference_census.eight_bits(fine), rounded=True)))
-    features = [(reference_census.census(fine), reference_census.gradient(grey))
-                for fine, grey in halves]
+        luminance = reference_census.luminance(image, *moved)
+        halves.append((reference_census.halved(luminance, rounded=False), reference_census.halved(
+            reference_census.eight_bits(luminance), rounded=True)))
+    features = [(reference_census.census(luminance), reference_census.gradient(grey))
+                for luminance, grey in halves]
     half_disparities = -(-disparities // 2)
     costs = reference_census.box_costs(reference_census.match_costs(
         *features, half_disparities, HALF_SIZE), HALF_SIZE.box)
@@ -141,7 +141,7 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
 def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
         shape, disparities, min_disparity):
     left, right = small_pair(*shape, channels=3)
-    places = fine_places(left, right)
+    places = luminance_shift(left, right)
     extra = extra_columns(min_disparity, disparities)
     half_rows = shape[0] // 2
     possibility = CensusPossibility(

@@ -75,7 +75,7 @@ def test_matches_of_planes_cost_what_lies_between_those_of_their_labels(
     np.testing.assert_allclose(found[selected], twin[selected], atol=1)
 
 
-def test_planes_that_are_no_numbers_cost_as_much_as_what_is_impossible():
+def test_planes_that_are_not_finite_cost_as_much_as_impossible_matches():
     possibility = seen(*small_pair(4, 40), 10)
     planes = np.full((2, 20, 3), np.nan, np.float32)
     planes[1] = 1e30
@@ -166,7 +166,7 @@ def still(config, frames=FRAMES, noise=0.5, seed=3, stages=None):
             for _ in range(frames)], matcher, made
 
 
-def test_each_frame_is_a_generation_whose_operators_tell_what_they_gained():
+def test_each_frame_is_a_generation_with_the_gains_of_its_operators():
     matches, matcher, _ = still(CONFIG)
     assert matches[0].generations == 1 and not matches[0].warm
     last = matches[-1]
@@ -194,7 +194,7 @@ def test_sequences_are_the_same_with_any_number_of_threads_and_other_by_another_
     assert (one.work != other.work).any()
 
 
-def test_a_frame_of_another_scene_takes_nothing_over():
+def test_a_frame_of_another_scene_inherits_nothing():
     matcher = still(CONFIG)[1]
     other = make_pair(160, 240, 32, 9, objects=4, colour=True)
     match = matcher.match(other.left, other.right)
@@ -203,7 +203,7 @@ def test_a_frame_of_another_scene_takes_nothing_over():
     np.testing.assert_array_equal(match.disparity, cold.disparity)
 
 
-def test_without_evolution_from_frame_to_frame_no_plane_comes_over():
+def test_without_evolution_from_frame_to_frame_no_plane_is_inherited():
     stages = Stages(frames=NothingComesOver)
     alone, other = still(CONFIG)[1].state, still(CONFIG, stages=stages)[1].state
     np.testing.assert_array_equal(alone.pictures, other.pictures)
@@ -226,7 +226,7 @@ def test_a_frame_whose_deadline_has_passed_does_not_evolve_and_keeps_what_it_has
     assert before == 0 or late.state.evolved.any()
 
 
-def test_a_covered_lens_never_looks_sure_however_long_it_is_covered():
+def test_a_covered_lens_never_gets_confidence_however_long_it_is_covered():
     random, matcher = np.random.default_rng(0), StereoMatcher(CONFIG)
     for _ in range(14):
         pair = (with_noise(np.full((160, 240, 3), 30, np.uint8), 1.5, random) for _ in range(2))

@@ -206,7 +206,7 @@ def test_survival_by_rank_falls_evenly_from_one():
 
 
 @given(st.integers(1, 30), st.data())
-def test_who_survives_had_more_probability_than_its_random_number(number, data):
+def test_survivors_have_a_probability_above_their_random_number(number, data):
     survival, draws = (draws_for(data, number) for _ in range(2))
     chosen = operators.survivors(survival, draws)
     lucky = np.flatnonzero(survival > draws)
@@ -223,7 +223,7 @@ def test_parents_are_two_different_survivors(number, data):
     assert np.all(parents[:, 0] != parents[:, 1])
 
 
-def test_every_couple_is_equally_likely():
+def test_all_pairs_of_parents_are_equally_likely():
     draws = np.zeros((2, 12000))
     fill_uniform(key_of(3), draws.reshape(-1))
     parents = operators.parent_pairs(np.arange(4), *draws)

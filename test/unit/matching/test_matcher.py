@@ -30,7 +30,7 @@ def populations(pair, stamp=None, **changes):
 
 @pytest.mark.parametrize('one, two', [
     ({'seed': 0}, {'seed': 1}), ({'stamp': 5}, {'stamp': 6}), ({'stamp': None}, {'stamp': 5})])
-def test_chance_comes_from_the_seed_and_the_stamp(one, two):
+def test_random_numbers_come_from_the_seed_and_the_stamp(one, two):
     pair = scene()
     first, again, other = populations(pair, **one), populations(pair, **one), populations(
         pair, **two)
@@ -40,7 +40,7 @@ def test_chance_comes_from_the_seed_and_the_stamp(one, two):
     assert not any(np.array_equal(one, two) for one, two in zip(first, other))
 
 
-def test_without_stamps_the_number_of_the_frame_is_part_of_chance(monkeypatch):
+def test_without_stamps_random_numbers_come_from_the_number_of_the_frame(monkeypatch):
     sources = []
 
     class Noting(RealtimeMatcher):
@@ -110,7 +110,7 @@ def test_what_cannot_be_seen_is_invalid_and_has_confidence_0():
     assert invalid[hidden].mean() > 4 * invalid[~hidden].mean()
 
 
-def test_the_sure_are_right_more_often():
+def test_pixels_of_higher_confidence_are_right_more_often():
     pair = scene(200, 300, noise=10.0)
     match = matched(pair, CONFIG, fill=True)
     bad = ~(abs(match.disparity - pair.truth) <= 1)
@@ -166,7 +166,7 @@ def test_the_observer_sees_every_generation_s_population(population):
         assert [len(chromosomes) for chromosomes in members] == [min(population, 2)]
 
 
-def test_times_are_told_by_stage_and_sum_up_to_the_total():
+def test_times_by_stage_sum_up_to_the_total():
     match = matched(scene(), CONFIG)
     stages = dict(match.times)
     total = stages.pop('total')

@@ -83,7 +83,7 @@ def test_kernels_that_move_maps_do_as_their_twins(rows, columns, seed):
 @settings(max_examples=40, deadline=None)
 @given(rows=st.integers(1, 7), columns=st.integers(1, 9), odd=st.integers(0, 1),
        seed=st.integers(0, 999))
-def test_what_the_search_leans_on_is_as_the_twins_say(rows, columns, odd, seed):
+def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed):
     random, shape = np.random.default_rng(seed), (rows, columns)
     full = 2 * rows + odd, 2 * columns + odd
     moved = random.integers(-1, 6, shape).astype(np.float32)
@@ -146,7 +146,7 @@ def test_on_a_drive_with_noise_a_third_of_the_errors_go_where_the_camera_is_know
     assert errors(frames, None) > 0.9 * cold
 
 
-def test_objects_that_move_by_themselves_cost_nothing():
+def test_objects_that_move_by_themselves_add_no_error():
     frames = drive(8, seed=2, noise=2.0, motion=4.0, objects=8)
     assert errors(frames, CAMERA) <= errors(frames, None, cold=True) + 0.1
 
@@ -169,11 +169,11 @@ def words_of(left, right, brighter):
     (pictures, 0, moving_camera.IN_PLACE),
     (lambda: 2 * [np.full((ROWS, COLUMNS), 90, np.uint8)], 12, camera_motion.FEW_CORNERS)],
     ids=['a picture that stays', 'without texture'])
-def test_where_there_is_no_motion_to_be_found_that_is_said(images, brighter, word):
+def test_where_no_motion_is_found_the_match_says_why(images, brighter, word):
     assert words_of(*images(), brighter) == ['', word, word]
 
 
-def test_a_camera_that_stands_before_a_scene_of_which_a_part_changes_is_told_so():
+def test_a_camera_stands_though_a_part_of_the_scene_changes():
     made, (first, other), words = matcher(), (pictures(), pictures(5)), []
     for number in range(3):
         halves = [np.hstack([image[:, :140], changed[:, 140:]]) for image, changed in zip(
@@ -191,7 +191,7 @@ def test_a_cut_to_another_scene_is_matched_as_if_cold():
     assert np.array_equal(match.disparity, matcher().match(cut.left, cut.right).disparity)
 
 
-def test_without_a_camera_nobody_asks():
+def test_without_a_camera_no_motion_is_estimated():
     made = matcher()
     for pair in drive(2):
         match = made.match(pair.left, pair.right)
@@ -227,7 +227,7 @@ def test_the_motion_of_the_right_camera_is_that_of_the_left_one_mirrored():
 @pytest.mark.parametrize('camera', [
     CAMERA._replace(fx=1.0, fy=1.0, cx=1.0, cy=1.0), CAMERA._replace(fx=1e9, fy=1e-9),
     CAMERA._replace(offset=1e6), CAMERA._replace(cx=-1e6)])
-def test_a_calibration_that_no_camera_has_is_survived(camera):
+def test_an_impossible_calibration_raises_no_error(camera):
     made = matcher()
     for pair in drive(3, noise=6.0):
         match = made.match(pair.left, pair.right, camera=camera)

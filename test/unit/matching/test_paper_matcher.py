@@ -106,7 +106,7 @@ def test_the_initial_population_is_random_and_diverse(reading):
 
 
 @pytest.mark.parametrize('reading', READINGS)
-def test_winners_are_most_possible_and_the_others_are_scattered_a_little(reading):
+def test_the_first_map_is_the_most_possible_and_the_others_have_some_random_genes(reading):
     matcher, _ = evolved(reading=reading, generations=0, initial_population='winner_takes_all')
     genes = matcher.population.genes
     most = matcher.possibility_of(genes[0])
@@ -117,7 +117,7 @@ def test_winners_are_most_possible_and_the_others_are_scattered_a_little(reading
 
 
 @pytest.mark.parametrize('reading', READINGS)
-def test_the_retained_of_each_island_live_on_and_are_all_parents(reading):
+def test_the_retained_of_each_island_survive_and_are_all_parents(reading):
     config = config_for(reading=reading, mutation_rate=1.0)
     matcher, _ = evolved(reading=reading, generations=0)
     population, tools = matcher.population, matcher._tools

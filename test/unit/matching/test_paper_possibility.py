@@ -48,7 +48,7 @@ def test_the_volume_is_that_of_the_twin(shape, disparities, min_disparity):
 
 
 @pytest.mark.parametrize('shape', SHAPES)
-def test_what_a_chromosome_chose_is_read_from_the_volume(shape):
+def test_the_possibility_of_a_chromosome_is_read_from_the_volume(shape):
     generator = np.random.default_rng(1)
     volume = generator.integers(0, 256, (*shape, 6)).astype(np.uint8)
     chromosome = generator.integers(0, 6, shape).astype(np.uint16)
@@ -81,7 +81,7 @@ def test_images_of_16_bits_keep_their_8_highest_used_bits_the_same_in_both(bits,
     np.testing.assert_array_equal(greys[1], right >> (bits - 8))
 
 
-def test_the_brighter_image_says_how_many_bits_are_lost():
+def test_the_brighter_image_decides_how_many_bits_are_dropped():
     bright, dark = np.array([[4095]], np.uint16), np.array([[160]], np.uint16)
     for images in ((bright, dark), (dark, bright)):
         assert sorted(int(grey[0, 0]) for grey in grey_levels(*images)) == [10, 255]
@@ -108,7 +108,7 @@ def test_shared_membership_is_the_share_of_minima_in_maxima(first, second):
 
 
 @given(st.floats(-300, 300))
-def test_compression_keeps_the_sign_and_tells_faint_gradients_apart(gradient):
+def test_compression_keeps_the_sign_and_separates_faint_gradients(gradient):
     assert compressed(gradient) == pytest.approx(np.sign(gradient) * np.log(1 + abs(gradient)))
 
 

@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.quality import planes
 from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
 from fuzzy_stereo_ros.matching.quality.population import View
-from fuzzy_stereo_ros.matching.quality.result import flattened
+from fuzzy_stereo_ros.matching.quality.result import averaged_with_planes
 from fuzzy_stereo_ros.matching.quality.strips import cut_strips
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -37,8 +37,8 @@ def looked(seed, origin=None, flat=False):
     volume = draw.integers(0, 256, (ROWS, COLUMNS, LABELS)).astype(np.uint8)
     colour = draw.integers(0, 60, (ROWS, COLUMNS, 3)).astype(np.uint8)
     fitness = PlaneFitness(ROWS, COLUMNS, LABELS, flat)
-    fitness.look(POOL, volume, origin, colour, colour.astype(np.float32) / 8,
-                 draw.uniform(0, 1, (ROWS, COLUMNS)).astype(np.float32))
+    fitness.set_view(POOL, volume, origin, colour, colour.astype(np.float32) / 8,
+                     draw.uniform(0, 1, (ROWS, COLUMNS)).astype(np.float32))
     return fitness, volume, colour, draw
 
 
@@ -96,7 +96,7 @@ def plane_cost(volume, colour, plane, row, column, origin):
 
 
 @pytest.mark.parametrize('origin', [None, COLUMNS - 1, COLUMNS + 2, COLUMNS - 5])
-def test_a_plane_costs_what_the_pixels_of_its_support_say(origin):
+def test_the_cost_of_a_plane_is_the_mean_over_its_support(origin):
     fitness, volume, colour, draw = looked(0 if origin is None else origin, origin)
     planes = random_planes(draw)
     expected = [[plane_cost(volume, colour, planes[row, column].astype(float), row, column, origin)
@@ -142,7 +142,7 @@ def test_a_map_costs_its_matches_and_the_differences_of_neighbours(flat):
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10**6), st.booleans())
-def test_an_exchange_tells_exactly_what_any_choice_of_cells_changes(seed, flat):
+def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed, flat):
     fitness, _, _, draw = looked(seed, flat=flat)
     fitness.trust_consistent(draw.random((ROWS, COLUMNS)) < 0.7)
     first, second = random_planes(draw), random_planes(draw)
@@ -285,7 +285,7 @@ def rejected(dearer, trusted=(True,) * 5, least=0, labels=None):
     ([3, 3, 0, 4, 4], '00000', {'least': 3}),
     ([5, -9, 7, 7, 7], '00xxx', {'labels': [0, 0, 1, 1, 1]})],
     ids=['cheaper', 'dearer', 'where the views disagree', 'small', 'of other labels'])
-def test_a_region_moves_only_where_the_images_do_not_speak_against_it(dearer, moves, options):
+def test_a_region_moves_only_without_evidence_against_it(dearer, moves, options):
     """Where the views disagree it may lose something; small ones are not asked."""
     assert rejected(dearer, **options) == [move == 'x' for move in moves]
 
@@ -321,7 +321,7 @@ def test_a_segment_in_a_plane_is_averaged_with_it_and_a_curved_one_is_not():
     disparity[3:6, 3:6] += 2
     fitness = PlaneFitness(40, 60, 16)
     view = View(POOL, fitness, None, [None, (labels, 2)], (None, None, None))
-    found = flattened(view, disparity, disparity, Random((0,)))
+    found = averaged_with_planes(view, disparity, disparity, Random((0,)))
     np.testing.assert_array_equal(found[labels == 1], disparity[labels == 1])
     np.testing.assert_array_equal(found[3:6, 3:6], disparity[3:6, 3:6])
     flat = labels == 0

@@ -29,7 +29,7 @@ def config(request):
 
 
 @pytest.mark.parametrize('profile', ALGORITHMS)
-def test_a_matcher_that_nobody_holds_gives_its_memory_back_at_once(profile):
+def test_a_deleted_matcher_frees_its_memory_at_once(profile):
     pair = scene()
     matcher = StereoMatcher(MatcherConfig.from_profile(
         profile, **SMALL, population=2, generations=1))

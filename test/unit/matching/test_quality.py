@@ -3,12 +3,12 @@
 """The profile quality from outside: bits, kinds of images, references, history, deadline."""
 from dataclasses import replace
 
-from fuzzy_stereo_ros.benchmarks.variants import trust_everything
+from fuzzy_stereo_ros.benchmarks.variants import NoEvidence, trust_everything
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.quality.matcher import Stages
-from fuzzy_stereo_ros.matching.quality.operators import NoEvidence, OPERATORS
+from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from made_matches import matched, scene, wrong
 import numpy as np
 

@@ -11,9 +11,9 @@ from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
 from fuzzy_stereo_ros.matching.quality import strips
 from fuzzy_stereo_ros.matching.quality.possibility import (
-    colour_and_fine_grey, Model, SupportPossibility)
+    colour_and_luminance, Model, SupportPossibility)
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness, SurfaceScanlines
-from fuzzy_stereo_ros.matching.quality.seed import Steps, SurfaceFitness
+from fuzzy_stereo_ros.matching.quality.surface import Steps, SurfaceFitness
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -26,11 +26,11 @@ MODEL = Model(census=7, colour=43, slope=2, gradient=12, blurs=(0.5,), longest=3
 
 def test_costs_of_pixels_in_strips_are_those_of_the_whole_image_halved(monkeypatch):
     left, right = small_pair(61, 40)[:2]
-    pair = [colour_and_fine_grey(image, 1.0, 0) for image in (left, right)]
+    pair = [colour_and_luminance(image, 1.0, 0) for image in (left, right)]
     monkeypatch.setattr(strips, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
     volume = strips.pixel_costs(ThreadPool(1), *pair, 20, MODEL._replace(rounds=2), 3)
     whole = SupportPossibility(61, 40, 20, MODEL)
-    whole.look(*pair, 3)
+    whole.set_pair(*pair, 3)
     whole.fill(ThreadPool(1), MODEL)
     np.testing.assert_array_equal(volume, np.minimum(whole.costs >> 1, 255))
 
@@ -110,13 +110,13 @@ def test_means_over_rows_and_columns_are_those_of_the_twin(shape, longest, least
 
 
 @pytest.mark.parametrize('labels', [32, 64, 512])
-def test_leaning_makes_labels_far_from_the_surface_dearer_and_can_be_undone(labels):
+def test_a_prior_makes_labels_far_from_the_surface_cost_more_and_can_be_undone(labels):
     costs = random_map((4, 5, labels), fuzzy_costs.FULL + 1, dtype=np.uint16)
     surface = random_map((4, 5), 10 * labels, 1, np.float32) / np.float32(10)
     weights = random_map((4, 5), 60, 2, np.float32)
     reliance, numbers = costs.copy(), (np.float32(1), np.float32(4))
     fuzzy_costs.add_prior(reliance, surface, weights, *numbers, False, 0, 4)
-    assert (abs(reliance - twins.leant_costs(costs, surface, weights, 1.0, 4.0)) <= 1).all()
+    assert (abs(reliance - twins.costs_with_prior(costs, surface, weights, 1.0, 4.0)) <= 1).all()
     fuzzy_costs.add_prior(reliance, surface, weights, *numbers, True, 0, 4)
     np.testing.assert_array_equal(reliance, costs)
 
@@ -170,7 +170,7 @@ def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
 
 def guessed(costs, parent, threads=1, here=slice(None)):
     guess = SurfaceScanlines(costs.shape)
-    guess.look(random_map((*costs.shape[:2], 3), 30, 7))
+    guess.set_colour(random_map((*costs.shape[:2], 3), 30, 7))
     guess.search(ThreadPool(threads), costs, 24, SMOOTHNESS, parent, 2, here)
     return guess
 
@@ -242,7 +242,7 @@ def joined(shape, seed, change, apart):
     costs = random_map((*shape, 32), FULL, seed, np.uint16)
     rejected = random_map(shape, 2, seed + 3) == 1
     fitness.trust(rejected)
-    fitness.look(across, down)
+    fitness.set_weights(across, down)
 
     def genes(surface):
         found = np.array([twins.cost_at(costs[place] >> 1, surface[place], 9)
@@ -257,17 +257,17 @@ def joined(shape, seed, change, apart):
     maps, prices = (first.copy(), second), [np.zeros(shape, np.float32) for _ in range(2)]
     half = shape[0] // 2
     for top, rows in ((0, costs[:half]), (half, costs[half:])):
-        fitness.price(ThreadPool(1), rows, top, maps, prices)
+        fitness.measure(ThreadPool(1), rows, top, maps, prices)
     for surface, price in zip(maps, prices):
         np.testing.assert_allclose(price, genes(surface), atol=1e-3)
-    saved = fitness.join(maps[0], prices[0], second, prices[1], STEPS._replace(apart=apart))
+    saved = fitness.cross(maps[0], prices[0], second, prices[1], STEPS._replace(apart=apart))
     np.testing.assert_allclose(prices[0], genes(maps[0]), atol=1e-3)
     return first, second, maps[0], saved / surface_cost.PARTS, cost
 
 
 @pytest.mark.parametrize('seed', range(5))
 @pytest.mark.parametrize('shape', [*MAP_SHAPES, (37, 3)])
-def test_a_child_costs_no_more_than_its_parents_and_saves_what_is_said(shape, seed):
+def test_a_child_costs_no_more_than_its_parents_and_saves_what_crossover_returns(shape, seed):
     first, second, child, saved, cost = joined(
         shape, seed, lambda surface: np.where(random_map(shape, 3, seed) == 0,
                                               surface_of(shape, seed + 9), surface), 0.0)
@@ -298,7 +298,7 @@ def crossings(draw):
 
 @settings(max_examples=200, deadline=None)
 @given(crossings(), st.sampled_from([0, 0.25, 1]), st.sampled_from([0, 0.125, 0.5]))
-def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
+def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
         crossing, free, apart):
     first, second, first_costs, second_costs, across, down = crossing
     numbers, apart = [np.float32(number) for number in (8, free, 20)], np.float32(apart)
@@ -308,7 +308,7 @@ def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
         return twins.surface_cost(surface, genes, across, down, *numbers)
 
     exchange = Exchange(*first.shape, 4)
-    exchange.hold(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
+    exchange.set_size(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
     exchange.pairs[:] = 99
     surface_cost.exchange_changes(

@@ -73,7 +73,7 @@ def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, look
 @settings(max_examples=200, deadline=None)
 @given(sizes, sizes, st.sampled_from([2, 3, 12, 40, 300]), st.sampled_from([0, 3, 6, 9]),
        st.integers(0, 9), st.integers(0, 10**6))
-def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
+def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
         rows, columns, disparities, alike, small, seed):
     scene, dtype, twin = scene_of((rows, columns), disparities, 0, seed)
     first, second = (random_map((rows, columns), disparities, seed + k, dtype) for k in range(2))
@@ -81,7 +81,7 @@ def test_an_exchange_says_what_the_child_costs_more_than_the_first_parent(
     second[agree] = first[agree]
     penalties = Penalties(small, *(random_map((rows, columns), 30, seed + k) for k in (3, 4)))
     exchange = Exchange(rows, columns, 4)
-    exchange.hold(differing_cells(first, second, exchange.all_cells))
+    exchange.set_size(differing_cells(first, second, exchange.all_cells))
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(first != second))
     exchange.pairs[:] = 99
     exchange_changes(*fields(scene), *penalties, first, second, exchange.cells, exchange.alone,
@@ -111,7 +111,7 @@ def fitness_of(shape, disparities, min_disparity=0, seed=0):
         (shape[0], possibility.right.columns), disparities, seed + 2)
     measured = CensusFitness(possibility, validity, target)
     inside = min_disparity, min_disparity + shape[1] - 1
-    measured.look(POOL, inside)
+    measured.set_pair(POOL, inside)
     volume = twin_costs(left, right, disparities, min_disparity)
     penalties = possibility.penalties
 

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
 from fuzzy_stereo_ros.matching.realtime.refinement import (
     ALIKE, AROUND, LEAST_SURE, Refinement, RIGHT)
-from fuzzy_stereo_ros.matching.speckles import reject_speckles
+from fuzzy_stereo_ros.matching.realtime.refinement import reject_speckles
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -229,7 +229,7 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     validity = random_validity if validity is None else np.full(shape, validity, np.uint8)
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = Refinement(shape[1], disparities, final.dtype, cut_bands(shape[0]))
-    refinement.settled[:] = validity
+    refinement.final_validity[:] = validity
     reliance = random_map(shape, 3, seed + 6)
     disparity, confidence = refinement.write(POOL, final, chosen, (reliance, DUE), config)
     fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)

@@ -26,15 +26,15 @@ SHIFTS = [(0, 0), (0, 2), (3, -7), (-16, 20), (0, 900), (-900, 0), (5, -900)]
 
 
 def pictures(shape, seed=0, step=700, top=2**16):
-    """Return uint16 fine grey (R, C) and another that differs by random steps."""
+    """Return uint16 luminance (R, C) and another that differs by random steps."""
     random = np.random.default_rng([seed, *shape])
     one = random.integers(0, top, shape)
     return (np.clip(one + random.integers(-step, step + 1, shape), 0, top - 1).astype(np.uint16),
             one.astype(np.uint16))
 
 
-def padded(fine):
-    around = np.pad(fine, MARGIN, 'edge')
+def padded(luminance):
+    around = np.pad(luminance, MARGIN, 'edge')
     return np.pad(around, ((0, 0), (0, SLACK)), 'edge')
 
 
@@ -60,11 +60,11 @@ def test_the_differences_of_tiles_are_those_of_the_twin(shape, shift, step):
 
 @pytest.mark.parametrize('shape', SHAPES)
 def test_roughness_is_that_of_the_twin(shape):
-    fine, _ = pictures(shape)
+    luminance, _ = pictures(shape)
     found = np.full(tiles_of(shape), 99, np.float32)
     for first, last in ((0, 1), (1, found.shape[0])):
-        roughness(padded(fine), shape[1], found, first, last)
-    np.testing.assert_allclose(found, twins.roughness(fine), rtol=1e-5)
+        roughness(padded(luminance), shape[1], found, first, last)
+    np.testing.assert_allclose(found, twins.roughness(luminance), rtol=1e-5)
 
 
 @settings(max_examples=60, deadline=None)
@@ -95,12 +95,12 @@ def test_a_blended_picture_is_that_of_the_twin(shape, shift, step, seed):
     ages = random.integers(1, 9, tiles).astype(np.float32)
     limits = random.choice([0, 0.5, 3, 300], tiles).astype(np.float32)
     after = np.zeros_like(now)
-    fine, grey = padded(now), np.full((shape[0], shape[1] + SLACK), 7, np.uint8)
+    luminance, grey = padded(now), np.full((shape[0], shape[1] + SLACK), 7, np.uint8)
     grey[:, :shape[1]] = eight_bits(now)
     for first, last in ((0, 1), (1, tiles[0])):
-        blend(fine, grey, before, shifts, choices, ages, limits, after, first, last)
+        blend(luminance, grey, before, shifts, choices, ages, limits, after, first, last)
     expected = twins.blended(now, before, shifts, choices, ages, limits)
-    np.testing.assert_array_equal(fine, padded(expected))
+    np.testing.assert_array_equal(luminance, padded(expected))
     np.testing.assert_array_equal(after, expected)
     np.testing.assert_array_equal(grey[:, :shape[1]], eight_bits(expected))
     assert np.all(grey[:, shape[1]:] == 7)
@@ -127,7 +127,7 @@ def follow(scenes, noise):
             image = np.clip(np.rint(shown + noise * random.standard_normal(SIZE)), 0, 255)
             view.read(image.astype(np.uint8), 0, 8, 0, SIZE[0])
         if number == 0:
-            averaging.begin(pool, views)
+            averaging.restart(pool, views)
         else:
             averaging.average(pool, views, averaging.pictures, averaging.ages)
     return averaging
@@ -170,7 +170,7 @@ def test_without_noise_pictures_stay_as_they_are():
 @pytest.mark.parametrize('noise', [0.0, 2.0, 6.0])
 def test_another_scene_is_seen_as_it_is(noise):
     averaging = follow([scene(1)] * 3 + [scene(2)], noise)
-    assert all((seen.choices == -1).all() for seen in averaging.seen)
+    assert all((seen.choices == -1).all() for seen in averaging.tiles)
     assert (averaging.ages == 1).all()
     np.testing.assert_array_equal(averaging.pictures % 256, 0)
 
@@ -186,7 +186,7 @@ def test_the_tiles_of_what_is_new_are_seen_as_they_are(noise, place, step):
     touched[place] = True
     rows, columns = (size // TILE for size in SIZE)
     touched = touched.reshape(rows, TILE, columns, TILE).any(axis=(1, 3))
-    same = averaging.seen[0].choices == 0
+    same = averaging.tiles[0].choices == 0
     assert not same[touched].any()
     assert same[~touched].mean() > 0.9
 
@@ -194,7 +194,7 @@ def test_the_tiles_of_what_is_new_are_seen_as_they_are(noise, place, step):
 def test_texture_that_moves_by_itself_is_seen_as_it_is():
     new = scene(4)
     new[32:64, 48:96] = np.roll(scene(4), 1, axis=1)[32:64, 48:96]
-    same = follow([scene(4)] * 2 + [new], 1.0).seen[0].choices == 0
+    same = follow([scene(4)] * 2 + [new], 1.0).tiles[0].choices == 0
     assert not same[2:4, 3:6].any()
     assert same.mean() > 0.8
 
@@ -216,14 +216,14 @@ def seen(picture, down, right, margin=40):
                    margin - right:margin - right + SHAPE[1]]
 
 
-def fine(image):
-    """Return an image as fine grey, and the same with padding around."""
+def luminance(image):
+    """Return an image as luminance, and the same with padding around."""
     grey = image.astype(np.uint16) * np.uint16(256)
     return grey, np.pad(grey, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
 
 
 def found_between(motion, before, now):
-    return motion.between(fine(before)[0], fine(now)[1])
+    return motion.between(luminance(before)[0], luminance(now)[1])
 
 
 @pytest.mark.parametrize('down, right', [(0, 0), (0, 2), (3, -7), (-12, 16), (20, 30)])
@@ -243,15 +243,15 @@ def test_a_picture_that_stays_has_not_moved_whatever_its_size(rows, columns):
 
 
 @pytest.mark.parametrize('rows, columns', [(2, 2), (15, 400), (400, 15)])
-def test_images_too_small_for_a_glance_never_move(rows, columns):
+def test_images_too_small_for_a_thumbnail_never_move(rows, columns):
     image = np.zeros((rows, columns), np.uint8)
     assert found_between(Motion(rows, columns), image, image) == (0, 0)
 
 
 @pytest.mark.parametrize('size', [1, 4, 7])
 @pytest.mark.parametrize('margin', [0, MARGIN])
-def test_a_glance_is_the_mean_of_squares(size, margin):
-    picture = fine(landscape(4))[margin > 0]
+def test_a_thumbnail_is_the_mean_of_squares(size, margin):
+    picture = luminance(landscape(4))[margin > 0]
     small = np.zeros((30, 40), np.float32)
     thumbnail(picture, margin, size, small)
     inside = picture[margin:margin + 30 * size, margin:margin + 40 * size]
@@ -262,14 +262,14 @@ def test_a_glance_is_the_mean_of_squares(size, margin):
 @pytest.mark.parametrize('known', [(2, -3), (3, -6), (2, -4), (0, -2)])
 def test_a_shift_that_is_nearly_known_becomes_exact(known):
     picture = landscape(5)
-    before, now = fine(seen(picture, 0, 0))[0], fine(seen(picture, 2, -4))[1]
+    before, now = luminance(seen(picture, 0, 0))[0], luminance(seen(picture, 2, -4))[1]
     assert best_shift(now, before, *known, 2, 16) == (2, -4)
 
 
 @pytest.mark.parametrize('known', [(0, 0), (5, -7), (900, 900)])
 def test_a_shift_of_a_picture_without_texture_stays_as_it_is_known(known):
     flat = np.full(SHAPE, 9, np.uint8)
-    assert best_shift(fine(flat)[1], fine(flat)[0], *known, 2, 16) == known
+    assert best_shift(luminance(flat)[1], luminance(flat)[0], *known, 2, 16) == known
 
 
 # ---- what moves with it ----
@@ -329,7 +329,7 @@ def test_trusted_is_what_was_consistent_and_agrees_with_the_half_map(
 
 
 @pytest.mark.parametrize('shape', PREVIOUS_SHAPES)
-def test_leant_on_is_what_is_trusted_and_flat_as_strongly_as_its_tile_says(shape):
+def test_the_prior_is_where_labels_are_trusted_and_flat_with_the_strength_of_the_tile(shape):
     half, tiles = (shape[0] // 2, shape[1] // 2), (-(-shape[0] // TILE), -(-shape[1] // TILE))
     trusted, smooth = (random_map(half, 2, seed) for seed in (1, 2))
     strengths = random_map(tiles, 4, 3)

@@ -50,7 +50,7 @@ class Scene:
 def exchanged(scene, first, second):
     """Return the Exchange of two chromosomes."""
     exchange = Exchange(*first[0].shape, 8)
-    exchange.hold(differing_cells(first[0], second[0], exchange.all_cells))
+    exchange.set_size(differing_cells(first[0], second[0], exchange.all_cells))
     fill_exchange(exchange.cells, *first[:2], *second[:2], scene.weights, exchange.alone,
                   exchange.pairs)
     return exchange

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is read of images: fine grey, halving, census, gradient, penalties, noise."""
+"""What is read of images: luminance, halving, census, gradient, penalties, noise."""
 from census_scene import seen, small_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    extra_columns, fine_places, FULL_SIZE, View)
+    extra_columns, FULL_SIZE, luminance_shift, View)
 from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -23,7 +23,7 @@ def view_of(image, mirrored=False, shift=0, places=None):
     """Return a view that has read and described an image."""
     rows, columns = image.shape[:2]
     view = View(rows, columns, mirrored, REACH)
-    view.read(image, shift, fine_places(image, image) if places is None else places, 0, rows)
+    view.read(image, shift, luminance_shift(image, image) if places is None else places, 0, rows)
     view.describe(0, rows)
     return view
 
@@ -34,8 +34,8 @@ def unmirrored(values, view):
     return inside[..., ::-1] if view.mirrored else inside
 
 
-def fine_of(view):
-    return unmirrored(view.fine[MARGIN:-MARGIN, MARGIN:], view)
+def luminance_of(view):
+    return unmirrored(view.luminance[MARGIN:-MARGIN, MARGIN:], view)
 
 
 def codes_of(view):
@@ -58,9 +58,9 @@ def image_of(shape, channels=0, dtype=np.uint8, seed=0):
 def test_grey_is_that_of_the_moved_image(channels, dtype, shift, mirrored):
     image = image_of((5, 7), channels, dtype)
     view = view_of(image, mirrored, shift)
-    fine = twins.fine_grey(image, shift, fine_places(image, image))
-    np.testing.assert_array_equal(fine_of(view), fine)
-    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(fine))
+    luminance = twins.luminance(image, shift, luminance_shift(image, image))
+    np.testing.assert_array_equal(luminance_of(view), luminance)
+    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
 
 
 @BOTH_WAYS
@@ -70,12 +70,12 @@ def test_grey_of_every_size_has_its_border_repeated_around_it(channels, shape, m
     image = image_of(shape, channels)
     image[0, 0], image[-1, -1] = 255, 0
     view = view_of(image, mirrored)
-    fine = twins.fine_grey(image, 0, 6 if channels else 8)
-    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(fine))
+    luminance = twins.luminance(image, 0, 6 if channels else 8)
+    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
     if mirrored:
-        fine = fine[:, ::-1]
-    around = np.pad(fine, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
-    np.testing.assert_array_equal(view.fine, around)
+        luminance = luminance[:, ::-1]
+    around = np.pad(luminance, ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
+    np.testing.assert_array_equal(view.luminance, around)
 
 
 @pytest.mark.parametrize('dtype, channels, brightest, places', [
@@ -86,7 +86,7 @@ def test_a_pair_is_brought_to_16_bits_by_its_brightest_pixel(dtype, channels, br
     shape = (2, 2, 3)[:2 + (channels > 0)]
     dark, bright = np.zeros(shape, dtype), np.zeros(shape, dtype)
     bright[1, 1] = brightest
-    assert fine_places(dark, bright) == fine_places(bright, dark) == places
+    assert luminance_shift(dark, bright) == luminance_shift(bright, dark) == places
 
 
 @BOTH_WAYS
@@ -96,10 +96,10 @@ def test_what_is_brighter_than_16_bits_of_fine_grey_is_white(places, channels, m
     image = image_of((5, 7), channels, np.uint16)
     image[2, 3] = 65535
     view = view_of(image, mirrored, places=places)
-    fine = twins.fine_grey(image, 0, places)
-    assert (fine == 65535).any()
-    np.testing.assert_array_equal(fine_of(view), fine)
-    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(fine))
+    luminance = twins.luminance(image, 0, places)
+    assert (luminance == 65535).any()
+    np.testing.assert_array_equal(luminance_of(view), luminance)
+    np.testing.assert_array_equal(unmirrored(view.grey, view), twins.eight_bits(luminance))
 
 
 @pytest.mark.parametrize('bright, places', [(0, 8), (99, 8), (100, 8), (101, 4)])
@@ -107,12 +107,12 @@ def test_a_dark_pair_is_brought_to_16_bits_but_for_few_bright_pixels(bright, pla
     dark = np.full((250, 400), 200, np.uint16)
     lit = dark.copy()
     lit.reshape(-1)[:bright] = 4095
-    assert fine_places(dark, lit) == fine_places(lit, dark) == places
+    assert luminance_shift(dark, lit) == luminance_shift(lit, dark) == places
 
 
 def test_a_black_pair_has_a_scale_too():
     black = np.zeros((250, 400), np.uint16)
-    assert fine_places(black, black) == 15
+    assert luminance_shift(black, black) == 15
 
 
 # ---- a wider view ----
@@ -126,10 +126,10 @@ def test_a_view_is_spread_into_a_wider_one_that_loses_nothing_of_it(shape, begin
     grey = wide.grey.copy()
     for first, last in ((shape[0] // 2, shape[0]), (0, shape[0] // 2)):
         wide.spread(narrow, begin, first, last)
-    fine = twins.fine_grey(image, -begin, 8, extra)
-    around = np.pad(fine[:, ::-1], ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
-    np.testing.assert_array_equal(wide.fine, around)
-    np.testing.assert_array_equal(unmirrored(wide.grey, wide), twins.eight_bits(fine))
+    luminance = twins.luminance(image, -begin, 8, extra)
+    around = np.pad(luminance[:, ::-1], ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
+    np.testing.assert_array_equal(wide.luminance, around)
+    np.testing.assert_array_equal(unmirrored(wide.grey, wide), twins.eight_bits(luminance))
     np.testing.assert_array_equal(wide.grey[:, wide.columns:], grey[:, wide.columns:])
 
 
@@ -154,12 +154,13 @@ def test_the_half_size_image_is_the_mean_of_2_by_2_pixels(shape, mirrored):
     view = view_of(image, mirrored)
     half = View(shape[0] // 2, shape[1] // 2, mirrored, REACH)
     view.halve(half, 0, half.rows)
-    fine = twins.fine_grey(image, 0, 6)
-    np.testing.assert_array_equal(fine_of(half), twins.halved(fine, rounded=False))
+    luminance = twins.luminance(image, 0, 6)
+    np.testing.assert_array_equal(luminance_of(half), twins.halved(luminance, rounded=False))
     np.testing.assert_array_equal(
-        unmirrored(half.grey, half), twins.halved(twins.eight_bits(fine), rounded=True))
+        unmirrored(half.grey, half), twins.halved(twins.eight_bits(luminance), rounded=True))
     half.describe(0, half.rows)
-    np.testing.assert_array_equal(codes_of(half), twins.census(fine_of(half).astype(np.int64)))
+    np.testing.assert_array_equal(
+        codes_of(half), twins.census(luminance_of(half).astype(np.int64)))
 
 
 # ---- census and gradient ----
@@ -170,10 +171,10 @@ def test_the_half_size_image_is_the_mean_of_2_by_2_pixels(shape, mirrored):
 def test_the_census_and_gradient_of_every_size_are_those_of_the_twin(shape, mirrored):
     image = image_of(shape)
     view = view_of(image, mirrored)
-    fine = twins.fine_grey(image, 0, 8)
-    np.testing.assert_array_equal(codes_of(view), twins.census(fine))
+    luminance = twins.luminance(image, 0, 8)
+    np.testing.assert_array_equal(codes_of(view), twins.census(luminance))
     np.testing.assert_array_equal(
-        unmirrored(view.slopes, view), twins.gradient(twins.eight_bits(fine)))
+        unmirrored(view.slopes, view), twins.gradient(twins.eight_bits(luminance)))
 
 
 def test_labels_beyond_the_image_look_at_the_target_s_first_column():
@@ -195,7 +196,7 @@ def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
         banded.read(image, 0, 8, *band)
     for band in bands:
         banded.describe(*band)
-    for name in ('fine', 'grey', 'census', 'slopes'):
+    for name in ('luminance', 'grey', 'census', 'slopes'):
         np.testing.assert_array_equal(getattr(banded, name), getattr(whole, name))
 
 
@@ -206,7 +207,7 @@ def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
 def test_jump_penalties_are_those_of_the_twin(shape):
     left, right = small_pair(*shape)
     possibility = seen(left, right, 3)
-    grey = twins.eight_bits(twins.fine_grey(left, 0, 8))
+    grey = twins.eight_bits(twins.luminance(left, 0, 8))
     across, down = twins.jump_penalties(grey, twins.jump_table(FULL_SIZE))
     np.testing.assert_array_equal(possibility.penalties.across, across)
     np.testing.assert_array_equal(possibility.penalties.down, down)
@@ -260,27 +261,27 @@ def test_noise_is_found_where_a_picture_is_plain_although_most_of_it_is_not():
 def test_pixels_within_the_tolerance_take_the_mean_of_nine(seed, rows, columns, tolerance):
     draw = np.random.default_rng(seed)
     image = draw.integers(0, 2**16, (rows, columns))
-    fine = np.pad(image, MARGIN, 'edge').astype(np.uint16)
-    fine = np.pad(fine, ((0, 0), (0, SLACK)), 'edge')
-    calmed = np.zeros_like(fine)
-    features.calm(fine, tolerance, columns, calmed, 0, rows)
-    expected = twins.calmed(image, tolerance)
-    np.testing.assert_array_equal(calmed[MARGIN:-MARGIN, MARGIN:MARGIN + columns], expected)
-    np.testing.assert_array_equal(calmed[:, :columns + 2 * MARGIN],
+    luminance = np.pad(image, MARGIN, 'edge').astype(np.uint16)
+    luminance = np.pad(luminance, ((0, 0), (0, SLACK)), 'edge')
+    denoised = np.zeros_like(luminance)
+    features.denoise(luminance, tolerance, columns, denoised, 0, rows)
+    expected = twins.denoised(image, tolerance)
+    np.testing.assert_array_equal(denoised[MARGIN:-MARGIN, MARGIN:MARGIN + columns], expected)
+    np.testing.assert_array_equal(denoised[:, :columns + 2 * MARGIN],
                                   np.pad(expected, MARGIN, 'edge'))
 
 
 @pytest.mark.parametrize('mirrored', [False, True])
-def test_the_census_compares_the_nearest_as_they_are_and_the_others_calmed(mirrored):
+def test_the_census_compares_the_nearest_as_they_are_and_the_others_denoised(mirrored):
     image = np.random.default_rng(8).integers(0, 256, (11, 45)).astype(np.uint8)
     view = View(*image.shape, mirrored, 32)
     view.read(image, 0, 8, 0, view.rows)
-    view.calm(5000, 0, view.rows)
+    view.denoise(5000, 0, view.rows)
     view.describe(0, view.rows)
     planes = view.census[..., :view.columns].astype(np.int64)
     codes = planes[:, 0] + (planes[:, 1] << 8) + (planes[:, 2] << 16)
     grey = 256 * image.astype(np.int64)
-    expected = (twins.census(grey) & 255) + (twins.census(twins.calmed(grey, 5000)) & ~255)
+    expected = (twins.census(grey) & 255) + (twins.census(twins.denoised(grey, 5000)) & ~255)
     np.testing.assert_array_equal(codes[:, ::-1] if mirrored else codes, expected)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Mutation of realtime: regions of weak texture, their planes, and what of them stays."""
+"""Mutation of realtime: regions of weak texture, their planes, and which of them stay."""
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -10,9 +10,8 @@ from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
-from fuzzy_stereo_ros.matching.realtime import planes
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.planes import GreyRegions, WeakRegions
+from fuzzy_stereo_ros.matching.realtime.operators import AGREEMENT, GreyRegions, WeakRegions
 from hypothesis import example, given, settings, strategies as st
 import numpy as np
 import pytest
@@ -87,7 +86,7 @@ def fitted(points, share, rounds=24):
     """Return the plane of some points (3, n)."""
     found = np.zeros((1, 3), np.float32)
     segments.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
-                        rounds, np.float32(planes.AGREEMENT), share, np.uint64(5), found)
+                        rounds, np.float32(AGREEMENT), share, np.uint64(5), found)
     return found[0]
 
 
@@ -173,7 +172,7 @@ def matched(**options):
     return matcher, matcher.match(*plain_scene())
 
 
-def test_what_mutation_takes_over_makes_the_chromosome_fitter_and_its_gain_is_told():
+def test_an_accepted_mutation_makes_the_chromosome_fitter_by_its_gain():
     without, with_planes = matched(mutation=None), matched()
     fitness_of = with_planes[0].algorithm.fitness_of
     before, after = (matcher.algorithm.population.genes[0] for matcher, _ in (
@@ -184,7 +183,7 @@ def test_what_mutation_takes_over_makes_the_chromosome_fitter_and_its_gain_is_to
         fitness_of(after) - fitness_of(before), abs=1e-12)
 
 
-def test_what_came_from_a_plane_has_no_confidence():
+def test_a_disparity_from_a_plane_has_no_confidence():
     (without, _), (matcher, match) = matched(mutation=None), matched()
     changed = abs(matcher.algorithm.population.genes[0].astype(int)
                   - without.algorithm.population.genes[0].astype(int)) > 1

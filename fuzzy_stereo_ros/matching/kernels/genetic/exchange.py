@@ -44,7 +44,7 @@ def row_of(cell, row, columns):
 
 @kernel
 def total_change(alone, pairs):
-    """Return what it changes to take all cells: int32 (n,) alone, (n, K) with neighbours."""
+    """Return the change of cost of taking all cells: int32 (n,) alone, (n, K) with neighbours."""
     total = np.int64(0)
     for index in range(alone.size):
         total += alone[index]

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a gene costs: its match where it can be seen, a constant where it is hidden, and its jumps.
+The cost of a gene: its match where it is visible, a constant where it is hidden, and its jumps.
 
-A rejected pixel has no match to judge by. Its label is judged by the target pixel it points at:
-if that pixel shows something nearer, the label is hidden, as it should be; if it shows something
-farther, the label would stand in front of it, which is a contradiction.
+A rejected pixel has no match. Its label is compared with that of the target pixel it points at: if
+that is nearer, the label is hidden, as it should be; if it is farther, the label would hide what
+the target shows, which is a contradiction.
 """
 from typing import NamedTuple
 
@@ -71,7 +71,7 @@ def gene_costs(features, scene, chromosome, costs, every, first, last):
 @kernel
 def exchange_changes(features, scene, small, across, down, first, second, cells, alone, pairs):
     """
-    Write what it changes that cells take the second parent's genes: see crossover.Exchange.
+    Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
 
     features: the fields of Features; scene: those of a Scene; small, across, down: Penalties;
     first, second: (R, C) labels; cells: int32 (n,), some of those where they differ; alone: int32
@@ -111,7 +111,7 @@ def exchange_changes(features, scene, small, across, down, first, second, cells,
 @kernel
 def row_costs(small, across, down, chromosome, costs, every, first, last):
     """
-    Return what the genes of each row whose number `every` divides cost, and how many there are.
+    Return the cost of the genes of every `every`-th row, and the number of these genes.
 
     small, across, down: Penalties; costs: uint8 (R, C), their data costs; the jumps to the left
     and up are added.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the genes of a map in parts of a pixel cost."""
+"""The cost of the genes of a map with sub-pixel disparities."""
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
@@ -21,7 +21,7 @@ def cost_at(costs, row, column, disparity, disparities):
 @kernel
 def gene_costs(costs, disparities, surface, trust, result, first, last):
     """
-    Write what the matches of some rows of a map cost.
+    Write the costs of the matches of some rows of a map.
 
     costs: unsigned (R, C, labels); disparities: how many labels exist; surface: float32 (R, C),
     px; trust: float32 (R, C), the share of it that counts; result: float32 (R, C).
@@ -66,7 +66,7 @@ def _step_parts(one, other, weight, slope, free, jump):
 def exchange_changes(first, first_costs, second, second_costs, across, down, slope, free, jump,
                      apart, cells, alone, pairs):
     """
-    Write what it changes that cells take the second parent's genes: see crossover.Exchange.
+    Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
 
     first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), what the genes
     cost; across, down: float32 (R, C), weights of the steps to the left and up; slope, free,

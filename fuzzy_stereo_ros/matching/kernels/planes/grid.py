@@ -153,15 +153,15 @@ def _disparity(plane, row, column):
 
 
 @kernel
-def edge_weights(fine, roots, by_step, across, down, first, last):
+def edge_weights(luminance, roots, by_step, across, down, first, last):
     """
     Write how much the planes of neighbours have to agree: float32 (r, c), to the left and up.
 
-    fine: uint16, grey of the half-size image with a margin; roots: int32 (256,), of grey, by
+    luminance: uint16, grey of the half-size image with a margin; roots: int32 (256,), of grey, by
     which noise is alike everywhere; by_step: float32, the weight by the difference of two roots
     """
     for row in range(first, last):
-        line, above = fine[row + MARGIN], fine[row + MARGIN - 1]
+        line, above = luminance[row + MARGIN], luminance[row + MARGIN - 1]
         for column in range(across.shape[1]):
             here = roots[line[column + MARGIN] >> 8]
             across[row, column] = by_step[abs(here - roots[line[column + MARGIN - 1] >> 8])]

@@ -15,13 +15,13 @@ _ROUNDING = np.float32(0.01)     # px, more than sums of a plane are rounded by
 
 
 @inlined
-def _like(fine, y, x, row, column, down, right, shape):
+def _like(luminance, y, x, row, column, down, right, shape):
     """Return the cell around a pixel, (row, column) before it, that is most like it in grey."""
-    grey = np.int32(fine[y + MARGIN, x + MARGIN])
+    grey = np.int32(luminance[y + MARGIN, x + MARGIN])
     best_row, best, least = row, column, np.int32(1 << 30)
     for r in range(row, min(row + (y - down) % 2 + 1, shape[0])):
         for c in range(column, min(column + (x - right) % 2 + 1, shape[1])):
-            unlike = abs(np.int32(fine[2 * r + down + MARGIN, 2 * c + right + MARGIN]) - grey)
+            unlike = abs(np.int32(luminance[2 * r + down + MARGIN, 2 * c + right + MARGIN]) - grey)
             if unlike < least:
                 least, best_row, best = unlike, r, c
     return best_row, best
@@ -75,15 +75,15 @@ def _doubted(upper, lower, down, side, labels, begin, doubted):
 
 
 @kernel
-def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, chromosome, labels,
-                 offsets, validity, lines, doubted, first, last):
+def write_labels(planes, evolved, trusted, luminance, down, right, apart, highest, chromosome,
+                 labels, offsets, validity, lines, doubted, first, last):
     """
     Give pixels around evolved cells the labels of their planes.
 
     A pixel belongs to the cell around it that is most like it in grey. Labels that differ from
     the chromosome's by less than `apart` px stay.
 
-    evolved: uint8, trusted: bool (r, c); fine: uint16, grey of the full image with a margin;
+    evolved: uint8, trusted: bool (r, c); luminance: uint16, grey of the full image with a margin;
     chromosome, labels: (R, C) labels, offsets: int8 (R, C), validity: uint8 (R, C), written;
     lines: float32 (2, 4, c + 1), doubted: uint8 (c,), memory; first, last: rows of cells
     """
@@ -103,7 +103,7 @@ def write_labels(planes, evolved, trusted, fine, down, right, apart, highest, ch
                     if not doubted[column]:
                         continue
                     x = 2 * column + right + side
-                    r, c = _like(fine, y, x, row, column, down, right, evolved.shape)
+                    r, c = _like(luminance, y, x, row, column, down, right, evolved.shape)
                     if not evolved[r, c]:
                         continue
                     disparity = (planes[r, c, 0] * (half * np.float32(x - right))

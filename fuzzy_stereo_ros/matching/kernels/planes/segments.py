@@ -103,14 +103,14 @@ _REFITS = 4          # by least squares, each to what agrees with the one before
 
 
 @kernel
-def find_runs(fine, margin, weak, step, apart, overlap, begin, end, parent, row_runs, sums, first,
-              last):
+def find_runs(luminance, margin, weak, step, apart, overlap, begin, end, parent, row_runs, sums,
+              first, last):
     """
     Write the runs of like pixels of weak texture and join those that are like above each other.
 
     Those of the rows first .. last are numbered from first * c on.
 
-    fine: uint16 (r + 2 margin, ...), grey with a margin; weak: uint8 (r, c); step: what a pixel
+    luminance: uint16 (r + 2 margin, ...), with a margin; weak: uint8 (r, c); step: what a pixel
     may differ from its run by; apart: what the means of two runs may differ by where they overlap,
     by `overlap` pixels or more; begin, end, parent: int32 (r * c,), columns of each run and
     the union-find of runs; row_runs: int32 (r, 2), the first run of each row and the one after
@@ -120,7 +120,7 @@ def find_runs(fine, margin, weak, step, apart, overlap, begin, end, parent, row_
     known = first * columns
     for row in range(first, last):
         here, above = sums[row & 1], sums[1 - (row & 1)]
-        line, textured = fine[row + margin], weak[row]
+        line, textured = luminance[row + margin], weak[row]
         row_runs[row, 0] = known
         total, mean, open_at = np.int32(0), np.int32(0), np.int32(-1)
         for column in range(columns):
@@ -147,11 +147,11 @@ def find_runs(fine, margin, weak, step, apart, overlap, begin, end, parent, row_
 
 
 @kernel
-def join_runs(fine, margin, apart, overlap, begin, end, parent, row_runs, sums, edges):
+def join_runs(luminance, margin, apart, overlap, begin, end, parent, row_runs, sums, edges):
     """Join the runs of bands of rows where they meet; edges: the first row of each band."""
     for row in edges[1:]:
         for part in range(2):
-            total, line = np.int32(0), fine[row - part + margin]
+            total, line = np.int32(0), luminance[row - part + margin]
             for column in range(sums.shape[1]):
                 sums[part, column] = total
                 total += np.int32(line[np.uint64(column + margin)])

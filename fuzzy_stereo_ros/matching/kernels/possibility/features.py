@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the census possibility reads of an image: fine grey, 8-bit grey, census, gradient, edges.
+Features of an image: 16-bit luminance, 8-bit grey, census, gradient, penalties of jumps.
 
 Images of the target are mirrored: its column c, from -extra on, lies at index `columns - 1 - c`,
 so that the candidates of a pixel, disparities upwards, are one contiguous load.
@@ -40,13 +40,13 @@ def load_colours(typing, array, index):
 
 
 @kernel
-def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last):
+def luminance_of_colour(image, shift, left_shift, mirrored, luminance, grey, first, last):
     """
-    Weigh B + 2 G + R, kept fine in 16 bits for census and rounded to 8 bits for the rest.
+    Write the luminance B + 2 G + R in 16 bits for the census and in 8 bits for the rest.
 
     image: uint8 or uint16 (R, C, 3); shift: columns to move the image to the right;
-    places: fine = (B + 2 G + R) * 2**places, at most 65535; fine: uint16 (R + 4, C + 4 + SLACK),
-    written inside its margin; grey: uint8 (R, C + SLACK), fine / 256.
+    luminance: uint16 (R + 4, C + 4 + SLACK), (B + 2 G + R) * 2**left_shift, at most 65535,
+    written inside its margin; grey: uint8 (R, C + SLACK), luminance / 256, rounded.
     """
     columns = image.shape[1]
     for row in range(first, last):
@@ -54,71 +54,72 @@ def fine_grey_of_colour(image, shift, places, mirrored, fine, grey, first, last)
             source = min(max(column - shift, 0), columns - 1)
             value = (np.uint32(image[row, source, 0]) + np.uint32(2) * image[row, source, 1]
                      + np.uint32(image[row, source, 2]))
-            value = value << np.uint32(places) if places >= 0 else value >> np.uint32(-places)
+            value = (value << np.uint32(left_shift) if left_shift >= 0
+                     else value >> np.uint32(-left_shift))
             target = columns - 1 - column if mirrored else column
-            fine[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
+            luminance[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
-        pad_row(fine, row, columns)
+        pad_row(luminance, row, columns)
 
 
 @kernel
-def fine_grey_of_bytes(image, places, mirrored, fine, grey, first, last):
-    """Do the same, much faster, with uint8 (R, C, 3), C >= LANES, that does not move."""
+def luminance_of_bytes(image, left_shift, mirrored, luminance, grey, first, last):
+    """Write the same of uint8 (R, C, 3), C >= LANES, with no shift to the right, much faster."""
     columns = image.shape[1]
-    pixels, fine_flat, grey_flat = image.reshape(-1), fine.reshape(-1), grey.reshape(-1)
-    fine_stride, grey_stride = fine.shape[1], grey.shape[1]
+    pixels, flat, grey_flat = image.reshape(-1), luminance.reshape(-1), grey.reshape(-1)
+    luminance_stride, grey_stride = luminance.shape[1], grey.shape[1]
     for row in range(first, last):
         for chunk in range(0, columns, LANES):
             column = min(chunk, columns - LANES)
             blue, green, red = load_colours(pixels, 3 * (row * columns + column))
             weighted = add(add(blue, red), add(green, green))
             rounded = narrow(shift_right(add(weighted, splat(np.uint16(2))), 2))
-            value = shift_left(weighted, places)
+            value = shift_left(weighted, left_shift)
             if mirrored:
                 value, rounded = reversed_lanes(value, value), reversed_lanes(rounded, rounded)
                 column = columns - LANES - column
-            store(fine_flat, (row + MARGIN) * fine_stride + column + MARGIN, value)
+            store(flat, (row + MARGIN) * luminance_stride + column + MARGIN, value)
             store(grey_flat, row * grey_stride + column, rounded)
-        pad_row(fine, row, columns)
+        pad_row(luminance, row, columns)
 
 
 @kernel
-def fine_grey_of_mono(image, shift, places, mirrored, fine, grey, first, last):
-    """Do the same with one channel, uint8 or uint16 (R, C), in the place of B + 2 G + R."""
+def luminance_of_mono(image, shift, left_shift, mirrored, luminance, grey, first, last):
+    """Write the same of an image of one channel, uint8 or uint16 (R, C)."""
     columns = image.shape[1]
     for row in range(first, last):
         for column in range(columns):
             source = min(max(column - shift, 0), columns - 1)
-            value = np.uint32(image[row, source]) << np.uint32(places)
+            value = np.uint32(image[row, source]) << np.uint32(left_shift)
             target = columns - 1 - column if mirrored else column
-            fine[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
+            luminance[row + MARGIN, target + MARGIN] = min(value, np.uint32(65535))
             grey[row, target] = min((value + np.uint32(128)) >> np.uint32(8), np.uint32(255))
-        pad_row(fine, row, columns)
+        pad_row(luminance, row, columns)
 
 
 @kernel
 def copy_row(source, target):
-    """Copy as much as there is room for; faster, and compiled sooner, than to assign a slice."""
+    """Copy len(target) elements; faster, and compiled sooner, than to assign a slice."""
     for column in range(len(target)):
         target[column] = source[column]
 
 
 @kernel
-def pad_row(fine, row, columns):
+def pad_row(luminance, row, columns):
     """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
-    rows = fine.shape[0] - 2 * MARGIN
-    line = fine[row + MARGIN]
+    rows = luminance.shape[0] - 2 * MARGIN
+    line = luminance[row + MARGIN]
     line[:MARGIN] = line[MARGIN]
     line[columns + MARGIN:] = line[columns + MARGIN - 1]
     for edge in range(MARGIN):
         if row == 0:
-            copy_row(line, fine[edge])
+            copy_row(line, luminance[edge])
         if row == rows - 1:
-            copy_row(line, fine[rows + MARGIN + edge])
+            copy_row(line, luminance[rows + MARGIN + edge])
 
 
 @kernel
-def spread(fine, grey, columns, begin, wide_fine, wide_grey, wide_columns, first, last):
+def spread(luminance, grey, columns, begin, wide_luminance, wide_grey, wide_columns, first, last):
     """
     Copy an image into a wider one, from its column `begin` on; border pixels fill the rest.
 
@@ -126,9 +127,9 @@ def spread(fine, grey, columns, begin, wide_fine, wide_grey, wide_columns, first
     `wide_columns` is left out.
     """
     for row in range(first, last):
-        _spread_row(fine[row + MARGIN, MARGIN:columns + MARGIN], begin,
-                    wide_fine[row + MARGIN, MARGIN:wide_columns + MARGIN])
-        pad_row(wide_fine, row, wide_columns)
+        _spread_row(luminance[row + MARGIN, MARGIN:columns + MARGIN], begin,
+                    wide_luminance[row + MARGIN, MARGIN:wide_columns + MARGIN])
+        pad_row(wide_luminance, row, wide_columns)
         _spread_row(grey[row, :columns], begin, wide_grey[row, :wide_columns])
 
 
@@ -142,20 +143,20 @@ def _spread_row(line, begin, wide):
 
 
 @kernel
-def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
+def halve(luminance, grey, columns, offset, half_luminance, half_grey, first, last):
     """
     Halve an image by the mean of 2 x 2 pixels, for the half rows first to last.
 
     columns: of the half image; offset: first column used of the full one.
     """
     for row in range(first, last):
-        above, below = fine[2 * row + MARGIN], fine[2 * row + 1 + MARGIN]
+        above, below = luminance[2 * row + MARGIN], luminance[2 * row + 1 + MARGIN]
         for column in range(columns):
             left = 2 * column + offset + MARGIN
-            half_fine[row + MARGIN, column + MARGIN] = (
+            half_luminance[row + MARGIN, column + MARGIN] = (
                 np.uint32(above[left]) + above[left + 1] + below[left] + below[left + 1]
             ) >> np.uint32(2)
-        pad_row(half_fine, row, columns)
+        pad_row(half_luminance, row, columns)
         above_grey, below_grey = grey[2 * row], grey[2 * row + 1]
         for column in range(columns):
             left = 2 * column + offset
@@ -165,43 +166,44 @@ def halve(fine, grey, columns, offset, half_fine, half_grey, first, last):
 
 
 @kernel
-def calm(fine, tolerance, columns, calmed, first, last):
+def denoise(luminance, tolerance, columns, denoised, first, last):
     """
-    Give each pixel the mean of its 3 x 3 where it differs from that by no more than a tolerance.
+    Replace each pixel by its 3 x 3 mean where both differ by no more than a tolerance (coring).
 
-    What is left of noise in plain regions is a third; what stands out stays as it is (coring).
-    fine, calmed: uint16, padded; tolerance: in units of fine.
+    A third of the noise is left in plain regions; pixels that stand out stay as they are.
+    luminance, denoised: uint16, padded; tolerance: in units of luminance.
     """
     totals = np.zeros(columns + 2, np.uint32)
     limit = np.int32(9 * tolerance)
     for row in range(first, last):
-        above, here, below = fine[row + MARGIN - 1], fine[row + MARGIN], fine[row + MARGIN + 1]
+        above, here = luminance[row + MARGIN - 1], luminance[row + MARGIN]
+        below = luminance[row + MARGIN + 1]
         for column in range(columns + 2):
             place = column + MARGIN - 1
             totals[column] = np.uint32(above[place]) + here[place] + below[place]
-        line = calmed[row + MARGIN, MARGIN:]
+        line = denoised[row + MARGIN, MARGIN:]
         for column in range(columns):
             grey = np.int32(here[column + MARGIN])
             total = np.int32(totals[column] + totals[column + 1] + totals[column + 2])
             mean = np.int32(np.float32(total) * np.float32(1 / 9))
             line[column] = grey if abs(9 * grey - total) > limit else mean
-        pad_row(calmed, row, columns)
+        pad_row(denoised, row, columns)
 
 
 @kernel
-def census(fine, calmed, mirrored, columns, codes, first, last):
+def census(luminance, denoised, mirrored, columns, codes, first, last):
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
 
-    fine, calmed: uint16, padded, in which the nearest eight and the others are compared; codes:
-    uint8 (R, 3, stride), a byte plane for eight neighbours, the nearest ones first; behind the
-    columns of a mirrored image its last code is repeated.
+    luminance, denoised: uint16, padded, in which the nearest eight and the others are compared;
+    codes: uint8 (R, 3, stride), a byte plane for eight neighbours, the nearest ones first; behind
+    the columns of a mirrored image its last code is repeated.
     """
-    near, far, target = fine.reshape(-1), calmed.reshape(-1), codes.reshape(-1)
-    fine_stride, stride = fine.shape[1], codes.shape[2]
+    near, far, target = luminance.reshape(-1), denoised.reshape(-1), codes.reshape(-1)
+    luminance_stride, stride = luminance.shape[1], codes.shape[2]
     for row in range(first, last):
         for column in range(0, columns, LANES):
-            centre_index = (row + MARGIN) * fine_stride + column + MARGIN
+            centre_index = (row + MARGIN) * luminance_stride + column + MARGIN
             for plane in range(3):
                 source = near if plane == 0 else far
                 centre = load(source, centre_index)
@@ -211,7 +213,7 @@ def census(fine, calmed, mirrored, columns, codes, first, last):
                     down, right = place // 5 - 2, place % 5 - 2
                     if mirrored:
                         right = -right
-                    other = load(source, centre_index + down * fine_stride + right)
+                    other = load(source, centre_index + down * luminance_stride + right)
                     code = bit_or(code, bit_and(
                         narrow(less(other, centre)), splat(np.uint8(1 << bit))))
                 store(target, (row * 3 + plane) * stride + column, code)
@@ -223,7 +225,7 @@ def census(fine, calmed, mirrored, columns, codes, first, last):
 @kernel
 def gradient(grey, mirrored, columns, slopes, first, last):
     """
-    Half of the central difference along the row, 128 where flat and at the borders.
+    Write half of the central difference along the row, 128 where flat and at the borders.
 
     grey: uint8 (R, C + SLACK); slopes: uint8 (R, stride), the last one repeated behind the row.
     """
@@ -241,11 +243,11 @@ def gradient(grey, mirrored, columns, slopes, first, last):
 @kernel
 def jump_penalties(grey, jump, jump_at_edge, slope, columns, across, down, first, last):
     """
-    Fill what a jump of disparity costs, by the grey step it happens at.
+    Write the penalty of a jump of disparity (P2) at each pixel, by the step of grey there.
 
-    jump, jump_at_edge: the cost where grey is flat, and at the least; slope: how much it falls in
-    256 grey levels; across, down: uint8 (R, C), the cost between a pixel and its left, its upper
-    neighbour.
+    jump, jump_at_edge: the penalty where grey is flat, and the smallest one; slope: by how much
+    it falls in 256 grey levels; across, down: uint8 (R, C), between a pixel and its left, its
+    upper neighbour.
     """
     high, low, fall = np.int16(jump), np.int16(jump_at_edge), np.uint16(slope)
     for row in range(first, last):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the half-size chromosome tells the full one: where to search, where to rely on it."""
+"""The disparity range of each tile and the prior of the full search, from the half-size map."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
@@ -12,7 +12,7 @@ import numpy as np
 @kernel
 def tile_windows(half, disparities, tile, grow, margin, low, blocks):
     """
-    Find the labels that each tile searches: those of the half map around it, and a margin.
+    Write the labels that each tile searches: those of the half map around it, and a margin.
 
     half: (r, c) labels at half size; tile, grow: pixels of the full image, even; low, blocks:
     int64 (tile rows, tile columns), first label and number of blocks of 32.
@@ -57,7 +57,7 @@ def texture_steps(grey, steps, first, last):
 @kernel
 def weak_texture(steps, limit, weak, first, last):
     """
-    Mark the half pixels around which the full image has little texture.
+    Mark the half-size pixels around which the full image has little texture.
 
     steps: of texture_steps; weak: uint8 (r, c), 1 where the steps along the row of 6 x 3 pixels
     sum to less than `limit`.
@@ -99,7 +99,7 @@ def half_prior(half, found, validity, weak, smooth, clear, labels, weights, firs
     Spread the half map, doubled, as a prior: weight 1 where it can be relied on, else 0.
 
     A label that is still the one found first is doubled with its sub-pixel offset. What was found
-    with a margin below `clear` says nothing: a prior from nothing would make nothing look sure.
+    with a margin below `clear` is left out: a prior from no evidence would look like evidence.
 
     half, validity, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
     labels, weights: (R, C), R in (2 r, 2 r + 1); first, last: rows of the half map.

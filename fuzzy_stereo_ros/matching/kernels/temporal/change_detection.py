@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which tiles show the same as in the picture before, but for noise, and their mean with it.
+Find the tiles that differ from the previous picture by noise alone, and average them with it.
 
 Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 16 bits.
 """
@@ -11,21 +11,21 @@ from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
 import numpy as np
 
-TILE = 16        # pixels of a side of the tiles that are judged
-BLOCK = 4        # pixels of a side of the blocks whose mean differences are looked at
-PLACES = 3       # bits of fine grey that comparing leaves out
+TILE = 16        # pixels of a side of the tiles that are compared
+BLOCK = 4        # pixels of a side of the blocks whose mean differences are compared
+DROPPED_BITS = 3    # bits of luminance that comparing leaves out
 UNITS = 32       # what is left for a grey level
 
 
 class Rules(NamedTuple):
-    """By how much a tile may differ and still show the same."""
+    """By how much a tile may differ from the previous picture and still count as unchanged."""
 
-    loud: float      # times the noise of the pair, its pixels
-    white: float     # times what its pixels do, the means of its blocks; 1 is white noise
-    peak: float      # times what its pixels do, the mean of any block
-    bump: float      # times what its pixels do, the pixels of any block
-    slack: float     # grey levels more, blocks twice that
-    oldest: int      # frames that count
+    loud: float      # its pixels: times the noise of the pair
+    white: float     # the means of its blocks: times its pixels; 1 is white noise
+    peak: float      # the mean of any block: times its pixels
+    bump: float      # the pixels of any block: times its pixels
+    slack: float     # grey levels added to each limit, twice to those of blocks
+    oldest: int      # frames that are averaged at the most
 
 
 @kernel
@@ -65,8 +65,8 @@ def compare_tiles(now, before, down, right, differences, first, last):
 def _add_differences(here, there, signed, sizes):
     """Add the differences of two rows, and their sizes, in 1 / UNITS grey level."""
     for column in range(len(here)):
-        difference = np.int16(np.int16(here[column] >> np.uint16(PLACES))
-                              - np.int16(there[column] >> np.uint16(PLACES)))
+        difference = np.int16(np.int16(here[column] >> np.uint16(DROPPED_BITS))
+                              - np.int16(there[column] >> np.uint16(DROPPED_BITS)))
         signed[column] += difference
         sizes[column] += np.int16(abs(difference))
 
@@ -74,7 +74,7 @@ def _add_differences(here, there, signed, sizes):
 @kernel
 def _add_blocks(line, totals, largest):
     """
-    Take in the sums of the BLOCK columns from each on; only one in BLOCK will be asked.
+    Add the sums of the BLOCK columns from each column on; only every BLOCK-th is read.
 
     Few arrays at once: the compiler tests each pair for overlap before it uses vectors.
     """
@@ -87,7 +87,7 @@ def _add_blocks(line, totals, largest):
 
 @kernel
 def _sum_up(of_columns, height, begin, end, found):
-    """Write the four differences of a row of tiles, of which so much is inside."""
+    """Write the four differences of a row of tiles that lies inside by `height` rows."""
     unit = np.float32(1 / UNITS)
     for tile in range(found.shape[1]):
         left = tile * TILE
@@ -105,21 +105,21 @@ def _sum_up(of_columns, height, begin, end, found):
 
 
 @kernel
-def roughness(fine, columns, rough, first, last):
+def roughness(luminance, columns, rough, first, last):
     """
-    Measure how much each tile bends along the row: noise and texture; a row in four is read.
+    Measure the second differences along the rows of each tile; a row in four is read.
 
-    fine: uint16, padded; rough: float32 (tile rows, tile columns), mean size of the second
-    differences in grey levels.
+    luminance: uint16, padded; rough: float32 (tile rows, tile columns), their mean size in grey
+    levels, from noise and texture.
     """
-    rows = fine.shape[0] - 2 * MARGIN
+    rows = luminance.shape[0] - 2 * MARGIN
     totals = np.zeros(columns + TILE, np.int32)
     for tile_row in range(first, last):
         totals[:] = 0
         bottom = min((tile_row + 1) * TILE, rows)
         for row in range(tile_row * TILE, bottom, BLOCK):
-            left, here = fine[row + MARGIN, MARGIN - 1:], fine[row + MARGIN, MARGIN:]
-            right = fine[row + MARGIN, MARGIN + 1:]
+            left, here = luminance[row + MARGIN, MARGIN - 1:], luminance[row + MARGIN, MARGIN:]
+            right = luminance[row + MARGIN, MARGIN + 1:]
             for column in range(columns):
                 totals[column] += abs(2 * np.int32(here[column]) - np.int32(left[column])
                                       - np.int32(right[column]))
@@ -135,12 +135,12 @@ def roughness(fine, columns, rough, first, last):
 @kernel
 def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
     """
-    Decide which tiles show the same as in the picture before, and after which shift.
+    Decide which tiles are unchanged since the previous picture, and after which shift.
 
     differences: float32 (N, 4, tile rows, tile columns), by shift, see compare_tiles; ages:
     float32 (N, tile rows, tile columns), moved alike; noise: in grey levels; rules: the fields
     of Rules;
-    choices: int8, the shift that differs least, -1 where the tile is another; new_ages: float32,
+    choices: int8, the shift that differs least, -1 where the tile has changed; new_ages: float32,
     the frames that it is the mean of from now on; sizes: float32, how much it differs. Returns
     the share of the tiles that are the same.
     """
@@ -165,15 +165,15 @@ def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
 
 
 @kernel
-def blend(fine, grey, before, shifts, choices, ages, limits, after, first, last):
+def blend(luminance, grey, before, shifts, choices, ages, limits, after, first, last):
     """
-    Move a picture towards the one before, tile by tile, and keep a copy.
+    Average a picture with the one before, tile by tile, and write a copy of the result.
 
-    fine: uint16, padded, the padding follows; grey: uint8 (R, C + slack), fine / 256; before,
-    after: uint16 (R, C); shifts: int64 (N, 2), down and right; choices: int8 (tile rows, tile
-    columns), the shift of a tile, < 0 where it stays as it is; ages: float32 by tile, of how many
-    frames it is to be the mean; limits: float32 by tile, grey levels: a pixel is moved as one
-    that differs by no more.
+    luminance: uint16, padded, changed with its padding; grey: uint8 (R, C + slack), luminance /
+    256; before, after: uint16 (R, C); shifts: int64 (N, 2), down and right; choices: int8 (tile
+    rows, tile columns), the shift of a tile, < 0 where it stays as it is; ages: float32 by tile,
+    of how many frames it is to be the mean; limits: float32 by tile, grey levels: a pixel is
+    moved as one that differs by no more.
     """
     rows, columns = before.shape
     weight, limit = np.zeros(columns, np.uint16), np.zeros(columns, np.uint16)
@@ -195,12 +195,12 @@ def blend(fine, grey, before, shifts, choices, ages, limits, after, first, last)
             begin = max(run * TILE, right)
             end = max(min(tile * TILE, columns, columns + right), begin)
             for row in range(max(tile_row * TILE, down), min(bottom, rows + down)):
-                _blend_row(fine[row + MARGIN, begin + MARGIN:end + MARGIN], grey[row, begin:end],
-                           before[row - down, begin - right:end - right], weight[begin:end],
-                           limit[begin:end])
+                _blend_row(luminance[row + MARGIN, begin + MARGIN:end + MARGIN],
+                           grey[row, begin:end], before[row - down, begin - right:end - right],
+                           weight[begin:end], limit[begin:end])
         for row in range(tile_row * TILE, bottom):
-            pad_row(fine, row, columns)
-            copy_row(fine[row + MARGIN, MARGIN:], after[row])
+            pad_row(luminance, row, columns)
+            copy_row(luminance[row + MARGIN, MARGIN:], after[row])
 
 
 @kernel

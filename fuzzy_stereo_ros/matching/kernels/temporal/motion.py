@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How the picture moved as a whole, and moving what is known of it."""
+"""Estimate how the picture moved as a whole, and move maps with it."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -8,14 +8,14 @@ import numpy as np
 
 
 @kernel
-def thumbnail(fine, margin, size, small):
-    """Take the means of squares of size x size pixels of fine grey inside a margin."""
+def thumbnail(luminance, margin, size, small):
+    """Write the means of squares of size x size pixels of luminance inside a margin."""
     columns = small.shape[1] * size
     sums = np.zeros(columns, np.uint32)
     for row in range(small.shape[0]):
         sums[:] = 0
         for near in range(row * size, (row + 1) * size):
-            line = fine[near + margin, margin:columns + margin]
+            line = luminance[near + margin, margin:columns + margin]
             for column in range(columns):
                 sums[column] += line[column]
         for column in range(small.shape[1]):
@@ -64,7 +64,7 @@ def move_ages(ages, down, right, moved):
     """
     Move a number by tile, float32, by a number of pixels: linear between the tiles' centres.
 
-    What comes from beyond the border is 0.
+    Tiles from beyond the border get 0.
     """
     rows, columns = ages.shape
     tiles_down, tiles_right = int(np.floor(down / TILE)), int(np.floor(right / TILE))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the previous frame's best chromosome can still be trusted, judged on this frame."""
+"""Decide where the previous frame's best chromosome is still trusted in this frame."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -10,9 +10,9 @@ import numpy as np
 @kernel
 def tile_strengths(choices, ages, most, strengths):
     """
-    Say by tile how much the previous best counts: uint8, 0 in and beside tiles that are others.
+    Write by tile how much the previous best counts: uint8, 0 in and beside changed tiles.
 
-    choices: int8, < 0 for tiles that are others; ages: float32, frames that a tile is the mean
+    choices: int8, < 0 for changed tiles; ages: float32, frames that a tile is the mean
     of, this one with them; most: the largest strength, which as many frames before give.
     """
     rows, columns = choices.shape
@@ -29,11 +29,11 @@ def tile_strengths(choices, ages, most, strengths):
 @kernel
 def trusted_cells(labels, validity, half, distance, half_labels, trusted, first, last):
     """
-    Mark the half pixels where the previous best may be relied on, in the half rows first .. last.
+    Mark the half-size pixels where the previous best is trusted, in the half rows first .. last.
 
     labels, validity: (R, C), the previous best and whether it was consistent then; half: (r, c),
     this frame's half map; half_labels: (r, c), the previous best on the half grid; trusted: uint8
-    (r, c). Trusted is what was consistent and is within `distance` of what the half map says.
+    (r, c), 1 where it was consistent and is within `distance` of the half map.
     """
     for row in range(first, last):
         line, was, seen = labels[2 * row], validity[2 * row], half[row]
@@ -48,7 +48,7 @@ def trusted_cells(labels, validity, half, distance, half_labels, trusted, first,
 @kernel
 def previous_prior(trusted, smooth, strengths, weights, first, last):
     """
-    Spread the trust to full size.
+    Write the weights of the prior at full size.
 
     trusted, smooth: uint8 (r, c); strengths: uint8 (tile rows, tile columns), the weight where
     both are 1; weights: uint8 (R, C), the tile rows first .. last are written.

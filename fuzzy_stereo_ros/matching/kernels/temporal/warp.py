@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Moving a map by the motion of the camera, and comparing what two frames show of a point.
+Warp a map by the motion of the camera, and compare the census of a point in two frames.
 
 Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A view is a matrix of 3 rows and 4
 columns, as a tuple of 12: what it makes of (column, row, 1, disparity) is (column, row, 1) of the
@@ -34,7 +34,7 @@ def _seen_from(view, column, row, disparity):
 @kernel(error_model='numpy')    # no division here is by 0
 def move_labels(labels, lowest, view, moved, source):
     """
-    Move each cell to where the other frame sees it; of those that meet the nearest stays.
+    Move each cell to its place in the other frame; where several meet, the nearest one stays.
 
     labels: float32 (r, c); view: from cells to cells; moved: float32 (r, c), labels there, NOTHING
     where no cell came to; source: int32 (r, c), the cell that it was, row * c + column, -1 there.
@@ -84,7 +84,7 @@ def _place_before(label, lowest, view, row, column, rows, columns):
 def census_distances(moved, half, near, lowest, view, now, before, distances, half_distances,
                      first, last):
     """
-    Compare each cell with what the previous frame showed of its point, if that stood still.
+    Write the census distance of each cell to its point in the previous frame, if that stood still.
 
     moved: of move_labels; half: (r, c), labels of the half map; near: what differs by less is
     not told apart; view: from cells now to pixels before; now, before: uint32 (R, C), of
@@ -115,7 +115,7 @@ def census_distances(moved, half, near, lowest, view, now, before, distances, ha
 def trusted_moved(moved, source, validity, distances, half, half_distances, rules, strengths,
                   survived, first, last):
     """
-    Say by cell how much the search may rely on the moved map: 0, or a strength.
+    Write by cell how much the search may rely on the moved map: 0, or a strength.
 
     moved, source: of move_labels; validity: (R, C), of the previous best; distances,
     half_distances: uint16 (r, c), summed, of the moved and of the half map, half: (r, c) labels of
@@ -201,7 +201,7 @@ def note_survivors(fine, steps, moved, strengths, source, survived, labels, surv
 @kernel
 def to_right(moved, shift, seen):
     """
-    Move labels (r, c) to where the right image sees them; of those that meet the nearest stays.
+    Move labels (r, c) to their place in the right image; where several meet, the nearest stays.
 
     shift: labels that the columns of the right image are moved by; seen: float32 (r, c), NOTHING
     where none came to.

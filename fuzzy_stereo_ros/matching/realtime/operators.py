@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The population of the profile `realtime`, and its operators: crossover, mutation by planes.
+
+The paper mutates the least possible cells by patches. Here the least certain cells are those of
+plain walls, which data cannot tell apart: a region of like grey takes the plane that fits most of
+its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). The crossover
+then keeps what is fitter.
+"""
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.planes import segments
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.refinement import filling
+import numpy as np
+
+STEP, APART, OVERLAP = 768, 384, 6   # of runs: 1/256 grey levels, half-size px; see find_runs
+LEAST = 60           # half-size pixels of a region
+POINTS = 200         # of a region, at most, that its plane is fitted to
+ROUNDS, AGREEMENT = 24, 0.7          # random planes that are tried, and px by which a point agrees
+SHARE = 0.6          # of the points that lie within 1 px, else the region is no plane
+
+
+class Population:
+    """
+    Chromosomes, maps of labels, that differ in how inconsistent cells are filled.
+
+    genes: uint8 or uint16 (P, R, C), labels; fitness: float64 (P,), higher is fitter; best: the
+    first, which crossover makes fitter; converged: whether it was crossed with all others
+    """
+
+    best = 0
+
+    def __init__(self, size, fitness, bands):
+        """
+        Create a population, which allocates its memory at the first pair.
+
+        size: number of chromosomes, at most two are made; fitness: the `CensusFitness` of the
+        pair; bands: of rows, as `cut_bands` returns them
+        """
+        self._size, self._measure, self._bands = min(size, 2), fitness, bands
+        self.genes, self.fitness, self.converged = None, None, True
+
+    def initialise(self, pool, labels, validity):
+        """
+        Fill inconsistent cells with background genes: by rows, and by columns.
+
+        labels: (R, C); validity: uint8 (R, C), which of them are consistent
+        """
+        if self.genes is None:
+            self.genes = np.zeros((self._size, *labels.shape), labels.dtype)
+            self._below = np.zeros(labels.shape[1], labels.dtype)
+        by_rows = self.genes[0]
+        pool.each(lambda band: filling.fill_rows(
+            labels, validity, by_rows, band[1], band[2]), self._bands)
+        if self._size > 1:
+            pool.each(lambda band: filling.fill_columns(
+                labels, validity, by_rows, self.genes[1], self._below, band[1], band[2]),
+                cut_bands(labels.shape[1]))
+        self.fitness = np.full(self._size, self._measure.measure(pool, by_rows))
+        self.converged = False
+
+    def cross(self, pool, crossover, random):
+        """Cross the first with each of the others; it takes what makes it fitter."""
+        for other in range(1, self._size):
+            gained, ahead = self._measure.cross(
+                pool, crossover, random, self.genes[0], self.genes[other])
+            self.fitness[other] = self.fitness[0] + ahead
+            self.fitness[0] += gained
+        self.converged = True
+
+    def accept(self, pool, crossover, random, mutant):
+        """Give the first what a crossover chooses of a mutant, (R, C) labels."""
+        self.fitness[0] += self._measure.cross(
+            pool, crossover, random, self.genes[0], mutant)[0]
+
+
+class GreyRegions:
+    """Regions of like grey in half-size pictures of one size."""
+
+    def __init__(self, rows, columns):
+        """Allocate for half-size pictures of a size."""
+        self._bands = cut_bands(rows)
+        self._edges = np.array([first for _, first, _ in self._bands])
+        self._begin, self._end, self._parent, self._size, self._region = (
+            np.zeros(rows * columns, np.int32) for _ in range(5))
+        self._row_runs = np.zeros((rows, 2), np.int32)
+        self._sums = np.zeros((len(self._bands), 2, columns + 1), np.int32)
+
+    def grow(self, pool, luminance, weak, step, apart, overlap, least):
+        """
+        Return the runs of rows with their regions, as kernels take them, and how many regions.
+
+        luminance: uint16, the picture with a margin; weak: uint8 (r, c), where regions may lie;
+        step, apart, overlap: see find_runs; least: pixels of a region
+        """
+        runs = self._begin, self._end, self._parent, self._row_runs
+        pool.each(lambda band: segments.find_runs(
+            luminance, MARGIN, weak, step, apart, overlap, *runs, self._sums[band[0]], band[1],
+            band[2]), self._bands)
+        segments.join_runs(luminance, MARGIN, apart, overlap, *runs, self._sums[0], self._edges)
+        number = segments.number_regions(*runs, least, self._size, self._region)
+        return (self._begin, self._end, self._row_runs, self._region), number
+
+
+class WeakRegions:
+    """The mutation by planes of plain regions: memory for one image size."""
+
+    def __init__(self, rows, columns, labels_type):
+        """Allocate for full images of a size, and labels of a type."""
+        self._regions = GreyRegions(rows // 2, columns // 2)
+        pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST
+        self._tally, self._starts = np.zeros((most, 3), np.int32), np.zeros(most + 1, np.int32)
+        self._points = np.zeros((3, pixels), np.float32)
+        self._planes = np.zeros((most, 3), np.float32)
+        self._mutant = np.zeros((rows, columns), labels_type)
+
+    def grow(self, pool, luminance, weak):
+        """
+        Return the regions of a picture, as `GreyRegions.grow` does.
+
+        luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c), where texture
+        is weak
+        """
+        return self._regions.grow(pool, luminance, weak, STEP, APART, OVERLAP, LEAST)
+
+    def mutant(self, grown, chosen, validity, disparities, inside, parent, random):
+        """
+        Return a chromosome whose regions lie in planes: (R, C) labels.
+
+        grown: the regions; chosen, validity: the `Chosen` of the scanlines, and which of its
+        labels are consistent; inside: first and last column of the target that exist; parent:
+        the other genes
+        """
+        regions, number = grown
+        planes = self._planes[:number]
+        segments.gather_points(
+            *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
+            self._starts, self._points)
+        segments.fit_planes(
+            self._points, self._starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes)
+        self._mutant[:] = parent
+        segments.write_mutant(*regions, planes, disparities, inside, self._mutant)
+        return self._mutant
