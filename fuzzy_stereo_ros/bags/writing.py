@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A bag of ROS 2 in parts that are closed whole.
+Write bags of ROS 2 in parts.
 
-A part becomes a file of the bag, and is listed in metadata.yaml, once it is complete: whatever
-ends the writing, the folder holds a bag, and a part that was not closed is lost.
+A part becomes a file of the bag, and is listed in metadata.yaml, only when it is complete. So the
+folder always holds a valid bag, however the process ends; only the unfinished part is lost.
 """
 from array import array
 from collections import Counter
@@ -17,32 +17,32 @@ import sqlite3
 from fuzzy_stereo_ros.bags.reading import NO_ROSBAGS, text_of
 from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
 from fuzzy_stereo_ros.pairs.image_files import write_whole
+from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
 import numpy as np
 
 SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 FORMATS = tuple(SUFFIXES)
 METADATA = 'metadata.yaml'
 CONTENT = 'rosbag2_bagfile_information'     # the one entry of metadata.yaml
-UNFINISHED = 'unfinished'   # folder in the bag's folder, where a part is while it is written
-ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}
+UNFINISHED = 'unfinished'   # subfolder of the bag in which a part is written
 FRAME = 'left_camera_optical_frame'
-START = 1_700_000_000_000_000_000   # ns, the first stamp: any will do, but 0, which is no stamp
-PART_BYTES = 2**28          # a part is closed beyond: the most that a killed process loses
+START = 1_700_000_000_000_000_000   # ns, first stamp of a synthetic sequence; 0 means no stamp
+PART_BYTES = 2**28          # size at which a part is closed; a killed process loses no more
 
 
 class BagWriter:
     """
-    Writes a bag into a folder, in one thread; a bag that is there is continued.
+    Writes a bag into a folder, or appends to the bag in it; for one thread.
 
-    counts: Counter of messages by topic. last: ns, when the newest was logged, None before the
-    first. Both are of all parts, and after a failure of those that are closed.
+    counts: Counter of messages by topic. last: ns, when the newest message was logged, None
+    before the first. Both cover all parts, after a failure only the closed ones.
     """
 
     def __init__(self, folder, storage='mcap'):
         """
-        Read what is in the bag already; nothing is written yet.
+        Read the description of the bag, if there is one; write nothing yet.
 
-        storage: one of `FORMATS`. Raises ValueError where metadata.yaml is damaged.
+        storage: one of `FORMATS`. Raises ValueError if metadata.yaml is damaged.
         """
         self._folder, self._storage = Path(folder), storage
         self._writer, self._connections, self._size, self._failed = None, {}, 0, False
@@ -53,23 +53,23 @@ class BagWriter:
         """
         Write a message.
 
-        kind, typestore: of rosbags, the type and where its definition is. content: bytes, CDR.
-        logged: ns, never less than that of the message before. qualities: list of rosbags' Qos.
-        Raises OSError where it cannot be written; the parts closed before are then a bag.
+        kind: type of the message. typestore: of rosbags, defines it. content: bytes, CDR.
+        logged: ns, not before the previous message. qualities: list of rosbags' Qos.
+        Raises OSError if it cannot be written; the closed parts remain a valid bag.
         """
         self._guard(self._write, topic, kind, typestore, content, logged, qualities)
 
     def commit(self):
-        """Allow the part to end here, after messages that belong together; OSError as `write`."""
+        """Close the part if it is large enough; call it after messages that belong together."""
         if self._size > PART_BYTES:
             self.close()
 
     def close(self):
-        """Close the part that is being written, if any; OSError as `write`."""
+        """Close the open part, if there is one; raises OSError as `write`."""
         self._guard(self._close)
 
     def _guard(self, action, *arguments):
-        """Call what writes; where it fails, give up the open part and write nothing more."""
+        """Call an action that writes; if it fails, discard the open part and stop writing."""
         if self._failed:
             return
         try:
@@ -80,8 +80,8 @@ class BagWriter:
                 self._writer.abort()
             shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)
             self._count_closed()
-            raise OSError(f'{self._folder} cannot be written any further: {text_of(error)}') \
-                from error
+            raise OSError(
+                f'{self._folder} cannot be written any further: {text_of(error)}') from error
 
     def _write(self, topic, kind, typestore, content, logged, qualities):
         if self._writer is None:
@@ -97,9 +97,9 @@ class BagWriter:
     def _open(self):
         from rosbags.rosbag2 import StoragePlugin, Writer
 
-        shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)    # of a killed process
+        shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)    # left by a killed process
         number = len(self._closed['files']) if self._closed else 0
-        name = f'{self._folder.resolve().name}_{number}'    # `.` has no name of its own
+        name = f'{self._folder.resolve().name}_{number}'    # resolved, as the folder may be `.`
         self._writer = Writer(self._folder / UNFINISHED / name, version=Writer.VERSION_LATEST,
                               storage_plugin=StoragePlugin[self._storage.upper()])
         self._writer.open()
@@ -129,7 +129,7 @@ class BagWriter:
 
 
 def read_description(folder):
-    """Return what metadata.yaml of a bag says, None where there is none; ValueError if damaged."""
+    """Return the content of a bag's metadata.yaml, None without one; ValueError if damaged."""
     import yaml
 
     path = Path(folder) / METADATA
@@ -144,7 +144,7 @@ def read_description(folder):
 
 
 def _joined(one, other):
-    """Return the description of a bag with the parts of two; one: None, or a description."""
+    """Return the description of a bag that has the parts of two; the first may be None."""
     if one is None:
         return other
     first, last = (choose(ends) for choose, ends in zip(
@@ -162,16 +162,16 @@ def _joined(one, other):
 
 
 def _extent(description):
-    """Return when the first and the last message of a bag were logged, ns."""
+    """Return the times at which the first and the last message of a bag were logged, ns."""
     first = description['starting_time']['nanoseconds_since_epoch']
     return first, first + description['duration']['nanoseconds']
 
 
 class Messages:
-    """Messages of ROS 2 Jazzy as rosbags has them: made empty, filled by others, made bytes."""
+    """Makes empty messages of ROS 2 Jazzy, and serialises them, by rosbags."""
 
     def __init__(self):
-        """Load the types; ValueError where rosbags is not installed."""
+        """Load the message types; ValueError if rosbags is not installed."""
         try:
             from rosbags.typesys import get_typestore, Stores
         except ImportError:
@@ -180,7 +180,7 @@ class Messages:
         self.typestore = get_typestore(Stores.ROS2_JAZZY)
 
     def make(self, kind, **values):
-        """Return a message of a type, as `sensor_msgs/msg/Image`, empty but for the values."""
+        """Return a message of a type (`sensor_msgs/msg/Image`) with these values, else empty."""
         from rosbags.convert.converter import default_message
 
         message = default_message(self.typestore, kind)
@@ -189,33 +189,28 @@ class Messages:
         return message
 
     def content(self, message):
-        """Return the bytes of a message, CDR."""
-        _make_arrays(message)
+        """Return the serialised message: bytes, CDR."""
+        _use_numpy_arrays(message)
         return self.typestore.serialize_cdr(message, message.__msgtype__)
 
 
-def _make_arrays(message):
-    """Make each array.array of a message a NumPy array of the same memory, as rosbags wants it."""
+def _use_numpy_arrays(message):
+    """Replace each array.array of a message by a NumPy array of its memory, for rosbags."""
     for field in fields(message):
         value = getattr(message, field.name)
         if isinstance(value, array):
             setattr(message, field.name, np.asarray(value))
         elif is_dataclass(value):
-            _make_arrays(value)
-
-
-def encoding_of(image):
-    """Return ROS's word for an image, uint8 or uint16, (R, C) or (R, C, 3) BGR."""
-    return ENCODINGS[image.ndim, image.itemsize]
+            _use_numpy_arrays(value)
 
 
 def write_sequence_bag(path, pairs, calibration, rate):
     """
-    Write pairs to /left and /right, image_rect and camera_info each, with equal stamps.
+    Write pairs to image_rect and camera_info of /left and /right, with equal stamps.
 
     path: a folder that does not exist yet. pairs: iterable of (left, right), each uint8 or
-    uint16, (R, C) or (R, C, 3) BGR. calibration: the Calibration of all. rate: pairs a second.
-    Needs rosbags: ValueError without it. Raises OSError where it cannot be written.
+    uint16, (R, C) or (R, C, 3) BGR. calibration: the Calibration of all. rate: pairs per second.
+    Raises ValueError if rosbags is not installed, OSError if the bag cannot be written.
     """
     messages = Messages()
     with closing(BagWriter(path)) as bag:
@@ -223,24 +218,20 @@ def write_sequence_bag(path, pairs, calibration, rate):
             stamp = START + round(number * 1e9 / rate)
             cameras = rectified_cameras(calibration, *images[0].shape[:2])
             for (side, camera), image in zip(cameras.items(), images):
-                image = np.ascontiguousarray(image, image.dtype.newbyteorder('<'))
-                pixels = {'height': camera.height, 'width': camera.width,
-                          'encoding': encoding_of(image), 'step': image.strides[0],
-                          'data': image.reshape(-1).view(np.uint8)}
-                numbers = {name: np.array(getattr(camera, name)) for name in 'dkrp'}
-                for topic, kind, values in (
-                        (f'/{side}/image_rect', 'sensor_msgs/msg/Image', pixels),
-                        (f'/{side}/camera_info', 'sensor_msgs/msg/CameraInfo',
-                         {**vars(camera), **numbers})):
-                    message = messages.make(kind, **values)
-                    header = message.header
-                    header.stamp.sec, header.stamp.nanosec = divmod(stamp, 1_000_000_000)
-                    header.frame_id = FRAME
-                    bag.write(topic, kind, messages.typestore, messages.content(message), stamp)
+                matrices = {name: np.array(getattr(camera, name)) for name in 'dkrp'}
+                for name, message in (
+                        ('image_rect', fill_pixels(
+                            messages.make('sensor_msgs/msg/Image'), image, encoding_of(image))),
+                        ('camera_info', messages.make(
+                            'sensor_msgs/msg/CameraInfo', **{**vars(camera), **matrices}))):
+                    set_stamp(message.header, stamp)
+                    message.header.frame_id = FRAME
+                    bag.write(f'/{side}/{name}', message.__msgtype__, messages.typestore,
+                              messages.content(message), stamp)
 
 
 def is_sequence_bag(folder):
-    """Return whether a folder (Path) holds a bag of `write_sequence_bag`, and nothing else."""
+    """Return whether a folder (Path) holds nothing but a bag of `write_sequence_bag`."""
     try:
         described = read_description(folder)
         return (described['starting_time'] == {'nanoseconds_since_epoch': START}

@@ -9,7 +9,7 @@ from reprlib import repr as shortened     # values in a file may be long, and de
 import sys
 
 from ament_index_python.packages import get_package_prefix, PackageNotFoundError
-from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES, large_messages_pass
+from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES, has_fast_dds_profile
 from fuzzy_stereo_ros.pairs.camera_files import read_yaml
 from fuzzy_stereo_ros.parameters.table import (
     IGNORED_PARAMETERS, Parameter, ROS_PARAMETERS)
@@ -102,7 +102,7 @@ def camera_remappings(left_namespace, right_namespace, image='image_rect'):
 
 def dds_profile(share):
     """Return the actions by which Fast DDS carries large images, unless it has a profile."""
-    if large_messages_pass():
+    if has_fast_dds_profile():
         return []
     return [SetEnvironmentVariable(FAST_DDS_VARIABLES[0], str(share / 'config' / 'fastdds.xml'))]
 

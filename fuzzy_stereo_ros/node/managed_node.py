@@ -1,70 +1,69 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The node `disparity_node` with a life cycle, as Nav2's lifecycle manager brings nodes up."""
+"""The node `disparity_node` with a life cycle, for lifecycle managers such as Nav2's."""
 import gc
 import sys
 import traceback
 
 from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.node.disparity_node import DisparityNode
-from fuzzy_stereo_ros.node.run_node import LOOK_SECONDS, NOT_ALLOWED, run_node
+from fuzzy_stereo_ros.node.run_node import POLL_PERIOD, REJECTIONS, run_node
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
-SUCCESS, FAILURE, ERROR = (getattr(TransitionCallbackReturn, name)
-                           for name in ('SUCCESS', 'FAILURE', 'ERROR'))
+RESULT = TransitionCallbackReturn
 
 
 class ManagedDisparityNode(DisparityNode, LifecycleNode):
     """
     Matches as `DisparityNode` does, between the transitions activate and deactivate.
 
-    configure advertises and warms up, and is done when a pair can be matched; cleanup gives back
-    threads, memory and topics.
+    configure advertises the outputs and returns once the kernels are warm; cleanup frees threads,
+    memory and topics.
     """
 
-    def begin(self):
-        """Wait for the transitions."""
+    def start(self):
+        """Do nothing: the transitions configure and activate the node."""
 
     def on_configure(self, state):
-        """Advertise and warm up; FAILURE where that is not possible or ROS shuts down."""
+        """Advertise and warm up; FAILURE if parameters are not allowed or ROS shuts down."""
         try:
             self.configure()
-        except NOT_ALLOWED as error:
+        except REJECTIONS as error:
             self.get_logger().error(f'cannot be configured: {error}')
             self.release()
-            return FAILURE
-        while not self._ready.wait(LOOK_SECONDS):
+            return RESULT.FAILURE
+        while not self._ready.wait(POLL_PERIOD):
             if not self.context.ok():
-                return FAILURE
-        return SUCCESS
+                return RESULT.FAILURE
+        return RESULT.SUCCESS
 
     def on_activate(self, state):
-        """Match from now on, while an output has a subscriber."""
-        return self._done(self.activate)
+        """Start matching, while an output has a subscriber."""
+        return self._result_of(self.activate)
 
     def on_deactivate(self, state):
-        """Match no longer."""
-        return self._done(self.deactivate)
+        """Stop matching."""
+        return self._result_of(self.deactivate)
 
     def on_cleanup(self, state):
-        """Give back what `on_configure` took."""
+        """Free what `on_configure` made."""
         def free():
             self.release()
-            gc.collect()        # threads end with the matcher that has them
+            gc.collect()        # ends the threads of matchers
             give_back_memory()
 
-        return self._done(free)
+        return self._result_of(free)
 
     on_shutdown = on_error = on_cleanup
 
-    def _done(self, work):
-        """Return SUCCESS after some work, ERROR where it raises, which rclpy would not tell."""
+    def _result_of(self, transition):
+        """Return SUCCESS after a transition; log what it raises, as rclpy does not, and ERROR."""
         try:
-            work()
-        except Exception:       # noqa: B902  whatever it is, on_error is next
+            transition()
+        except Exception:       # noqa: B902  on_error follows any error
             self.get_logger().error(f'internal error: {traceback.format_exc().rstrip()}')
-            return ERROR
-        return SUCCESS
+            return RESULT.ERROR
+        return RESULT.SUCCESS
 
 
 def main(arguments=None):

@@ -23,7 +23,7 @@ OVERRIDABLE = QoSOverridingOptions((
     QoSPolicyKind.DURABILITY))
 
 
-def quality_of(word, depth=1):
+def qos_profile(word, depth=1):
     """Return the QoSProfile of a word of input_qos or output_qos; depth: of `reliable`."""
     profiles = {
         'sensor_data': QoSPresetProfiles.SENSOR_DATA.value,

@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The process of a node from its start to its end, whatever ends it.
+Run a node in this process until a signal or an error ends it.
 
-Exit codes: 0 ended by a signal; 1 something does not work here; 2 arguments or parameters are not
-allowed.
+Exit codes: 0 ended by a signal; 1 the node failed; 2 arguments or parameters are not allowed.
 """
 import os
 import signal
@@ -18,11 +17,11 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logging_directory
 from rclpy.utilities import remove_ros_args
 
-BROKEN, REJECTED = 1, 2
-NOT_ALLOWED = ValueError, RuntimeError, ParameterException     # by us, by ROS
+FAILED, BAD_INPUT = 1, 2    # exit codes
+REJECTIONS = ValueError, RuntimeError, ParameterException   # of parameters, by us and by ROS
 SHUTDOWN_TIMEOUT = 4.0      # s to wait for a match or a compilation that still runs
-LOOK_SECONDS = 0.5          # between two looks whether ROS shuts down
-LEAST_ROOM = 2**16          # bytes for log files
+POLL_PERIOD = 0.5           # s between two checks whether ROS shuts down
+LOG_SPACE = 2**16           # bytes that must be free for log files
 NO_LOG_FILES = '--disable-external-lib-logs'
 
 
@@ -31,11 +30,11 @@ def run_node(node_type, arguments):
     Spin a node until SIGINT or SIGTERM; return the exit code.
 
     node_type: called without arguments; its destroy_node() returns whether all threads have
-    ended. arguments: of the process, its name first.
+    ended. arguments: of the process; the first is its name.
     """
     node, code, signals = None, 0, []
     # A signal shuts ROS down, which ends the spinning; it must not raise KeyboardInterrupt as
-    # well, and a second one, as launch and a terminal send it, must not disturb the end.
+    # well. Launch and a terminal send a second one, which must not disturb the shutdown.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, frame: signals.append(number))
     try:
@@ -47,15 +46,15 @@ def run_node(node_type, arguments):
     except (ValueError, RuntimeError) as error:
         return _reject(error)
     try:
-        # Before the node, which takes its time: an executor that is made after a signal prints a
-        # traceback. Not rclpy's EventsExecutor, which takes a millisecond less for a pair: with
-        # rclpy 7.1 one process in a hundred that was interrupted as it started was aborted.
+        # Before the node, which takes a while: an executor made after a signal prints a
+        # traceback. rclpy's EventsExecutor saves a millisecond a pair, but with rclpy 7.1 one
+        # process in a hundred aborts if it is interrupted while it starts.
         executor = SingleThreadedExecutor()
         node = node_type()
         if warning:
             node.get_logger().warning(warning)
-        # An executor that nothing else wakes may miss that a signal shut ROS down.
-        node.create_timer(LOOK_SECONDS, lambda: None,
+        # An executor without events may miss that a signal shut ROS down.
+        node.create_timer(POLL_PERIOD, lambda: None,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         executor.add_node(node)
         if not signals:
@@ -64,7 +63,7 @@ def run_node(node_type, arguments):
         pass
     except Exception as error:      # noqa: B902  after a signal ROS fails in many ways
         if rclpy.ok():
-            if node is not None or not isinstance(error, NOT_ALLOWED):
+            if node is not None or not isinstance(error, REJECTIONS):
                 raise
             code = _reject(error)
     ended = True
@@ -74,15 +73,16 @@ def run_node(node_type, arguments):
     rclpy.try_shutdown()
     if not ended:
         sys.stdout.flush()
-        os._exit(code)      # a compilation cannot be interrupted, only left behind
+        os._exit(code)      # a thread that compiles cannot be interrupted
     return code
 
 
 def log_arguments(arguments):
     """
-    Return (arguments, warning): those of a process with which ROS starts in any case.
+    Return (arguments, warning): the arguments of a process, changed so that ROS can start.
 
-    ROS does not start where it cannot write files of logs. warning: '' where it can.
+    ROS does not start unless it can write log files; where it cannot, they are disabled.
+    warning: says why, '' if log files can be written.
     """
     reason = 'HOME is not set'
     if any(os.environ.get(name) for name in ('ROS_LOG_DIR', 'ROS_HOME', 'HOME')):
@@ -90,7 +90,7 @@ def log_arguments(arguments):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=folder) as file:
-                file.write(bytes(LEAST_ROOM))
+                file.write(bytes(LOG_SPACE))
             return arguments, ''
         except OSError as error:
             reason = f'{folder}: {error.strerror}'
@@ -101,4 +101,4 @@ def log_arguments(arguments):
 
 def _reject(error):
     sys.stderr.write(f'disparity_node cannot start: {error}\n')
-    return REJECTED
+    return BAD_INPUT

@@ -1,27 +1,28 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The thread of a node that matches: the newest pair wins.
+The thread of the node that matches: the newest pair wins.
 
-Beside it only `PairMatcher` calls kernels, to warm them up: no kernel may be parallel, as numba's
-`workqueue` layer aborts the process when two Python threads call such ones.
+`PairMatcher` warms up kernels in another thread meanwhile, so no kernel may be parallel: numba's
+`workqueue` layer aborts a process in which two Python threads call parallel kernels.
 """
 import threading
 
 
 class Worker:
     """
-    A thread that works on one item at a time; of those that wait only the newest is kept.
+    A thread that processes one item at a time; only the newest waiting item is kept.
 
-    submitted = done + failed + dropped + pending, at any moment.
+    The counts satisfy submitted = done + failed + dropped + pending at any moment.
     """
 
     def __init__(self, begin, work, on_error):
         """
         Start the thread.
 
-        begin(): called in it first. work(item): called for each item. on_error(item, error):
-        called where work raised the exception, or begin, with item None; the thread goes on.
+        begin(): called first. work(item): called for each item. on_error(item, error): called
+        with each exception of work, and of begin with item None; the thread goes on after it.
+        All three are called in the thread.
         """
         self._begin, self._work, self._on_error = begin, work, on_error
         self._wake = threading.Condition()
@@ -31,7 +32,7 @@ class Worker:
         self._thread.start()
 
     def submit(self, item):
-        """Leave an item to be worked on next; one that still waits is dropped and counted."""
+        """Make an item the next one; an item that still waits is dropped and counted."""
         with self._wake:
             self._counts['submitted'] += 1
             self._counts['dropped'] += self._closed or len(self._waiting)
@@ -47,9 +48,9 @@ class Worker:
 
     def close(self, timeout=None):
         """
-        Drop what waits and end the thread; return whether it has ended.
+        Drop the waiting item and end the thread; return whether it has ended.
 
-        timeout: s to wait for what it is doing; None = until done.
+        timeout: s to wait for the item being processed; None = until it is done.
         """
         with self._wake:
             self._closed = True
@@ -72,10 +73,10 @@ class Worker:
                 self._counts['done' if done else 'failed'] += 1
 
     def _attempt(self, call, *items):
-        """Return whether a call succeeds; report the exception where not."""
+        """Return whether a call succeeds; hand its exception to on_error if not."""
         try:
             call(*items)
-        except Exception as error:      # noqa: B902  whatever it is, the next item is worked on
+        except Exception as error:      # noqa: B902  the thread must survive any error
             self._on_error(*(items or (None,)), error)
             return False
         return True

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Messages into images, without importing ROS.
+Read images from messages and write them into messages, without importing ROS.
 
-A message is anything with the fields of its ROS type: rclpy's and those read from a bag.
+A message is any object with the fields of its ROS type: one of rclpy, or one read from a bag.
 """
+from array import array
 from contextlib import suppress
 
 import cv2
@@ -12,8 +13,9 @@ from fuzzy_stereo_ros.pairs.image_files import is_cut_off, size_in_header
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, width_by_height
 import numpy as np
 
-# Encoding: dtype and channels of a pixel, then OpenCV's code for BGR, or the place of the luma.
-# OpenCV names a Bayer pattern after its second row and column, ROS after its first.
+# Encoding: dtype and channels of a pixel; OpenCV's code for the conversion to BGR, or which of the
+# channels is the luma. OpenCV names a Bayer pattern after its second row and column, ROS after its
+# first.
 ENCODINGS = {
     'mono8': (np.uint8, 1, None),
     '8UC1': (np.uint8, 1, None),
@@ -47,11 +49,12 @@ ENCODINGS = {
     'nv21': (np.uint8, 1, None),
     'nv24': (np.uint8, 1, None),
 }
-SEMI_PLANAR = ('nv12', 'nv21', 'nv24')      # all luma first; height counts its rows alone
-SMALLEST_MOSAIC = 4     # px; below this OpenCV cannot fill in a Bayer pattern
+SEMI_PLANAR = ('nv12', 'nv21', 'nv24')      # the luma plane comes first; height is its own
+WRITTEN_ENCODINGS = {(2, 1): 'mono8', (2, 2): 'mono16', (3, 1): 'bgr8', (3, 2): 'bgr16'}
+SMALLEST_MOSAIC = 4     # px; OpenCV cannot demosaic a smaller Bayer pattern
 MOST_PIXELS = 2**26     # of a compressed image: 67 million, 8192 x 8192
-PIXELS_OF_BYTE = 10000  # no PNG packs more into a byte than 8256, no JPEG half a thousand
-SHOWN = 60      # characters of a message's texts in a sentence: they may be long, or of any kind
+PIXELS_PER_BYTE = 10000     # a byte of a PNG holds at most 8256, one of a JPEG less than 500
+QUOTED = 60     # characters of a message's texts that an error quotes
 
 
 def stamp_of(header):
@@ -59,35 +62,62 @@ def stamp_of(header):
     return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
 
 
+def set_stamp(header, stamp):
+    """Set the stamp of a std_msgs/Header, ns."""
+    header.stamp.sec, header.stamp.nanosec = divmod(stamp, 1_000_000_000)
+
+
+def encoding_of(image):
+    """Return the ROS encoding of an image, uint8 or uint16, (R, C) or (R, C, 3) BGR."""
+    return WRITTEN_ENCODINGS[image.ndim, image.itemsize]
+
+
+def fill_pixels(message, image, encoding):
+    """
+    Fill a sensor_msgs/Image, except its header, and return it.
+
+    image: (R, C) or (R, C, channels), of the encoding's dtype.
+    """
+    image = np.ascontiguousarray(image, image.dtype.newbyteorder('<'))
+    message.height, message.width = image.shape[:2]
+    message.encoding, message.is_bigendian = encoding, 0
+    message.step = image.strides[0]
+    # rclpy takes an array.array('B') as it is, and checks anything else byte by byte.
+    data = array('B')
+    data.frombytes(memoryview(image).cast('B'))
+    message.data = data
+    return message
+
+
 def read_image(message):
     """
     Return the image of a sensor_msgs/Image or CompressedImage.
 
     The image is uint8 or uint16, (R, C) or (R, C, 3) BGR, contiguous; it shares the message's
-    memory where rows are not padded and nothing has to be converted.
-    Raises BadPair for an encoding, step, size or length that cannot be right.
+    memory if its rows are not padded and need no conversion.
+    Raises BadPair for an encoding, step, size or length that is not allowed.
     """
     if hasattr(message, 'format'):
         return _decompressed(message)
-    dtype, channels, conversion = _meaning_of(message.encoding)
+    dtype, channels, conversion = _format_of(message.encoding)
     pixels = _pixels(message, np.dtype(dtype), channels)
     if conversion is None:
         return np.ascontiguousarray(pixels)
     if conversion in ('first', 'second'):
         return np.ascontiguousarray(pixels[:, :, 0 if conversion == 'first' else 1])
     if channels == 1:
-        return _coloured(pixels, conversion)
+        return _demosaiced(pixels, conversion)
     return cv2.cvtColor(np.ascontiguousarray(pixels), conversion)
 
 
-def _meaning_of(encoding):
+def _format_of(encoding):
     if encoding not in ENCODINGS:
-        raise BadPair('encoding', f'encoding is {encoding!r:.{SHOWN}}; allowed are '
+        raise BadPair('encoding', f'encoding is {encoding!r:.{QUOTED}}; allowed are '
                       f"{', '.join(ENCODINGS)}")
     return ENCODINGS[encoding]
 
 
-def _coloured(mosaic, conversion):
+def _demosaiced(mosaic, conversion):
     """Return the BGR image of a Bayer pattern."""
     if min(mosaic.shape) < SMALLEST_MOSAIC:
         raise BadPair('size', f'the image is {width_by_height(mosaic)}; a Bayer pattern needs '
@@ -96,7 +126,7 @@ def _coloured(mosaic, conversion):
 
 
 def _pixels(message, dtype, channels):
-    """Return a view of (R, C) or (R, C, channels) pixels in native byte order, sizes checked."""
+    """Return (R, C) or (R, C, channels) pixels in native byte order; BadPair for wrong sizes."""
     rows, columns, step = int(message.height), int(message.width), int(message.step)
     if rows < 1 or columns < 1:
         raise BadPair('size', f'the image is {columns}x{rows}; it needs at least one pixel')
@@ -105,7 +135,7 @@ def _pixels(message, dtype, channels):
                       f'{message.encoding} need {columns * channels * dtype.itemsize}')
     length = memoryview(message.data).nbytes
     if message.encoding in SEMI_PLANAR and step == 2 * columns and length == step * rows:
-        # Sized by sensor_msgs of Jazzy, which counts two channels: rows still lie a width apart.
+        # sensor_msgs of Jazzy counts two channels here, but the rows are one width apart.
         step = columns
     if length < step * rows:
         raise BadPair('size', f'data has {length} bytes, but {rows} rows of {step} bytes need '
@@ -122,18 +152,18 @@ def _decompressed(message):
     """
     Return the image of a CompressedImage.
 
-    Its format is that of the file, after compressed_image_transport preceded by what was
-    compressed: `bayer_rggb8; jpeg compressed` is a grey file that holds a Bayer pattern.
+    Its format names the file's format; compressed_image_transport puts the encoding of the
+    original before it: `bayer_rggb8; jpeg compressed` is a grey file with a Bayer pattern.
     """
     content = memoryview(message.data).tobytes()
     image = _decoded(content)
     if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise BadPair('encoding', f'{len(content)} bytes of format {message.format!r:.{SHOWN}} '
+        raise BadPair('encoding', f'{len(content)} bytes of format {message.format!r:.{QUOTED}} '
                       'hold no image of 8 or 16 bits; allowed are JPEG and PNG')
     encoding, _, file_format = message.format.partition(';')
     if image.ndim == 2:
         if encoding.startswith('bayer_'):
-            return _coloured(image, _meaning_of(encoding)[2])
+            return _demosaiced(image, _format_of(encoding)[2])
         return image
     if image.shape[2] == 4:
         return cv2.cvtColor(image, cv2.COLOR_BGRA2BGR)
@@ -144,22 +174,23 @@ def _decompressed(message):
 
 def _decoded(content):
     """
-    Return the image of a JPEG or PNG as it is stored, None where there is none in the bytes.
+    Return the image of a JPEG or PNG as it is stored, None if the bytes hold no such image.
 
-    OpenCV reads more kinds, by code that strangers need not reach, and takes memory for what a
-    header says before it sees that the rest is missing: the header is read here first.
+    The header is checked before OpenCV reads the bytes: OpenCV decodes other formats, too, whose
+    code untrusted data should not reach, and allocates what a header claims before it sees that
+    the pixels are missing.
     """
     size = size_in_header(content)
     if size is None:
         return None
     rows, columns = size
-    most = min(MOST_PIXELS, PIXELS_OF_BYTE * len(content))
+    most = min(MOST_PIXELS, PIXELS_PER_BYTE * len(content))
     if rows * columns > most:
         raise BadPair('size', f'the compressed image is {columns}x{rows} by its header; '
-                      f'{len(content)} bytes may hold {most} pixels: send smaller or whole ones')
+                      f'{len(content)} bytes may hold {most} pixels: send smaller or whole images')
     if is_cut_off(content):
         raise BadPair('damaged message', f'the compressed image is cut off: the {len(content)} '
-                      'bytes of its JPEG have no end; send whole ones')
+                      'bytes of its JPEG have no end marker; send whole images')
     with suppress(cv2.error):
         return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     return None

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Four messages into the pair to be matched: rectified, cut and reduced as asked for."""
+"""Read the pair to be matched from four messages: rectify, crop and scale its images."""
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,21 +14,21 @@ import numpy as np
 SCALES = (1.0, 0.5, 0.25)
 SIDES = ('left', 'right')
 COEFFICIENTS = {'plumb_bob': (4, 5, 8, 12, 14), 'rational_polynomial': (4, 5, 8, 12, 14),
-                'equidistant': (4,)}        # how many D may have, of the models that cv2 knows
-ROTATION_TOLERANCE = 0.01   # of an element of R times its transpose
-LARGEST = 1e9               # number of K, D and P: of larger ones products are infinite
-STEPS = 1000                # at which it is looked where a lens turns back
-NOWHERE = -2.0              # px; remap finds only its border there
-FRACTIONS = 32              # of a pixel: what remap rounds places to
+                'equidistant': (4,)}        # numbers that D may have, by distortion_model
+ROTATION_TOLERANCE = 0.01   # of each element of R times its transpose
+LARGEST = 1e9               # absolute value in K, D and P, as products must stay finite
+RADIUS_STEPS = 1000         # samples in the search for the radius where a distortion folds back
+OUTSIDE = -2.0              # px; a position outside every image, for remap
+FRACTIONS = 32              # of a pixel, to which remap rounds positions
 
 
 class _Plan(NamedTuple):
     """
-    What is done to the images of one calibration and size.
+    The steps for all images of one calibration and size.
 
-    calibration: of the images as they come out. window: slices of rows and columns to be cut.
-    maps: of the window, for each side what remap takes; None where nothing is rectified.
-    missing: as of a StereoPair.
+    calibration: of the images after these steps. window: slices of the rows and columns to keep.
+    maps: for each side the maps of the window for cv2.remap; None without rectification.
+    missing: as in StereoPair.
     """
 
     calibration: Calibration
@@ -41,16 +41,16 @@ class PairReader:
     """
     Reads pairs from messages.
 
-    What follows from a calibration is computed with its first pair and kept until it changes.
-    scale: of the images that come out, one of `SCALES`.
+    The rectification maps are computed for the first pair, and again when the calibration or the
+    size of the images changes. scale: of the images of the pairs, one of `SCALES`.
     """
 
     def __init__(self, rectify=False, crop=False, scale=1.0):
         """
-        Read images from now on so.
+        Store what to do with each pair.
 
-        rectify: the images are raw; rectify them by K, D, R and P of their CameraInfo.
-        crop: cut both to a rectangle in which both rectified images have pixels.
+        rectify: rectify raw images by K, D, R and P of their CameraInfo.
+        crop: cut both images to a rectangle in which both rectified images have pixels.
         scale: one of `SCALES`; average blocks of 1 / scale x 1 / scale pixels.
         Raises ValueError for another scale.
         """
@@ -64,22 +64,22 @@ class PairReader:
         """
         Return the StereoPair of two images, raw or compressed, and their CameraInfo.
 
-        Its calibration describes the images as they come out; its remarks also tell where an
-        image is not of the size its CameraInfo expects.
-        Raises BadPair with a sentence where the four cannot be matched.
+        Its calibration is that of the rectified, cropped and scaled images; a remark says if an
+        image has another size than its CameraInfo expects.
+        Raises BadPair with a sentence if the four messages make no pair.
         """
         images = _read_images(left, right)
         rows, columns = images[0].shape[:2]
-        asked = content_of(left_info), content_of(right_info), rows, columns
-        if asked != self._planned_for:
+        key = content_of(left_info), content_of(right_info), rows, columns
+        if key != self._planned_for:
             self._plan = self._plan_for((left_info, right_info), rows, columns)
-            self._planned_for = asked
+            self._planned_for = key
         plan = self._plan
         if plan.maps is None:
             images = [image[plan.window] for image in images]
         else:
-            images = [cv2.remap(image, *places, cv2.INTER_LINEAR)
-                      for image, places in zip(images, plan.maps)]
+            images = [cv2.remap(image, *maps, cv2.INTER_LINEAR)
+                      for image, maps in zip(images, plan.maps)]
         if self.scale != 1:
             images = [_reduced(image, self.scale) for image in images]
         return StereoPair(*map(np.ascontiguousarray, images), plan.calibration,
@@ -91,19 +91,19 @@ class PairReader:
         calibration = replace(calibration, remarks=(*calibration.remarks, *remarks))
         window, maps, missing = (slice(0, rows), slice(0, columns)), None, None
         if self._rectify or self._crop:
-            places = [source_places(side, info, rows, columns)
-                      for side, info in zip(SIDES, infos)]
+            positions = [raw_positions(side, info, rows, columns)
+                         for side, info in zip(SIDES, infos)]
             if self._crop:
-                window = whole_window(np.logical_and(
-                    *(has_source(x, y, rows, columns) for x, y in places)))
+                window = largest_window(np.logical_and(
+                    *(is_inside(x, y, rows, columns) for x, y in positions)))
                 if window[0].stop == 0:
                     raise BadPair('calibration', 'no rectangle is left in which both rectified '
                                   'images have pixels; K, D, R and P of the two camera_info do '
                                   'not fit each other: calibrate the two cameras as a pair')
             if self._rectify:
                 maps = tuple(cv2.convertMaps(x[window], y[window], cv2.CV_16SC2)
-                             for x, y in places)
-                missing = [~has_source(x[window], y[window], rows, columns) for x, y in places]
+                             for x, y in positions)
+                missing = [~is_inside(x[window], y[window], rows, columns) for x, y in positions]
         calibration = calibration.cut(window[0].start, window[1].start)
         if self.scale != 1:
             height, width = (part.stop - part.start for part in window)
@@ -112,14 +112,14 @@ class PairReader:
                 raise BadPair('size', f'the images are {width}x{height}; scale {self.scale:g} '
                               f'averages blocks of {block}x{block} pixels and needs one at least')
             calibration = calibration.scaled(self.scale)
-            if missing is not None:     # a block is, where one of its pixels is
+            if missing is not None:     # a block is missing if one of its pixels is
                 missing = [_reduced(one.astype(np.float32), self.scale) > 0 for one in missing]
         if missing is not None and not np.any(missing):
             missing = None
         return _Plan(calibration, window, maps, missing and tuple(missing))
 
     def _remarks_on_size(self, infos, rows, columns):
-        """Return sentences on images of an unexpected size; reject what depends on it."""
+        """Return sentences about images of an unexpected size; BadPair if they are rectified."""
         remarks = []
         for side, info in zip(SIDES, infos):
             expected = expected_size(info)
@@ -152,50 +152,49 @@ def _read_images(left, right):
 
 
 def _full_range(image):
-    """Return an image of 8 bits, or of few used bits in 16, spread over the 16."""
+    """Return an image of 8 bits, or of the bits used out of 16, scaled to all 16 bits."""
     if image.dtype == np.uint8:
         return image.astype(np.uint16) * np.uint16(257)
     return image << np.uint16(16 - max(8, int(image.max()).bit_length()))
 
 
 def _reduced(image, scale):
-    """Return an image averaged over blocks; rows and columns that fill none are left out."""
+    """Return the means of an image's blocks; rows and columns that fill no block are cut off."""
     block = round(1 / scale)
     rows, columns = (side // block for side in image.shape[:2])
     return cv2.resize(image[:rows * block, :columns * block], (columns, rows),
                       interpolation=cv2.INTER_AREA)
 
 
-def source_places(side, info, rows, columns):
+def raw_positions(side, info, rows, columns):
     """
-    Return x and y in the raw image for each pixel of the rectified one: float32 (R, C), px.
+    Return x and y in the raw image for each pixel of the rectified image: float32 (R, C), px.
 
-    Both images are as they are, after the CameraInfo's region of interest and binning, and of one
-    size. What the camera cannot see, behind it or where the polynomial of its lens turns back,
-    comes from nowhere. A distortion_model that is not named counts as none.
-    Raises BadPair for K, D, R or a distortion_model that cannot be rectified with.
+    Both images have the same size, after the CameraInfo's region of interest and binning. Pixels
+    that the camera cannot see, behind it or where the distortion polynomial folds back, get
+    positions outside the image. An empty distortion_model means no distortion.
+    Raises BadPair for a K, D, R or distortion_model that does not allow rectification.
     """
     intrinsic, rotation, projection = _matrices(side, info)
     distortion = _distortion(side, info)
     arguments = rotation, projection, (columns, rows), cv2.CV_32FC1
     if distortion is not None and info.distortion_model == 'equidistant':
-        places = cv2.fisheye.initUndistortRectifyMap(intrinsic, distortion, *arguments)
+        x, y = cv2.fisheye.initUndistortRectifyMap(intrinsic, distortion, *arguments)
     else:
-        places = cv2.initUndistortRectifyMap(intrinsic, distortion, *arguments)
-    x, y = places
+        x, y = cv2.initUndistortRectifyMap(intrinsic, distortion, *arguments)
     unseen = _unseen(info.distortion_model, distortion, projection @ rotation, rows, columns)
-    x[unseen] = y[unseen] = NOWHERE
+    x[unseen] = y[unseen] = OUTSIDE
     return x, y
 
 
-def has_source(x, y, rows, columns):
-    """Return which places lie inside an image of a size, as remap rounds them: bool (R, C)."""
-    x, y = (np.rint(places * np.float32(FRACTIONS)) for places in (x, y))
+def is_inside(x, y, rows, columns):
+    """Return whether positions lie inside an image, rounded as remap does: bool (R, C)."""
+    x, y = (np.rint(positions * np.float32(FRACTIONS)) for positions in (x, y))
     return (x >= 0) & (x <= FRACTIONS * (columns - 1)) & (y >= 0) & (y <= FRACTIONS * (rows - 1))
 
 
 def _matrices(side, info):
-    """Return K, R and the left of P, (3, 3), of the image as it is."""
+    """Return K, R and the left (3, 3) of P, after region of interest and binning."""
     k, r, p = (numbers_of(info, name) for name in 'krp')
     if len(k) != 9 or not _are_usable(k) or min(k[0], k[4]) < 1 / LARGEST:
         raise BadPair('calibration', f'{side} camera_info: K is not of a calibrated camera; '
@@ -217,7 +216,7 @@ def _matrices(side, info):
 
 
 def _are_usable(values):
-    """Return whether all of some numbers are finite, and not so large that squares are not."""
+    """Return whether all numbers are finite and at most `LARGEST`."""
     return bool(np.all(np.abs(values) <= LARGEST))
 
 
@@ -230,7 +229,7 @@ def _is_rotation(values):
 
 
 def _distortion(side, info):
-    """Return D as an array, None where there is no distortion."""
+    """Return D as an array, None if there is no distortion."""
     distortion, model = np.array(numbers_of(info, 'd')), info.distortion_model
     if not model or not distortion.any():
         return None
@@ -246,26 +245,26 @@ def _distortion(side, info):
     return distortion
 
 
-def _unseen(model, distortion, of_raw, rows, columns):
+def _unseen(model, distortion, projection, rows, columns):
     """
-    Return the pixels of the rectified image whose rays the raw image cannot hold: bool (R, C).
+    Return which pixels of the rectified image the raw camera cannot see: bool (R, C).
 
-    of_raw: float64 (3, 3), the raw camera's directions into rectified pixels.
+    projection: float64 (3, 3), from directions of the raw camera to rectified pixels.
     """
-    back = np.linalg.inv(of_raw)
+    inverse = np.linalg.inv(projection)
     across, down = np.arange(columns), np.arange(rows)[:, np.newaxis]
-    x, y, z = (line[0] * across + line[1] * down + line[2] for line in back)
+    x, y, z = (line[0] * across + line[1] * down + line[2] for line in inverse)
     behind = z <= 0
     if distortion is None or behind.all():
         return behind
     radius = np.hypot(x, y) / np.where(behind, np.inf, z)
-    tried = np.linspace(0, radius.max(), STEPS)
-    turned = np.diff(_distorted(model, distortion, tried)) <= 0
-    return behind | (radius > tried[turned.argmax()]) if turned.any() else behind
+    samples = np.linspace(0, radius.max(), RADIUS_STEPS)
+    folds = np.diff(_distorted(model, distortion, samples)) <= 0
+    return behind | (radius > samples[folds.argmax()]) if folds.any() else behind
 
 
 def _distorted(model, distortion, radius):
-    """Return how far from the centre a lens shows what an ideal one shows at a radius."""
+    """Return the distorted radius of an undistorted one, in the normalised image plane."""
     if model == 'equidistant':
         angle = np.arctan(radius)
         return angle * (1 + np.polyval([*distortion[::-1], 0], angle**2))
@@ -275,26 +274,26 @@ def _distorted(model, distortion, radius):
         return radius * np.polyval([k3, k2, k1, 1], square) / np.polyval([k6, k5, k4, 1], square)
 
 
-def whole_window(there):
+def largest_window(valid):
     """
-    Return the slices of rows and of columns of a large rectangle in which every pixel is there.
+    Return the slices of rows and columns of a large rectangle without invalid pixels.
 
-    there: bool (R, C). While one is missing inside, the side that misses the largest share of
-    its pixels is dropped: not always the largest rectangle, but near it where what is missing
-    lies along the borders. Both slices are empty where nothing is left.
+    valid: bool (R, C). The search is greedy: while the rectangle has invalid pixels, it loses the
+    side with the largest share of them. The result is close to the largest rectangle if the
+    invalid pixels lie along the borders. Both slices are empty if nothing is left.
     """
-    top, left, (bottom, right) = 0, 0, there.shape
-    absent = ~there
-    missing = np.count_nonzero(absent)
-    while missing:
+    top, left, (bottom, right) = 0, 0, valid.shape
+    invalid = ~valid
+    remaining = np.count_nonzero(invalid)
+    while remaining:
         rows, columns = slice(top, bottom), slice(left, right)
-        gone = [np.count_nonzero(side) for side in (
-            absent[top, columns], absent[bottom - 1, columns],
-            absent[rows, left], absent[rows, right - 1])]
+        counts = [np.count_nonzero(side) for side in (
+            invalid[top, columns], invalid[bottom - 1, columns],
+            invalid[rows, left], invalid[rows, right - 1])]
         width, height = right - left, bottom - top
-        worst = int(np.argmax([gone[0] / width, gone[1] / width,
-                               gone[2] / height, gone[3] / height]))
-        missing -= gone[worst]
+        worst = int(np.argmax([counts[0] / width, counts[1] / width,
+                               counts[2] / height, counts[3] / height]))
+        remaining -= counts[worst]
         top, bottom = top + (worst == 0), bottom - (worst == 1)
         left, right = left + (worst == 2), right - (worst == 3)
     if top == bottom or left == right:

@@ -1,19 +1,20 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Results of a pair into messages, live and to a bag, without importing ROS.
+Make the messages of a matched pair, for the node and for bags, without importing ROS.
 
-A message is anything with the fields of its ROS type: rclpy's and those written to a bag.
+A message is any object with the fields of its ROS type: one of rclpy, or one written to a bag.
 """
 from array import array
 
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of, write_points
 from fuzzy_stereo_ros.pairs.image_files import colour_disparity, in_eight_bits
+from fuzzy_stereo_ros.pairs.messages import fill_pixels, set_stamp
 import numpy as np
 
 DISPARITY, POINTS = 'disparity', 'points2'
-# By the word of the parameter `outputs`: topics and their types.
+# Topics and their types, by the word of the parameter `outputs`.
 TOPICS = {
     'disparity': ((DISPARITY, 'stereo_msgs/msg/DisparityImage'),),
     'confidence': (('confidence', 'sensor_msgs/msg/Image'),),
@@ -23,29 +24,29 @@ TOPICS = {
     'preview': (('preview', 'sensor_msgs/msg/Image'),),
 }
 METRIC = 'depth/image_rect', 'depth/camera_info', POINTS    # topics that need a baseline
-DISPARITY_STEP = 1 / 16     # px; what the matcher rounds its sub-pixel disparities to
-WHOLE_PIXEL = 1.0           # step of the paper's disparities
-FLOAT32 = 7                 # sensor_msgs/PointField's number for it
-# By (use_color, avoid_point_cloud_padding): 32-bit words of a point, and which one is the colour.
+DISPARITY_STEP = 1 / 16     # px, to which the matcher rounds sub-pixel disparities
+WHOLE_PIXEL = 1.0           # px, step of the disparities of `paper`
+FLOAT32 = 7                 # sensor_msgs/PointField.FLOAT32
+# By (use_color, avoid_point_cloud_padding): 32-bit words of a point, and the index of its colour.
 POINT_LAYOUTS = {(True, False): (8, 4), (False, False): (4, None),
                  (True, True): (4, 3), (False, True): (3, None)}
 
 
 class ResultMessages:
-    """Makes the message of a topic; that of the points uses the same memory again."""
+    """Makes the messages of the output topics; all point clouds use the same memory."""
 
     def __init__(self, make, settings):
         """
-        Make nothing yet.
+        Store how to make messages.
 
-        make(type name, **fields): returns a message, empty but for the fields.
-        settings: depth_encoding, use_color and avoid_point_cloud_padding, by name.
+        make(type name, **fields): returns a message with these fields, all others empty.
+        settings: {name: value} of depth_encoding, use_color and avoid_point_cloud_padding.
         """
         self._make, self._settings = make, settings
-        self._cloud = None      # new memory for each would cost more than its points
+        self._cloud = None      # allocating one takes longer than filling it
 
     def of(self, topic, matched):
-        """Return the message of one of the `TOPICS` for a MatchedPair; None without metres."""
+        """Return the message of a topic for a MatchedPair; None if it lacks the baseline."""
         pair, match, config = matched.pair, matched.match, matched.config
         if topic in METRIC and not pair.calibration.baseline:
             return None
@@ -68,8 +69,8 @@ class ResultMessages:
             last = config.min_disparity + config.disparities - 1
             return fill_image(image, colour_disparity(
                 match.disparity, config.min_disparity, last), pair, 'bgr8')
-        depth, encoding = depth_of(match.disparity, pair.calibration), self._settings[
-            'depth_encoding']       # of REP 118: metres, or millimetres
+        depth = depth_of(match.disparity, pair.calibration)
+        encoding = self._settings['depth_encoding']     # of REP 118: metres, or millimetres
         return fill_image(image, millimetres_of(depth) if encoding == '16UC1' else depth, pair,
                           encoding)
 
@@ -78,11 +79,10 @@ def fill_disparity(message, match, pair, config):
     """
     Fill a stereo_msgs/DisparityImage and return it.
 
-    match.disparity: float32 (R, C), px, NaN = invalid; config: the MatcherConfig it was made
-    with.
-    Disparities are corrected by the calibration's offset, as the message wants them. What is
-    invalid becomes min_disparity - 1; valid values lie in min_disparity to max_disparity. The
-    valid window is what both cameras can see at any disparity, the whole image where it is filled.
+    match.disparity: float32 (R, C), px, NaN = invalid. config: the MatcherConfig of the match.
+    The message requires disparities without the calibration's offset: it is subtracted. Invalid
+    pixels become min_disparity - 1; valid ones lie between min_disparity and max_disparity. The
+    valid window is what both cameras see at every disparity, the whole image with config.fill.
     """
     offset, (rows, columns) = pair.calibration.offset, match.disparity.shape
     last = config.min_disparity + config.disparities - 1
@@ -107,9 +107,9 @@ def fill_disparity(message, match, pair, config):
 
 def fill_camera_info(message, pair):
     """
-    Fill an empty sensor_msgs/CameraInfo of the left image as it is, and return it.
+    Fill an empty sensor_msgs/CameraInfo of the left image as it was matched, and return it.
 
-    It has no binning, no region of interest, and nothing to rectify.
+    It has no binning, no region of interest and no distortion.
     """
     fx, fy, cx, cy = pair.calibration.left
     _fill_header(message.header, pair)
@@ -123,20 +123,19 @@ def fill_camera_info(message, pair):
 
 def fill_points(message, match, pair, point_field, *, use_color, avoid_point_cloud_padding):
     """
-    Fill a sensor_msgs/PointCloud2, a point for each pixel in rows and columns, and return it.
+    Fill a sensor_msgs/PointCloud2 with a point for each pixel, in rows and columns; return it.
 
-    A message that was filled before is filled again in the memory that it has.
-    match.disparity: float32 (R, C), px, NaN = invalid; invalid and too far points are NaN.
-    point_field: the class PointField of the message's kind, called with its fields by name.
-    use_color, avoid_point_cloud_padding: the fields and their places are those that
+    A message of the same layout and size is filled in its own memory.
+    match.disparity: float32 (R, C), px, NaN = invalid; invalid and infinitely far points are NaN.
+    point_field(**fields): returns a PointField message.
+    use_color, avoid_point_cloud_padding: the fields and their offsets are those that
     stereo_image_proc's point_cloud_node sends with these parameters; rgb is of the left image.
     """
     words, colour = POINT_LAYOUTS[use_color, avoid_point_cloud_padding]
     rows, columns = match.disparity.shape
-    places = [('x', 0), ('y', 1), ('z', 2), *([] if colour is None else [('rgb', colour)])]
-    fields = [point_field(name=name, offset=4 * place, datatype=FLOAT32, count=1)
-              for name, place in places]
-    # With padding it is 32 bytes a pixel: to get that from the system takes longer than to fill.
+    indices = [('x', 0), ('y', 1), ('z', 2), *([] if colour is None else [('rgb', colour)])]
+    fields = [point_field(name=name, offset=4 * index, datatype=FLOAT32, count=1)
+              for name, index in indices]
     data, size = message.data, 4 * words * columns * rows
     if len(data) != size or message.fields != fields or message.point_step != 4 * words:
         data = array('B', b'\0') * size
@@ -144,9 +143,9 @@ def fill_points(message, match, pair, point_field, *, use_color, avoid_point_clo
     write_points(depth_of(match.disparity, pair.calibration), pair.calibration.left, values)
     if colour is not None:
         image = in_eight_bits(pair.left)
-        moves = [number for byte, channel in enumerate(range(3) if image.ndim == 3 else (0, 0, 0))
-                 for number in (channel, 4 * colour + byte)]    # 0x00RRGGBB, least byte first
-        cv2.mixChannels([image], [values.view(np.uint8)], moves)
+        from_to = [number for byte, channel in enumerate(range(3) if image.ndim == 3 else 3 * [0])
+                   for number in (channel, 4 * colour + byte)]  # 0x00RRGGBB, little-endian
+        cv2.mixChannels([image], [values.view(np.uint8)], from_to)
     _fill_header(message.header, pair)
     message.height, message.width = rows, columns
     message.fields, message.data = fields, data
@@ -156,26 +155,18 @@ def fill_points(message, match, pair, point_field, *, use_color, avoid_point_clo
 
 
 def _step(config, largest):
-    """Return the smallest step between disparities as far from 0 as the largest, px."""
+    """Return the smallest step between two disparities, px; largest: magnitude of any, px."""
     if config.algorithm == 'quality':
-        return float(np.spacing(largest))       # of planes, which are not rounded
+        return float(np.spacing(largest))       # disparities of planes are not rounded
     return WHOLE_PIXEL if config.algorithm == 'paper' else DISPARITY_STEP
 
 
 def _fill_header(header, pair):
-    header.stamp.sec, header.stamp.nanosec = divmod(pair.stamp, 1_000_000_000)
+    set_stamp(header, pair.stamp)
     header.frame_id = pair.frame_id
 
 
 def fill_image(message, values, pair, encoding):
-    """Fill a sensor_msgs/Image, (R, C) or (R, C, channels) of the encoding's dtype; return it."""
-    values = np.ascontiguousarray(values, values.dtype.newbyteorder('<'))
+    """Fill a sensor_msgs/Image with the header of a pair, as `fill_pixels`; return it."""
     _fill_header(message.header, pair)
-    message.height, message.width = values.shape[:2]
-    message.encoding, message.is_bigendian = encoding, 0
-    message.step = values.strides[0]
-    # rclpy takes array.array('B') as it is; anything else it checks byte by byte.
-    data = array('B')
-    data.frombytes(memoryview(values).cast('B'))
-    message.data = data
-    return message
+    return fill_pixels(message, values, encoding)

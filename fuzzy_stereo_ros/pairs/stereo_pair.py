@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A stereo pair as the matcher needs it, wherever it came from, and why one may be rejected."""
+"""A stereo pair with its calibration, and the exception for a pair that cannot be matched."""
 from dataclasses import dataclass, replace
 import re
 from typing import NamedTuple
@@ -12,9 +12,9 @@ NUMBERS = re.compile(r'\d[\d.]*')
 
 class BadPair(ValueError):
     """
-    A pair that cannot be matched, with a sentence that says why.
+    Raised for a pair that cannot be matched; the text is a sentence that says why.
 
-    reason: one word for counters and throttled logs, the same for all sentences of a kind.
+    reason: one or two words for counters, the same for all sentences of a kind.
     """
 
     def __init__(self, reason, sentence):
@@ -23,17 +23,17 @@ class BadPair(ValueError):
 
 
 def kind_of(sentence):
-    """Return a sentence without its numbers: what those that differ only there have in common."""
+    """Return the kind of a sentence: the sentence with # for each of its numbers."""
     return NUMBERS.sub('#', sentence)
 
 
 def width_by_height(image):
-    """Return the size of an image, any array (R, C, ...), as a sentence names it: 640x480."""
+    """Return the size of an image, any array (R, C, ...), as in 640x480."""
     return f'{image.shape[1]}x{image.shape[0]}'
 
 
 class Projection(NamedTuple):
-    """How a camera projects into its image as it is, px: u = fx X / Z + cx, v = fy Y / Z + cy."""
+    """The pinhole projection of a camera, px: u = fx X / Z + cx, v = fy Y / Z + cy."""
 
     fx: float
     fy: float
@@ -44,13 +44,13 @@ class Projection(NamedTuple):
 @dataclass(frozen=True)
 class Calibration:
     """
-    What turns a disparity of this pair into metres: Z = focal * baseline / (disparity - offset).
+    The calibration of a rectified pair: depth = focal * baseline / (disparity - offset).
 
-    focal: px of the image as it is, whatever was done to it before. baseline: metres; 0: unknown,
-    there are no metres.
+    focal: px of the images as the matcher gets them. baseline: metres; 0 if unknown, the pair
+    then has no depth.
     offset: px, cx of the left image minus cx of the right one.
     left: the Projection of the left camera.
-    remarks: sentences about a calibration that is usable but hardly right.
+    remarks: sentences about a calibration that can be used but is probably wrong.
     """
 
     focal: float
@@ -60,14 +60,14 @@ class Calibration:
     remarks: tuple = ()
 
     def cut(self, first_row, first_column):
-        """Return the calibration of both images from a row and a column of theirs on."""
+        """Return the calibration after both images are cut above a row and left of a column."""
         left = self.left._replace(cx=self.left.cx - first_column, cy=self.left.cy - first_row)
         return replace(self, left=left)
 
     def scaled(self, scale):
         """Return the calibration of both images averaged over blocks of 1 / scale pixels."""
         fx, fy, cx, cy = self.left
-        # Positions count from the centre of the first pixel, which is half a pixel inside.
+        # The origin is the centre of the first pixel, half a pixel inside the image.
         left = Projection(fx * scale, fy * scale,
                           (cx + 0.5) * scale - 0.5, (cy + 0.5) * scale - 0.5)
         return replace(self, focal=self.focal * scale, offset=self.offset * scale, left=left)
@@ -76,13 +76,13 @@ class Calibration:
 @dataclass(frozen=True)
 class StereoPair:
     """
-    Two rectified images of one moment.
+    Two rectified images taken at the same time.
 
     left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR, of one size and dtype, contiguous;
-    one may have colour where the other has none.
-    stamp: ns. frame_id: the left camera's, empty where there is none.
-    missing: bool (R, C) of the left and of the right image, where a rectified pixel comes from
-    outside the raw image; None where no pixel does.
+    one may be grey and the other coloured.
+    stamp: ns. frame_id: of the left camera, '' if unknown.
+    missing: two bool (R, C), of the left and the right image, true where a rectified pixel lies
+    outside the raw image; None if no pixel does.
     """
 
     left: np.ndarray

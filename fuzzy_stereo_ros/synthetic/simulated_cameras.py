@@ -1,47 +1,44 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A node that publishes pairs as two cameras do."""
+"""A node that publishes stereo pairs as the drivers of two cameras do."""
 from array import array
 from functools import partial
 from itertools import cycle
 import sys
 
 import cv2
-from fuzzy_stereo_ros.bags.writing import encoding_of
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.node.run_node import log_arguments
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
+from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
+from fuzzy_stereo_ros.pairs.pair_reader import SIDES
 from fuzzy_stereo_ros.parameters.options import add_options, option_values
 from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
-import numpy as np
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.time import Time
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest
-
-SIDES = ('left', 'right')
 
 
 class SimulatedCameras(Node):
     """
     Publishes <side>/image_rect and <side>/camera_info of both sides, with equal stamps.
 
-    sent: the stamps published so far, ns.
+    sent: list of the published stamps, ns.
     """
 
     def __init__(self, node_name, focal, baseline, offset=0.0, reliable=False, compressed=False,
                  depth=10, frame_id='left_camera_optical_frame', **options):
         """
-        Advertise the topics; nothing is sent before `publish`.
+        Advertise the topics; publish nothing yet.
 
         focal: px. baseline: m. offset: px, cx of the left camera minus that of the right one.
-        reliable: QoS of the topics, else best effort as cameras do it. compressed: send PNG on
-        <side>/image_rect/compressed, not raw images. depth: messages of a topic kept for a
-        reliable subscriber that is behind. options: of rclpy's Node.
+        reliable: publish with reliable QoS, else best effort as camera drivers do. compressed:
+        publish PNG on <side>/image_rect/compressed instead of raw images. depth: of the QoS
+        history. options: of rclpy's Node.
         """
         super().__init__(node_name, **options)
         self.sent = []
@@ -73,8 +70,8 @@ class SimulatedCameras(Node):
         """
         Publish one pair and return its stamp in ns.
 
-        stamp: ns; None is now. change: called with a dict of the four messages by topic before
-        they go out, to damage or remove them for a test.
+        stamp: ns; None = now. change({topic: message}): called before the four messages are
+        published, to damage or remove some of them for a test.
         """
         if stamp is None:
             stamp = self.get_clock().now().nanoseconds
@@ -82,7 +79,7 @@ class SimulatedCameras(Node):
             f'{side}/image_rect': self._message_of(image)
             for side, image in zip(SIDES, (left, right))}}
         for message in messages.values():
-            message.header.stamp = Time(nanoseconds=stamp).to_msg()
+            set_stamp(message.header, stamp)
             message.header.frame_id = self._frame_id
         if change is not None:
             change(messages)
@@ -92,7 +89,7 @@ class SimulatedCameras(Node):
         return stamp
 
     def infos(self, shape):
-        """Return {topic: CameraInfo} of both cameras for images of a shape; no stamps."""
+        """Return {topic: CameraInfo} of both cameras for images of a shape, without stamps."""
         calibration = centred_calibration(
             self._focal, self._baseline, self._offset, *shape[:2])
         cameras = rectified_cameras(calibration, *shape[:2])
@@ -100,28 +97,22 @@ class SimulatedCameras(Node):
 
 
 def info_message(camera):
-    """Return a sensor_msgs/CameraInfo of a `Camera`; no header."""
+    """Return the sensor_msgs/CameraInfo of a `Camera`, without a header."""
     return CameraInfo(**{**vars(camera), 'roi': RegionOfInterest(**vars(camera.roi))})
 
 
 def image_message(image):
     """Return a sensor_msgs/Image of uint8 or uint16, (R, C) or (R, C, 3) BGR; no header."""
-    image = np.ascontiguousarray(image)
-    data = array('B')
-    data.frombytes(memoryview(image.astype(image.dtype.newbyteorder('<'), copy=False)).cast('B'))
-    return Image(
-        height=image.shape[0], width=image.shape[1],
-        encoding=encoding_of(image), is_bigendian=0,
-        step=image.nbytes // image.shape[0], data=data)
+    return fill_pixels(Image(), image, encoding_of(image))
 
 
 def compressed_message(image):
-    """Return a sensor_msgs/CompressedImage, PNG, of uint8 or uint16, grey or BGR; no header."""
+    """Return a PNG as sensor_msgs/CompressedImage, of an image as for `image_message`."""
     return CompressedImage(format='png', data=array('B', cv2.imencode('.png', image)[1].tobytes()))
 
 
 def main(arguments=None):
-    """Publish a synthetic scene that moves until SIGINT or SIGTERM; return an exit code."""
+    """Publish a moving synthetic scene until SIGINT or SIGTERM; return the exit code."""
     parser = Parser(prog='simulated_cameras', description=(
         'Publish a synthetic scene that moves back and forth before two cameras. '
         '`fuzzy-stereo synthesise` writes the same scene, with its truth, to files.'))
@@ -132,22 +123,22 @@ def main(arguments=None):
     return run_cleanly(parser, remove_ros_args(arguments)[1:])
 
 
-def run(chosen, ros_arguments):
-    """Publish until SIGINT and return 0; ValueError for a scene that cannot be made."""
-    values = option_values(chosen, SCENE_PARAMETERS.values())
+def run(arguments, ros_arguments):
+    """Publish until a signal ends it and return 0; ValueError for a scene that is not allowed."""
+    values = option_values(arguments, SCENE_PARAMETERS.values())
     scene = [(pair.left, pair.right) for pair in scene_pairs(values)]
     calibration = scene_calibration(values)
     try:
         ros_arguments, warning = log_arguments(ros_arguments)
         rclpy.init(args=ros_arguments)
         cameras = SimulatedCameras('simulated_cameras', calibration.focal, calibration.baseline,
-                                   calibration.offset, chosen.reliable)
+                                   calibration.offset, arguments.reliable)
         if warning:
             cameras.get_logger().warning(warning)
         cameras.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
                                   f"{values['rate']:g} pairs/s")
-        to_and_fro = cycle(scene + scene[-2:0:-1])
-        cameras.create_timer(1 / values['rate'], lambda: cameras.publish(*next(to_and_fro)),
+        pairs = cycle(scene + scene[-2:0:-1])       # back and forth
+        cameras.create_timer(1 / values['rate'], lambda: cameras.publish(*next(pairs)),
                              clock=Clock(clock_type=ClockType.STEADY_TIME))
         rclpy.spin(cameras)
     except (KeyboardInterrupt, ExternalShutdownException):

@@ -12,7 +12,7 @@ from drawn_messages import (
 from fuzzed import examples
 from fuzzy_stereo_ros.pairs.calibration import (
     content_of, depth_of, millimetres_of, read_calibration)
-from fuzzy_stereo_ros.pairs.messages import MOST_PIXELS, PIXELS_OF_BYTE, read_image, stamp_of
+from fuzzy_stereo_ros.pairs.messages import MOST_PIXELS, PIXELS_PER_BYTE, read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, SCALES
 from fuzzy_stereo_ros.pairs.result_messages import (
     fill_camera_info, fill_disparity, fill_image, fill_points)
@@ -120,7 +120,7 @@ def test_a_compressed_image_of_any_bytes_is_read_or_rejected(content, form):
     read = read_or_rejected(read_image, compressed(content, form))
     if read is not None:
         assert read.dtype in (np.uint8, np.uint16)
-        assert read.size <= 3 * PIXELS_OF_BYTE * len(content)
+        assert read.size <= 3 * PIXELS_PER_BYTE * len(content)
 
 
 @pytest.mark.parametrize('content', [
@@ -132,7 +132,7 @@ def test_a_size_that_is_only_said_takes_no_memory(content, monkeypatch):
     monkeypatch.setattr(cv2, 'imdecode', lambda *_: pytest.fail('it was decoded'))
     rejection = rejection_of(read_image, compressed(content))
     assert rejection.reason == 'size'
-    most = min(MOST_PIXELS, PIXELS_OF_BYTE * len(content))
+    most = min(MOST_PIXELS, PIXELS_PER_BYTE * len(content))
     assert f'by its header; {len(content)} bytes may hold {most} pixels' in str(rejection)
 
 

@@ -101,7 +101,7 @@ def test_points_that_another_node_publishes_are_left_to_it(bench):
     bench.until(lambda: not bench.rig.subscribed(), 'the node takes its subscriptions back')
     mark, messages = bench.node.mark(), {}
     bench.collect(PointCloud2, 'points2', messages)
-    bench.node.logged('another node publishes /points2, too, and this node leaves it', mark)
+    bench.node.logged('another node publishes /points2, so this node does not', mark)
     assert not bench.rig.subscribed()
     bench.listener.destroy_publisher(other)
     bench.until(lambda: bench.rig.publish(*PAIR) and messages, 'points of this node')
@@ -131,7 +131,7 @@ def test_an_incompatible_subscriber_of_an_output_is_told(make_bench):
     with make_bench(*SMALL) as bench:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         bench.collect(DisparityImage, 'disparity', {}, latched)
-        bench.node.logged('a subscriber of /disparity asks for an incompatible QoS (DURABILITY)')
+        bench.node.logged('a subscriber of /disparity requests an incompatible QoS (DURABILITY)')
 
 
 def test_reduced_scale_keeps_metres_and_tells_focal_length_and_size(make_bench):

@@ -118,7 +118,7 @@ def test_a_file_written_for_the_peer_loads_and_what_is_ignored_is_said_once(make
 def test_a_parameter_of_the_peer_s_that_is_set_later_is_said_to_be_ignored(bench):
     mark = bench.node.mark()
     assert bench.set_parameters(uniqueness_ratio=5.0, P1=300.0) == (True, '')
-    bench.node.logged('mean nothing here are ignored: P1, uniqueness_ratio', after=mark)
+    bench.node.logged('matchers are ignored: P1, uniqueness_ratio', after=mark)
 
 
 @pytest.mark.parametrize('argument, sentence', [

@@ -42,7 +42,7 @@ def test_a_word_chooses_the_quality_of_inputs_and_overrides_have_the_last_word(
 
 
 def test_use_system_default_qos_leaves_the_inputs_to_the_middleware(ros):
-    from fuzzy_stereo_ros.node.subscriptions import Subscriptions, TOPICS
+    from fuzzy_stereo_ros.node.subscriptions import INPUT_TOPICS, Subscriptions
     from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
     from rclpy.qos import QoSPresetProfiles
     for settings in ({'use_system_default_qos': True, 'input_qos': 'sensor_data'},
@@ -52,7 +52,7 @@ def test_use_system_default_qos_leaves_the_inputs_to_the_middleware(ros):
             SimpleNamespace(  # called at once
                 create_subscription=lambda *of, **_: asked.append(of[3])),  # noqa: B023
             {**settings, 'image_transport': 'raw', 'cache_camera_info': False},
-            Synchroniser(TOPICS), None).serve(True)
+            Synchroniser(INPUT_TOPICS), None).update(True)
         assert asked == 4 * [QoSPresetProfiles.SYSTEM_DEFAULT.value]
 
 
@@ -109,7 +109,7 @@ def test_a_calibration_that_is_kept_is_not_reported_as_missing(make_bench):
                     and 'no stereo pair for' in bench.node.log(mark), 'the report')
         report = bench.node.logged('no stereo pair for', mark)
         assert report.endswith(
-            'nothing arrives from the publishers of /right/image_rect: they may be silent')
+            'no message arrives from the publishers of /right/image_rect: check that they publish')
 
 
 def test_an_override_of_one_topic_changes_no_other_one(make_bench):

@@ -8,7 +8,7 @@ from hypothesis import given, strategies
 import pytest
 
 subscriptions = pytest.importorskip('fuzzy_stereo_ros.node.subscriptions')
-FAST_DDS_VARIABLES, TOPICS = subscriptions.FAST_DDS_VARIABLES, subscriptions.TOPICS
+FAST_DDS_VARIABLES, TOPICS = subscriptions.FAST_DDS_VARIABLES, subscriptions.INPUT_TOPICS
 
 NAMES = ('/left/image_rect', '/left/camera_info', '/right/image_rect', '/right/camera_info')
 
@@ -22,7 +22,7 @@ def states(**changes):
 
 @pytest.mark.parametrize('topics, options, expected', [
     (states(at1={'received': 0, 'publishers': 0}), {},
-     'nobody publishes /left/camera_info: start the camera driver, or remap the topic'),
+     'no node publishes /left/camera_info: start the camera driver, or remap the topic'),
     (states(at0={'received': 0, 'incompatible': 'reliability'}), {},
      '/left/image_rect is offered with an incompatible QoS (reliability): set '
      'qos_overrides./left/image_rect.subscription.reliability'),
@@ -30,15 +30,16 @@ def states(**changes):
      'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
      'or a larger queue_size'),
     (states(at0={'received': 0, 'publishers': 0, 'incompatible': 'reliability'}), {'profile': 0},
-     'nobody publishes /left/image_rect: start the camera driver, or remap the topic'),
+     'no node publishes /left/image_rect: start the camera driver, or remap the topic'),
     (states(at2={'received': 0}), {},
-     'nothing arrives from the publishers of /right/image_rect: they may be silent, and Fast DDS '
-     'loses large best-effort images unless both sides run with FASTRTPS_DEFAULT_PROFILES_FILE '
+     'no message arrives from the publishers of /right/image_rect: check that they publish; '
+     'Fast DDS loses large best-effort images unless the camera driver and this node run with '
+     'FASTRTPS_DEFAULT_PROFILES_FILE '
      "set to this package's config/fastdds.xml"),
     (states(at2={'received': 0}), {'profile': 1},
-     'nothing arrives from the publishers of /right/image_rect: they may be silent'),
-    (states(at1={'received': 0, 'publishers': 0, 'held': True},
-            at3={'received': 0, 'held': True}), {},
+     'no message arrives from the publishers of /right/image_rect: check that they publish'),
+    (states(at1={'received': 0, 'publishers': 0, 'cached': True},
+            at3={'received': 0, 'cached': True}), {},
      'no stamp came on all four topics: set approximate_sync if the cameras do not stamp alike, '
      'or a larger queue_size'),
     (states(), {},
@@ -68,7 +69,7 @@ def received(numbers, publishers=1, publisher_changes_before=None):
                 'use_system_default_qos': False, 'no_pair_seconds': 5.0}
     made = subscriptions.Subscriptions(
         node, settings, Synchroniser(TOPICS), lambda topic, message: None)
-    made.serve(True)
+    made.update(True)
     for number in numbers:
         if number == publisher_changes_before:
             made._note_publisher(TOPICS[0], SimpleNamespace(current_count=1))

@@ -7,7 +7,7 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs import pair_reader
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
-from fuzzy_stereo_ros.pairs.pair_reader import PairReader, source_places
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader, raw_positions
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_messages import header, image, info, noise, region, rejection_of
@@ -153,15 +153,15 @@ def test_a_raw_bayer_pair_is_filled_in_before_it_is_rectified():
     read = PairReader(rectify=True).read(*messages)
     coloured = cv2.cvtColor(np.frombuffer(messages[0].data, np.uint8).reshape(ROWS, COLUMNS),
                             cv2.COLOR_BayerGB2BGR)
-    places = source_places('left', messages[1], ROWS, COLUMNS)
+    places = raw_positions('left', messages[1], ROWS, COLUMNS)
     np.testing.assert_array_equal(read.left, cv2.remap(
         coloured, *cv2.convertMaps(*places, cv2.CV_16SC2), cv2.INTER_LINEAR))
 
 
 def test_a_map_is_made_once_for_each_calibration_and_size(monkeypatch):
     made = []
-    monkeypatch.setattr(pair_reader, 'source_places', lambda *arguments: made.append(
-        arguments) or source_places(*arguments))
+    monkeypatch.setattr(pair_reader, 'raw_positions', lambda *arguments: made.append(
+        arguments) or raw_positions(*arguments))
     _, messages = raw_pair()
     reader = PairReader(rectify=True, crop=True)
     for _ in range(3):

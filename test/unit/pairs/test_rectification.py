@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The maps of a rectification, against a plain camera and what a lens cannot show."""
 import cv2
-from fuzzy_stereo_ros.pairs.pair_reader import COEFFICIENTS, has_source, NOWHERE, source_places
+from fuzzy_stereo_ros.pairs.pair_reader import COEFFICIENTS, is_inside, OUTSIDE, raw_positions
 from made_messages import info, region, rejection_of, ros_1
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ EACH_LENS = pytest.mark.parametrize('model', LENSES)
 
 
 def places_of(camera_info, rows=ROWS, columns=COLUMNS):
-    return np.stack(source_places('left', camera_info, rows, columns))
+    return np.stack(raw_positions('left', camera_info, rows, columns))
 
 
 def plane(camera, depth):
@@ -56,7 +56,7 @@ def test_a_camera_without_distortion_or_turn_is_left_as_it_is(changes):
     down, across = np.mgrid[:80, :100]
     places = places_of(info(**changes), 80, 100)
     np.testing.assert_allclose(places, [across, down], rtol=0, atol=1e-4)
-    assert has_source(*places, 80, 100).all()
+    assert is_inside(*places, 80, 100).all()
 
 
 def test_ros_1_names_give_the_same_map():
@@ -93,21 +93,21 @@ def test_what_lies_beyond_where_a_lens_turns_back_comes_from_nowhere(model, coef
                   p=[30.0, 0, 50, 0, 0, 30, 40, 0, 0, 0, 1, 0])
     down, across = np.mgrid[:80, :100]
     radius = np.hypot(across - 50, down - 40) / 30
-    nowhere = (places_of(strong, 80, 100) == NOWHERE).all(axis=0)
+    nowhere = (places_of(strong, 80, 100) == OUTSIDE).all(axis=0)
     assert nowhere[radius > last + 0.01].all()
     assert not nowhere[radius < last - 0.01].any()
 
 
 def test_what_lies_behind_a_camera_comes_from_nowhere():
     turned = info(r=list(cv2.Rodrigues(np.array([0, np.pi, 0]))[0].ravel()))
-    assert (places_of(turned, 80, 100) == NOWHERE).all()
+    assert (places_of(turned, 80, 100) == OUTSIDE).all()
 
 
 def test_a_place_is_inside_where_its_four_pixels_are():
     x, y = np.float32([0, -0.01, -0.02, 9, 9.01, 9.02, 5, 5, np.inf]), np.float32([0] * 9)
     y[6:8] = 4, 4.5
     inside = [True, True, False, True, True, False, True, False, False]
-    assert has_source(x, y, 5, 10).tolist() == inside
+    assert is_inside(x, y, 5, 10).tolist() == inside
 
 
 @pytest.mark.parametrize('changes, sentence', [
@@ -128,7 +128,7 @@ def test_a_place_is_inside_where_its_four_pixels_are():
     ({'d': [0.1, float('nan'), 0, 0]}, 'left camera_info: D has 4 numbers; allowed for plumb_bo'),
 ])
 def test_a_camera_that_cannot_be_rectified_is_rejected_with_a_sentence(changes, sentence):
-    rejection = rejection_of(source_places, 'left', info(**changes), 80, 100)
+    rejection = rejection_of(raw_positions, 'left', info(**changes), 80, 100)
     assert rejection.reason == 'calibration'
     assert str(rejection).startswith(sentence)
 

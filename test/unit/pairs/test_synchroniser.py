@@ -159,14 +159,14 @@ def test_stamps_in_any_disorder_lose_no_message_from_the_count(events, tolerance
 
 
 @given(interleaved(streams()), st.sampled_from([None, 0, 3]))
-def test_of_held_topics_the_newest_message_is_in_every_set_whatever_its_stamp(events, tolerance):
-    held = ('left_info', 'right_info')
-    synchroniser = Synchroniser(TOPICS, tolerance=tolerance, held=held)
+def test_the_newest_message_of_a_cached_topic_is_in_every_set(events, tolerance):
+    cached = ('left_info', 'right_info')
+    synchroniser = Synchroniser(TOPICS, tolerance=tolerance, cached=cached)
     images_alone = Synchroniser(('left', 'right'), tolerance=tolerance)
     newest = {}
     for topic, stamp in events:
         sets = synchroniser.add(topic, stamp, f'{topic}{stamp}')
-        if topic in held:
+        if topic in cached:
             newest[topic] = f'{topic}{stamp}'
         else:
             images_alone.add(topic, stamp, stamp)
@@ -177,8 +177,8 @@ def test_of_held_topics_the_newest_message_is_in_every_set_whatever_its_stamp(ev
         assert synchroniser.matched == images_alone.matched
 
 
-def test_sets_that_waited_for_a_held_message_come_out_in_order_when_it_comes():
-    synchroniser = Synchroniser(TOPICS, held=('left_info', 'right_info'))
+def test_sets_that_wait_for_a_cached_message_are_returned_in_order_when_it_comes():
+    synchroniser = Synchroniser(TOPICS, cached=('left_info', 'right_info'))
     images = [(topic, stamp) for stamp in (1, 2) for topic in ('left', 'right')]
     assert play(synchroniser, [('right_info', 9), *images]) == []
     found = play(synchroniser, [('left_info', 0)])
