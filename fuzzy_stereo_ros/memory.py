@@ -1,29 +1,29 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Memory that is free goes back to the system; where the C library is not glibc, as it likes."""
+"""Return freed memory to the system; does nothing unless the C library is glibc."""
 import ctypes
 
-ARENAS_AT_MOST = -8     # M_ARENA_MAX of glibc's malloc.h
+M_ARENA_MAX = -8        # of glibc's malloc.h
 
 
-def share_free_memory():
+def use_one_arena():
     """
-    Have all threads take memory from the same place; to be called before others run.
+    Make all threads allocate from one arena; to be called before other threads start.
 
-    glibc gives threads arenas of their own, and `malloc_trim` leaves the end of each but the first
-    as it is: up to 64 MB a thread that are free and stay with the process.
+    glibc gives each thread its own arena, and `malloc_trim` does not trim the top of any but the
+    first: each thread would keep up to 64 MB of free memory.
     """
-    choose = getattr(ctypes.CDLL(None), 'mallopt', None)
-    if choose is not None:
-        choose(ARENAS_AT_MOST, 1)
+    mallopt = getattr(ctypes.CDLL(None), 'mallopt', None)
+    if mallopt is not None:
+        mallopt(M_ARENA_MAX, 1)
 
 
 def give_back_memory():
     """
-    Give memory that was freed back to the system, where the C library has a call for it.
+    Return freed memory to the system, which takes some ms.
 
-    glibc keeps what is freed below something in use: with a matcher made anew at every change of
-    parameters, a process would grow to twice its size. It takes some ms.
+    glibc keeps freed memory that lies below memory in use: as every change of parameters makes a
+    new matcher, the process would grow to twice its size.
     """
     trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
     if trim is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Match the pairs of one stereo camera in order, while changed parameters are prepared."""
+"""Match the pairs of one stereo camera in order; prepare changed parameters meanwhile."""
 from concurrent import futures
 from dataclasses import replace
 from functools import partial
@@ -22,8 +22,8 @@ class MatchedPair(NamedTuple):
     """
     A pair and the result of matching it.
 
-    config: the MatcherConfig of the images as they were matched, reduced in scale.
-    before: the FrameState it was matched from, None where there was none.
+    config: the MatcherConfig in pixels of the pair's images. before: the FrameState with which
+    the match started, None if there was none.
     """
 
     pair: StereoPair
@@ -34,11 +34,12 @@ class MatchedPair(NamedTuple):
 
 class PairMatcher:
     """
-    Matches one pair after the other; another thread prepares a matcher for changed parameters.
+    Matches one pair after another; a second thread prepares matchers for changed parameters.
 
-    config: the MatcherConfig in use, in pixels of the full image. last: the newest MatchedPair,
-    as the matcher gave it, None before the first. change: '' where no change of config waits,
-    else PREPARING, READY or FAILED. All but `match` and `warm_up` may be called by any thread.
+    config: the MatcherConfig in use, in pixels of the full image. last: the newest MatchedPair
+    before missing pixels are removed, None before the first. change: state of the newest request,
+    PREPARING, READY or FAILED, '' if none waits.
+    `match` and `warm_up` are for one thread, the other methods for any thread.
     """
 
     def __init__(self, config, scale=1.0, on_ready=None):
@@ -46,8 +47,8 @@ class PairMatcher:
         Compile nothing yet.
 
         config: a MatcherConfig. scale: of the images, see PairReader. on_ready(config, error):
-        called in a thread of its own when a requested config is prepared, with None, or cannot
-        be, with the exception.
+        called in the second thread once a requested config is prepared; error is None, or the
+        exception because of which it cannot be.
         """
         self.config, self.last, self.change = config, None, ''
         self._scale, self._on_ready = scale, on_ready
@@ -58,7 +59,7 @@ class PairMatcher:
 
     def warm_up(self, report=None):
         """
-        Compile the kernels or load them; in the thread that matches, before the first pair.
+        Compile or load the kernels; to be called before the first pair.
 
         report: see `compiling.warm_up`.
         """
@@ -66,9 +67,9 @@ class PairMatcher:
 
     def match(self, pair):
         """
-        Return the MatchedPair of a StereoPair; ValueError where it cannot be matched.
+        Return the MatchedPair of a StereoPair; ValueError if it cannot be matched.
 
-        What a pixel outside of a raw image takes part in is invalid.
+        Disparities are invalid if a pixel of the match is missing in its rectified image.
         """
         with self._lock:
             prepared, self._prepared = self._prepared, None
@@ -84,7 +85,7 @@ class PairMatcher:
         self.last = MatchedPair(pair, match, self._matcher.config, before)
         if prepared is not None or shape != self._shape:
             self._shape = shape
-            give_back_memory()      # of the matcher before, or of its images of another size
+            give_back_memory()      # of the previous matcher, or of images of another size
         return self.last._replace(match=without_missing(match, pair.missing))
 
     def reset(self):
@@ -92,16 +93,16 @@ class PairMatcher:
         self._reset = True
 
     def request(self, config):
-        """Match with another MatcherConfig once it is prepared; replaces earlier requests."""
+        """Prepare another MatcherConfig, used by `match` once ready; replaces earlier requests."""
         with self._lock:
             self._requested, self._prepared, self.change = config, None, PREPARING
             self._preparing = [self._thread.submit(self._prepare, config)]
 
     def close(self, timeout=None):
         """
-        Cancel requests; return whether nothing is being prepared any more.
+        Cancel requests; return whether the preparation has ended.
 
-        timeout: s to wait for what is being prepared; None = until done.
+        timeout: s to wait for a preparation that runs; None = until it is done.
         """
         with self._lock:
             self._requested = self._prepared = None
@@ -114,7 +115,7 @@ class PairMatcher:
         prepared, error = None, None
         try:
             prepared = config, self._warm_matcher(config)
-        except Exception as problem:    # noqa: B902  the matcher in use goes on, whatever it is
+        except Exception as problem:    # noqa: B902  the matcher in use stays after any error
             error = problem
         with self._lock:
             if config is not self._requested:
@@ -123,7 +124,7 @@ class PairMatcher:
         self._on_ready(config, error)
 
     def _warm_matcher(self, config, warm_up=None):
-        """Return a StereoMatcher after warm_up(it, rows, columns), its own if none."""
+        """Return a StereoMatcher after warm_up(matcher, rows, columns); None: its own method."""
         matcher = StereoMatcher(config.at_scale(self._scale))
         (warm_up or type(matcher).warm_up)(matcher, *self._shape)
         give_back_memory()      # of this warm-up
@@ -131,19 +132,19 @@ class PairMatcher:
 
 
 def camera_of(pair):
-    """Return the Camera of a StereoPair, as the matcher takes it."""
+    """Return the matcher's Camera for a StereoPair."""
     return Camera(*pair.calibration.left, pair.calibration.offset)
 
 
 def without_missing(match, missing):
-    """Return a Match, invalid where the left pixel or the right one that it matches is missing."""
+    """Return a Match that is invalid where a left pixel or its right partner is missing."""
     if missing is None:
         return match
     left, right = missing
     columns = np.arange(left.shape[1])
     matched = np.isfinite(match.disparity) & (match.confidence > 0)     # not filled
-    other = columns - np.rint(np.where(matched, match.disparity, 0)).astype(np.intp)
-    seen = np.take_along_axis(right, np.clip(other, 0, columns[-1]), axis=1)
-    invalid = left | (matched & seen)
+    partners = columns - np.rint(np.where(matched, match.disparity, 0)).astype(np.intp)
+    partner_missing = np.take_along_axis(right, np.clip(partners, 0, columns[-1]), axis=1)
+    invalid = left | (matched & partner_missing)
     return replace(match, disparity=np.where(invalid, np.float32(np.nan), match.disparity),
                    confidence=np.where(invalid, np.float32(0), match.confidence))

@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Progress on a text stream: a bar on a terminal, where it is piped a line a step or nothing."""
+"""Show progress on a text stream: a bar on a terminal, lines or nothing elsewhere."""
 from tqdm import tqdm
 
 
 def bar(stream, always=False, **options):
-    """Return a bar, which shows nothing on what is no terminal, unless always; options: tqdm's."""
+    """Return a progress bar, shown on terminals, and elsewhere if always; options: of tqdm."""
     return tqdm(file=stream, disable=not (always or stream.isatty()), **options)
 
 
 def follow(items, title, stream):
     """
-    Yield the items, and show by a bar, or by a line each, how far they are.
+    Yield items, and show the progress by a bar on a terminal, by a line for each item elsewhere.
 
-    items: a sequence; texts are shown, and the `path` of an item that has one.
+    items: an iterable; lines name an item that is a text, or the `path` of one that has it.
     """
     items = list(items)
     for number, item in enumerate(bar(stream, iterable=items, desc=title), start=1):

@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A pair in a folder, with all that its match depends on and the match itself: a bug report.
+Save a pair, its match, and all that the match depends on, in a folder: a bug report.
 
 | file | holds |
 |---|---|
-| left.png, right.png | the images, as the matcher was given them |
-| pair.json | stamp, frame_id, calibration, parameters, history, versions, and what else to tell |
-| arrays.npz | disparity and confidence, and the FrameState before the match where there was one |
+| left.png, right.png | the images that were matched |
+| pair.json | stamp, frame_id, calibration, parameters, history, versions, and further texts |
+| arrays.npz | disparity and confidence, and the FrameState before the match if there was one |
 | README.txt | how to match it again |
 
-`fuzzy-stereo match --saved FOLDER` matches it again and says whether the same comes out, bit for
-bit. The version that wrote it reads it.
+`fuzzy-stereo match --saved FOLDER` matches it again and says whether the result is the same, bit
+for bit. A folder is read by the version that wrote it.
 """
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import PackageNotFoundError
@@ -38,7 +38,7 @@ import numpy as np
 
 README = """\
 A stereo pair with its parameters, the previous frame and the match, saved by fuzzy_stereo_ros {}.
-Matched again and compared with what is saved here, by this command in this folder:
+To match it again and compare the result with the saved one, run in this folder:
 fuzzy-stereo match --saved .
 """
 RESULTS = 'disparity', 'confidence'
@@ -47,13 +47,13 @@ STATE_NUMBERS = 'stamp', 'frame', 'disparities', 'min_disparity', 'reference'
 
 def versions():
     """
-    Return {what: str}: versions, platform, and the processor that numba compiles for.
+    Return {name: text} of versions, the platform, and the processor that numba compiles for.
 
     processor_features: names of instruction sets, separated by blanks.
     """
     try:
         version = fuzzy_stereo_ros.__version__
-    except PackageNotFoundError:    # a source tree that was never installed
+    except PackageNotFoundError:    # the package is not installed
         version = 'unknown'
     _, processor, features = cpu_target.target_context.codegen().magic_tuple()
     return {
@@ -73,11 +73,10 @@ def versions():
 @dataclass(frozen=True)
 class SavedPair:
     """
-    A pair, how it was matched, and the match; ValueError where these do not belong together.
+    A pair, its parameters and its match; ValueError if these do not fit each other.
 
-    pair: as it was given to the matcher, its stamp with it. config: what it was matched with.
-    state: of the matcher before the match, or None.
-    about: {str: str}, what else is worth telling. versions: of what it was matched on.
+    pair: the StereoPair that was matched. config: its MatcherConfig. state: the FrameState before
+    the match, or None. about: {name: text}, further information. versions: as of `versions`.
     """
 
     pair: StereoPair
@@ -107,10 +106,10 @@ class SavedPair:
 
 def write_saved_pair(folder, saved):
     """
-    Write a SavedPair into a folder, which is there as a whole or not at all.
+    Write a SavedPair into a folder completely, or on an error write nothing.
 
-    folder: str or Path; it is made, or is there and empty. Raises OSError, with what to do, where
-    it cannot be written.
+    folder: str or Path; it must be missing or empty. Raises OSError, with what to do, if it
+    cannot be written.
     """
     target = Path(folder).resolve()
     try:
@@ -122,15 +121,15 @@ def write_saved_pair(folder, saved):
             whole.replace(target)
     except OSError as error:
         raise OSError(
-            f'{folder} cannot be written: {error.strerror}; give a folder that is missing or '
-            'empty, in one that is there, has room, and may be written to') from error
+            f'{folder} cannot be written: {error.strerror}; give a missing or empty folder in a '
+            'folder that exists, has space, and can be written to') from error
 
 
 def read_saved_pair(folder):
     """
     Return the SavedPair of a folder.
 
-    Raises ValueError where a file is missing or damaged, or was saved by another version.
+    Raises ValueError if a file is missing or damaged, or was saved by another version.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -140,14 +139,14 @@ def read_saved_pair(folder):
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             arrays = dict(stored)
-    except Exception as error:  # numpy raises many kinds for foreign bytes  # noqa: B902
+    except Exception as error:  # numpy raises any kind for damaged bytes  # noqa: B902
         raise ValueError(f"{folder / 'arrays.npz'} is damaged: {error}") from error
     try:
         return _saved_pair(record, arrays, left, right)
     except (ValueError, TypeError, KeyError) as error:
         reason = f'it lacks {error}' if isinstance(error, KeyError) else error
-        raise ValueError(f'{folder} is damaged or of another version: {reason}; read it by the '
-                         'fuzzy_stereo_ros that wrote it') from error
+        raise ValueError(f'{folder} is damaged or of another version: {reason}; use the version '
+                         'of fuzzy_stereo_ros that wrote it') from error
 
 
 def _write_files(folder, saved):
@@ -180,7 +179,7 @@ def _floats(numbers):
 
 
 def _saved_pair(record, arrays, left, right):
-    """Return the SavedPair of what files hold; ValueError, TypeError or KeyError for others."""
+    """Return the SavedPair of the files' content; ValueError, TypeError or KeyError if wrong."""
     def all_of(kind, name, values):
         return _checked(name, values, dict.fromkeys(values, kind))
 
@@ -208,13 +207,13 @@ def _saved_pair(record, arrays, left, right):
                                   'min_disparity': int, 'reference': str})
         state = FrameState(**arrays, **state)
         if not isinstance(state.stamp, (int, type(None))):
-            raise ValueError('the stamp of the state is no number')
+            raise ValueError('the stamp of the state is not a number')
     return SavedPair(pair, config, state, match, *(
         all_of(str, name, record[name]) for name in ('about', 'versions')))
 
 
 def _checked(name, record, kinds):
-    """Return a record that has the names and types of kinds; a whole number does for a float."""
+    """Return a record; ValueError unless it has the names and types of kinds (int for float)."""
     if not isinstance(record, dict) or set(record) != set(kinds):
         raise ValueError(f"{name} is {record!r:.60}; needed are {', '.join(kinds)}")
     for key, kind in kinds.items():
@@ -227,14 +226,14 @@ def _checked(name, record, kinds):
 
 def _layout(state):
     """Return {name: (dtype, shape)} of the arrays of a state."""
-    shape = (*np.shape(state.labels), 0, 0)[:2]     # labels must have two dimensions to fit
+    shape = (*np.shape(state.labels), 0, 0)[:2]     # labels that are not 2-D do not fit it
     tiles = tuple(-(-side // TILE) for side in shape)
     cells = tuple(side // 2 for side in shape)
     return {'labels': (gene_type(state.disparities), shape), 'validity': (np.uint8, shape),
             'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
             'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
             'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),
-            # none where no camera was known
+            # empty if no camera was known
             **({'half_grey': (np.uint8, cells), 'census': (np.uint32, shape),
                 'cells': (np.float32, cells), 'survived': (np.uint8, cells)}
                if np.size(state.half_grey) else
@@ -242,15 +241,15 @@ def _layout(state):
 
 
 def _check_state(state, config):
-    """Raise ValueError for a state that kernels cannot take: they check no index."""
+    """Raise ValueError for a state that kernels cannot use, as they check no index."""
     for name, (kind, shape) in _layout(state).items():
         _check_array(f'{name} of the state', getattr(state, name), kind, shape)
     if (state.labels >= state.disparities).any() or not (state.ages >= 1).all():
-        raise ValueError('the state holds labels or ages that no frame has')
+        raise ValueError('the state has labels or ages out of range')
     if not ((state.cells >= 0) & (state.cells < state.disparities)).all():
-        raise ValueError('the state holds cells that no frame has')
+        raise ValueError('the state has cells out of range')
     if not np.isfinite(state.planes).all() or (state.origin > 1).any():
-        raise ValueError('the state holds planes that no frame has')
+        raise ValueError('the state has planes out of range')
     if state.reference != config.reference:
         raise ValueError(f'the state is of the {state.reference} image, the match of the '
                          f'{config.reference} one')
@@ -264,12 +263,12 @@ def _check_array(name, array, kind, shape):
 
 def comparison(saved, config, match):
     """
-    Return what a match has in common with the saved one, for JSON.
+    Return a comparison of a new match with the saved one, for JSON.
 
-    saved: SavedPair. config, match: what its pair was matched with now, and what came of it.
-    same: whether disparity and confidence are equal to the last bit; where not, `differences`
-    tells more. changed: {parameter: value} by which config is not `saved.repeatable`.
-    deadline_ms: that it was saved with. versions: which are not those of the saved match.
+    saved: SavedPair. config, match: the parameters and the result of matching its pair again.
+    same: whether disparity and confidence are equal bit for bit. differences: their sizes.
+    changed: {parameter: value} of config that differ from `saved.repeatable`. deadline_ms: of the
+    saved match. versions: names of those that differ from the saved match.
     """
     differences = {name: _difference(getattr(match, name), getattr(saved.match, name))
                    for name in RESULTS}
@@ -287,28 +286,29 @@ def comparison(saved, config, match):
 
 
 def sentence(found):
-    """Return a comparison as a person reads it."""
+    """Return a comparison as text, one to three lines."""
     if found['same']:
-        told = ['the same as saved, bit for bit']
+        lines = ['the same as saved, bit for bit']
     else:
-        told = ['not the same as saved: ' + ', '.join(
+        lines = ['not the same as saved: ' + ', '.join(
             f"{name} differs in {difference['pixels']} pixels (by {difference['largest']:.6g} at "
-            f"the most, {difference['valid_in_one']} valid in only one of the two)"
+            f"most, {difference['valid_in_one']} valid in only one of the two)"
             for name, difference in found['differences'].items() if difference['pixels'])]
     if found['changed']:
-        told.append('nothing is promised: other than saved are ' + ', '.join(found['changed']))
+        lines.append('results may differ, as these parameters are not those saved: '
+                     + ', '.join(found['changed']))
     elif not found['same'] and found['deadline_ms'] > 0:
-        told.append(f"it was saved with a deadline of {found['deadline_ms']:g} ms and matched "
-                    'without one now; only without one are results the same on every run')
+        lines.append(f"it was saved with a deadline of {found['deadline_ms']:g} ms and matched "
+                     'without one now; only without one are results the same on every run')
     if not found['same'] and found['versions']:
-        told.append(f"saved where these were others: {', '.join(found['versions'])}")
-    return '\n'.join(told)
+        lines.append(f"these differ from the saved ones: {', '.join(found['versions'])}")
+    return '\n'.join(lines)
 
 
 def _difference(now, then):
-    unlike = now.view(np.uint32) != then.view(np.uint32)
+    different = now.view(np.uint32) != then.view(np.uint32)
     valid_now, valid_then = np.isfinite(now), np.isfinite(then)
-    both = unlike & valid_now & valid_then
-    return {'pixels': int(np.count_nonzero(unlike)),
+    both = different & valid_now & valid_then
+    return {'pixels': int(np.count_nonzero(different)),
             'largest': float(abs(now[both] - then[both]).max(initial=0)),
             'valid_in_one': int(np.count_nonzero(valid_now != valid_then))}

@@ -12,24 +12,24 @@ from launch_ros.actions import Node
 
 NODE = Path(__file__).resolve().with_name('fuzzy_stereo.launch.py')
 VIEWER = 'rqt_image_view'
-OF_THE_CAMERAS = 'columns', 'rows', 'disparities', 'rate'
+CAMERA_OPTIONS = 'columns', 'rows', 'disparities', 'rate'
 ROWS = (
-    *(SCENE_PARAMETERS[name] for name in OF_THE_CAMERAS),
-    Parameter('viewer', True, f'show the topic preview in {VIEWER}, where that is installed'))
+    *(SCENE_PARAMETERS[name] for name in CAMERA_OPTIONS),
+    Parameter('viewer', True, f'show the topic preview in {VIEWER}, if that is installed'))
 
 
 def generate_launch_description():
-    """Return the arguments and what they start."""
+    """Return the arguments, and the actions that they determine."""
     return LaunchDescription([*declared(ROWS), OpaqueFunction(function=_demo)])
 
 
 def _demo(context):
-    """Return the node by its own launch file, the cameras, and a viewer or what to do."""
+    """Return the node by its own launch file, the cameras, and a viewer or a hint."""
     chosen = arguments(context, ROWS)
     if chosen['disparities'] > chosen['columns']:
         raise ValueError(f"disparities is {chosen['disparities']}; allowed are 1 to the "
                          f"{chosen['columns']} columns")
-    options = [f'--{name}={chosen[name]}' for name in OF_THE_CAMERAS]
+    options = [f'--{name}={chosen[name]}' for name in CAMERA_OPTIONS]
     return [
         IncludeLaunchDescription(str(NODE), launch_arguments={
             'disparity_range': str(chosen['disparities'])}.items()),
@@ -40,5 +40,5 @@ def _demo(context):
 def _viewer():
     if installed(VIEWER):
         return [Node(package=VIEWER, executable=VIEWER, arguments=['/preview'])]
-    return [LogInfo(msg=f'{VIEWER} is not installed: look at the topic /preview in RViz or '
-                        'Foxglove; nothing is matched before somebody looks')]
+    return [LogInfo(msg=f'{VIEWER} is not installed: open the topic /preview in RViz or Foxglove; '
+                        'the node matches only while an output has a subscriber')]

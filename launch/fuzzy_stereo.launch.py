@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Start disparity_node; every parameter of it is an argument, and so is what the peer's file has.
+Start disparity_node; its parameters are arguments, as are those of stereo_image_proc.launch.py.
 
-The peer is stereo_image_proc.launch.py. Fast DDS gets the profile without which it loses images
-of camera size, unless one is set.
+Fast DDS gets our profile, without which it loses large images, unless the user has set one.
 """
 from pathlib import Path
 
@@ -23,9 +22,9 @@ ROWS = (
     Parameter('right_namespace', 'right', 'namespace of the right camera'),
     Parameter('params_file', str(SHARE / 'config' / 'fuzzy_stereo.yaml'), 'file of parameters'),
     Parameter('launch_image_proc', False,
-              'take image_raw of both cameras; the node itself rectifies them'),
-    Parameter('managed', False, 'the node has a life cycle and waits for a lifecycle manager'),
-    Parameter('container', '', 'of components; a Python node runs beside it'),
+              'subscribe to image_raw of both cameras; the node itself rectifies the images'),
+    Parameter('managed', False, 'start the node with a life cycle, for a lifecycle manager'),
+    Parameter('container', '', 'accepted and ignored: a Python node is no component'),
     *PROCESS_ROWS)
 
 
@@ -37,7 +36,7 @@ def generate_launch_description():
 
 
 def _node(context):
-    """Return the node with the parameters that were given as arguments over those of the file."""
+    """Return the node; parameters that are given as arguments override those of the file."""
     chosen = arguments(context, ROWS)
     parameters, image, actions = given_parameters(context), 'image_rect', []
     if chosen['launch_image_proc']:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Start a disparity_node for each rig of one YAML file, in a process of its own."""
+"""Start a disparity_node in its own process for each rig of a YAML file."""
 from pathlib import Path
 
 from fuzzy_stereo_ros.node.launching import (

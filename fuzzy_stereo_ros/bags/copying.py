@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of a bag, of ROS 1 or ROS 2, into a bag of ROS 2."""
+"""Copy topics of a bag, of ROS 1 or ROS 2, into a bag of ROS 2."""
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ class Copying(NamedTuple):
     """
     How the messages of a connection are copied.
 
-    kind, typestore, qualities: as of `BagWriter.write`. converted: from stored bytes to CDR.
+    kind, typestore, qualities: as for `BagWriter.write`. converted(bytes): returns them as CDR.
     """
 
     kind: str
@@ -25,18 +25,18 @@ class Copying(NamedTuple):
 
 class CopiedMessages:
     """
-    Messages to be copied, of a BagReader that nobody else reads.
+    The messages of a BagReader to be copied; it must not be read by others.
 
-    topics: names, all of a bag of ROS 2.
+    topics: list of their names.
     """
 
     def __init__(self, bags, names=(), results=(), start=None, stop=None):
         """
-        Choose the topics: those of the names, all but the results where there is none.
+        Choose the topics to copy.
 
-        results: names of topics that are written otherwise. start, stop: ns, as of
-        `BagReader.messages`.
-        Raises ValueError for a topic that is not there, is a result, or cannot be copied.
+        names: of these topics; () = all but the results. results: names of topics that the
+        replay writes itself. start, stop: ns, as for `BagReader.messages`.
+        Raises ValueError for a topic that is missing, is a result, or cannot be copied.
         """
         self.topics = [slashed(name) for name in names] or [
             topic for topic in bags.topics if topic not in results]
@@ -46,14 +46,14 @@ class CopiedMessages:
                                  f"{', '.join(sorted(bags.topics))}")
             if topic in results:
                 raise ValueError(f'--keep names {topic}, under which the results are written')
-        # By reader too: bags of ROS 1 and ROS 2 may be read as one.
+        # By reader too, as bags of ROS 1 and ROS 2 may be read together.
         self._copyings = {(topic, id(reader)): _copying_of(topic, connection, reader)
                           for topic in self.topics
                           for connection, reader in bags.connections(topic)}
         self._messages, self._next = bags.messages(self.topics, start, stop), None
 
     def until(self, logged=None):
-        """Yield (BagMessage, its Copying) up to a time, ns, or all that is left; DamagedBag."""
+        """Yield (BagMessage, its Copying) up to a time in ns, None = the end; DamagedBag."""
         while True:
             self._next = self._next or next(self._messages, None)
             if self._next is None or (logged is not None and self._next.logged > logged):

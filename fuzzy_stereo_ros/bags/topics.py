@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which topics of a bag are the two cameras: found by type and name."""
+"""Find the topics of the two cameras in a bag, by their types and names."""
 import re
 from typing import NamedTuple
 
 RAW, COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
 INFO = 'sensor_msgs/msg/CameraInfo'
 SIDE_WORDS = ('left', 'right'), ('infra1', 'infra2'), ('cam0', 'cam1')
-DEPTH_SUFFIX = '/compressedDepth'   # is a CompressedImage, but not of a camera's image
+DEPTH_SUFFIX = '/compressedDepth'   # of CompressedImages that are no camera images
 
 
 class StereoTopics(NamedTuple):
-    """The four topics; left_info and right_info are None where there is no calibration."""
+    """The four topics; left_info and right_info are None without a calibration."""
 
     left: str
     left_info: str | None
@@ -20,7 +20,7 @@ class StereoTopics(NamedTuple):
 
     @property
     def raw_by_name(self):
-        """Whether an image is called raw and not rectified, as image_raw."""
+        """Whether the name of an image topic says raw and not rect, such as image_raw."""
         names = (one.removesuffix('/compressed').split('/')[-1] for one in (self.left, self.right))
         return any('raw' in name and 'rect' not in name for name in names)
 
@@ -29,9 +29,9 @@ def find_stereo_topics(name, topics, left=None, right=None, rectify=False):
     """
     Return the StereoTopics of a bag.
 
-    name: of the bag. topics: {name: (type, number of messages)}. left, right: names of image
-    topics, where they are chosen. rectify: raw images are wanted, else rectified ones.
-    Raises ValueError that lists what there is where no two cameras, or several pairs, are found.
+    name: of the bag. topics: {name: (type, number of messages)}. left, right: names of the image
+    topics, None = found by name. rectify: prefer raw images to rectified ones.
+    Raises ValueError, with the topics there are, if no pair of cameras or several are found.
     """
     images = {topic for topic, (kind, _) in topics.items()
               if kind in (RAW, COMPRESSED) and not topic.endswith(DEPTH_SUFFIX)}
@@ -52,7 +52,7 @@ def find_stereo_topics(name, topics, left=None, right=None, rectify=False):
 
 
 def _only_pair(name, topics, images, left, right, rectify):
-    """Return the one pair of image topics that differ only in the words for the sides."""
+    """Return the only pair of image topics whose names differ just in a pair of SIDE_WORDS."""
     twins = {one: next((twin for twin in _twins(one) if twin in images), None)
              for one in sorted(images)}
     pairs = [(one, twin) for one, twin in twins.items() if twin and one not in twins.values()
@@ -78,16 +78,16 @@ def _only_pair(name, topics, images, left, right, rectify):
 
 def _twins(topic):
     """
-    Yield the names that the right camera's topic may have if a topic is the left camera's.
+    Yield the possible names of the right camera's topic for the left camera's topic.
 
-    The words at the end come first, as those before may name a rig: /left_arm/left/image.
+    Words near the end are tried first, as earlier ones may name a rig: /left_arm/left/image.
     """
-    places = []
+    starts = []
     for left, right in SIDE_WORDS:
         words = list(re.finditer(f'(?<![a-z0-9])({left}|{right})(?![a-z0-9])', topic))
         if words and words[-1][0] == left:
-            places += [(word.start(), left, right) for word in words if word[0] == left]
-    for start, left, right in sorted(places, reverse=True):
+            starts += [(word.start(), left, right) for word in words if word[0] == left]
+    for start, left, right in sorted(starts, reverse=True):
         yield topic[:start] + re.sub(f'(?<![a-z0-9]){left}(?![a-z0-9])', right, topic[start:])
 
 
@@ -97,20 +97,20 @@ def _base(image, topics):
 
 
 def _info_of(image, topics):
-    """Return the topic of the CameraInfo in the namespace of an image topic, or None."""
+    """Return the CameraInfo topic in the namespace of an image topic or below it, or None."""
     base = _base(image, topics)
     infos = [topic for topic, (kind, _) in topics.items() if kind == INFO]
     for namespace in (base.rsplit('/', 1)[0], base):
         if f'{namespace}/camera_info' in infos:
             return f'{namespace}/camera_info'
-        beside = [info for info in infos if info.rsplit('/', 1)[0] == namespace]
-        if len(beside) == 1:
-            return beside[0]
+        in_namespace = [info for info in infos if info.rsplit('/', 1)[0] == namespace]
+        if len(in_namespace) == 1:
+            return in_namespace[0]
     return None
 
 
 def _listed(topics):
-    """Return topics as a sentence lists them: with type and number where these are known."""
+    """Return a list of topics for a sentence, with type and number of messages if known."""
     if isinstance(topics, dict):
         return ', '.join(f'{topic} ({kind}, {number})'
                          for topic, (kind, number) in sorted(topics.items()))

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The demonstration: the node beside a simulated camera, its figures and a picture."""
+"""The demo: the node on a simulated camera, a table of figures and a picture."""

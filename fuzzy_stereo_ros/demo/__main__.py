@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The demo: the real node in its own process, a rig without cameras, a table and a picture.
+Run the node on a simulated camera, print a table of figures and write a picture.
 
-Exit codes: 0 done; 1 a pair was lost without being counted, or the node failed; 2 bad input;
-130 interrupted by the user.
+Exit codes: 0 success; 1 the node failed, or lost a pair without counting it; 2 bad input; 130
+interrupted by the user.
 """
 from collections import deque
 from contextlib import closing, ExitStack
@@ -21,7 +21,7 @@ from fuzzy_stereo_ros.commands.parts import warm_matcher
 from fuzzy_stereo_ros.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
 from fuzzy_stereo_ros.demo.phase import (
-    floats, MotorcycleWindow, PATIENCE, Phase, play, table)
+    floats, MotorcycleWindow, Phase, play, table, TIMEOUT)
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.parameters.table import profile_config, ros_name
@@ -33,9 +33,9 @@ from sensor_msgs.msg import Image
 from tqdm import tqdm
 
 CAMERA_RATE, FRAMES = 30.0, 90
-SLOW = 0.5  # s; a matcher that takes longer for a pair gets a slower camera
-LONGEST_PHASE = 30.0  # s, with a slower camera
-FAILED = 1
+SLOW = 0.5              # s for a pair; the camera is slower for slower matchers
+LONGEST_PHASE = 30.0    # s, with a slower camera
+FAILED = 1              # exit code
 
 
 def main(argv=None):
@@ -70,7 +70,7 @@ def run(arguments):
                   **{ros_name(name): value for name, value in changes.items()}}
     sequence = MotorcycleWindow()
     warm_matcher(config, sys.stdout, always=True)
-    namespace = f'/demo_{os.getpid()}'      # two demos do not hear one another
+    namespace = f'/demo_{os.getpid()}'      # demos that run at the same time are kept apart
     words = [word for name, value in parameters.items() for word in (
         '--param', f'{name}:={str(value).lower() if isinstance(value, bool) else value}')]
     try:
@@ -100,7 +100,7 @@ def run(arguments):
 
 
 def _play(listener, sequence, config, arguments):
-    """Return the phases, judged, and the last of the first: frame, disparity, confidence."""
+    """Return the phases, and (frame number, disparity, confidence) of the first one's end."""
     started, confidence = time.monotonic(), deque(maxlen=1)
     cameras = SimulatedCameras('demo_cameras', sequence.focal, sequence.baseline, sequence.offset,
                                namespace=listener.node.get_namespace())
@@ -121,18 +121,18 @@ def _play(listener, sequence, config, arguments):
         phase = Phase(name)
         with tqdm(total=frames, desc=name, unit='pair', file=sys.stdout) as bar:
             received = play(listener, cameras, sequence, phase, frames, rate,
-                            partial(_show, bar, phase))
+                            partial(_update_bar, bar, phase))
         if received and last is None:
-            listener.spin(PATIENCE, lambda: confidence and stamp_of(
+            listener.spin(TIMEOUT, lambda: confidence and stamp_of(
                 confidence[0].header) == listener.stamp, 'no confidence came with a disparity')
             last = (*received[-1], floats(confidence[0]))
-        phase.judge(received, sequence)
+        phase.add_scores(received, sequence)
         phases.append(phase)
     return phases, last
 
 
 def _probe(listener, cameras, sequence):
-    """Return the latency of a single pair in s; the very first may be lost in discovery."""
+    """Return the latency of a single pair in s; repeated, as discovery may lose the first."""
     for _ in range(3):
         phase = Phase('probe')
         if play(listener, cameras, sequence, phase, 1, CAMERA_RATE):
@@ -141,23 +141,23 @@ def _probe(listener, cameras, sequence):
 
 
 def _set_warm_start(listener, warm):
-    """Change this parameter of the node; NodeFailed where it rejects."""
+    """Set the parameter warm_start of the node; NodeFailed if the node rejects it."""
     client = AsyncParameterClient(listener.node, 'disparity_node')
     answer = client.set_parameters([Parameter('warm_start', value=warm)])
-    listener.spin(PATIENCE, answer.done, 'the node did not take warm_start')
+    listener.spin(TIMEOUT, answer.done, 'the node did not set warm_start')
     result, = answer.result().results
     if not result.successful:
         raise NodeFailed(f'the node rejected warm_start: {result.reason}')
 
 
-def _show(bar, phase):
-    """Bring a progress bar up to date with a phase."""
+def _update_bar(bar, phase):
+    """Show the progress of a phase in a bar."""
     bar.set_postfix(received=phase.received, refresh=False)
     bar.update(phase.published - bar.n)
 
 
 def _pace(seconds, arguments):
-    """Return how many pairs to publish and how many a second, by what one pair takes."""
+    """Return the number of pairs and their rate, for a matcher that takes seconds for a pair."""
     rate = arguments.rate or CAMERA_RATE
     if arguments.rate is None and seconds > SLOW:
         rate = 0.8 / seconds

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A node in a process and an environment of its own, and a listener that counts its results."""
+"""Run the node in a process and an environment of its own, and count its results."""
 from contextlib import contextmanager
 import os
 from pathlib import Path
@@ -19,26 +19,26 @@ from rclpy.signals import SignalHandlerOptions
 from stereo_msgs.msg import DisparityImage
 
 NODE = 'fuzzy_stereo_ros.node.disparity_node'
-LONGEST_START = 600.0  # s; compiling takes up to 30, and much longer on a machine that is busy
-LONGEST_END = 10.0  # s
-DOMAINS = range(215, 232)  # their ports lie above Linux's ephemeral ones
+START_TIMEOUT = 600.0   # s; compiling takes up to 60 s, and longer on a busy machine
+END_TIMEOUT = 10.0      # s
+DOMAINS = range(215, 232)   # their ports are above Linux's ephemeral ports
 
 
 class NodeFailed(Exception):
-    """The node under test did not do its part; the text says what and shows its log."""
+    """Raised when the observed node fails; the text says how, and quotes its log."""
 
 
 class Listener:
     """
-    Subscribes to the disparities of a node, whose process it watches, and counts.
+    Subscribes to the disparities and diagnostics of a node, and watches its process.
 
-    process: the node's Popen. take: called with each disparity that is received. ages: of these,
-    ms from their stamps; stamp: of the newest, ns. counts: {key: number} of diagnostics, None
-    before. node, executor: its own; other nodes may be added.
+    process: the node's Popen. take(message): called with each disparity image. ages: list of ms
+    from their stamps to their receipt. stamp: of the newest, ns. counts: {key: number} of the
+    newest diagnostics, None before. node, executor: of the listener; nodes may be added.
     """
 
     def __init__(self, process, namespace='', take=lambda message: None):
-        """Listen to a node; nothing is subscribed to but its diagnostics."""
+        """Subscribe to the diagnostics only."""
         self.node = rclpy.create_node('listener', namespace=namespace)
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
@@ -49,24 +49,24 @@ class Listener:
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._count, 10)
 
     def subscribe(self):
-        """Want disparities."""
+        """Subscribe to the disparities."""
         self._subscription = self.node.create_subscription(
             DisparityImage, 'disparity', self._receive, 10)
 
     def leave(self):
-        """Want nothing any more."""
+        """End the subscription to the disparities."""
         self.node.destroy_subscription(self._subscription)
 
     def close(self):
-        """End; otherwise the middleware would go on listening."""
+        """Destroy the node, and with it the subscriptions."""
         self.executor.shutdown()
         self.node.destroy_node()
 
-    def spin(self, seconds=LONGEST_START, until=None, otherwise='the node did not answer'):
+    def spin(self, seconds=START_TIMEOUT, until=None, otherwise='the node did not answer'):
         """
-        Listen for a time in s, or until something is true.
+        Spin for a time in s, or until until() is true.
 
-        Raises NodeFailed where that is not so in time, and where the node ends.
+        Raises NodeFailed if it is not true in time (otherwise: its text), or the process ends.
         """
         end = time.monotonic() + seconds
         while not (until and until()):
@@ -80,9 +80,9 @@ class Listener:
             self.executor.spin_once(timeout_sec=min(0.1, left))
 
     def news(self):
-        """Return {key: number} of diagnostics that are newer than this call."""
-        asked = self.node.get_clock().now().nanoseconds
-        self.spin(until=lambda: self._counted > asked)
+        """Return the counts of diagnostics that are published after this call."""
+        called = self.node.get_clock().now().nanoseconds
+        self.spin(until=lambda: self._counted > called)
         return self.counts
 
     def _receive(self, message):
@@ -101,7 +101,7 @@ class Listener:
 
 @contextmanager
 def ros_running():
-    """Let rclpy be there inside the with block, signals left to Python."""
+    """Initialise rclpy for the with block, without its signal handlers."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         yield
@@ -112,10 +112,11 @@ def ros_running():
 @contextmanager
 def ros_environment():
     """
-    Set the environment for this process and the node's: apart from a robot, large messages pass.
+    Set the environment of this process and the node's for the with block; yield a log file's path.
 
-    The path of a log file comes out. A Fast DDS profile that the user has set stays.
-    Raises ValueError where this package is not installed.
+    Both are isolated from other ROS nodes, and Fast DDS has a profile for large messages, unless
+    the user has set one.
+    Raises ValueError if this package is not installed.
     """
     prefixes = [sys.prefix, *filter(None, [os.environ.get('AMENT_PREFIX_PATH')])]
     os.environ['AMENT_PREFIX_PATH'] = os.pathsep.join(prefixes)
@@ -134,7 +135,7 @@ def ros_environment():
 
 @contextmanager
 def running_module(module, arguments, log):
-    """Run a module of this package as a process; its end must be clean."""
+    """Run a module of this package as a process; NodeFailed, with its log, if it fails."""
     command = [sys.executable, '-m', module, *arguments]
     with log.open('wb') as output:
         process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
@@ -144,16 +145,16 @@ def running_module(module, arguments, log):
         if code:
             raise NodeFailed(f'{module} ended with code {code}')
     except NodeFailed as failure:
-        raise NodeFailed(f'{failure}; it said:\n{log.read_text()}') from None
+        raise NodeFailed(f'{failure}; its log:\n{log.read_text()}') from None
     finally:
         _ended(process)
 
 
 def _ended(process):
-    """Ask a process to end, wait until it has, and return its exit code."""
+    """Terminate a process, wait for its end, and return its exit code."""
     process.terminate()
     try:
-        return process.wait(LONGEST_END)
+        return process.wait(END_TIMEOUT)
     except subprocess.TimeoutExpired:
         process.kill()
         return process.wait()

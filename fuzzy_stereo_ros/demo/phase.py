@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A phase of the demo: pairs of a real sequence published at a rate, what came back, and figures.
+A phase of the demo: publish pairs of a sequence at a rate, and compute figures of the results.
 
-The sequence has ground truth and needs no download: a window pans over scikit-image's pair.
+The sequence is a window that pans over the Motorcycle pair of scikit-image, with ground truth.
 """
 from dataclasses import dataclass, field
 import time
@@ -15,20 +15,20 @@ from fuzzy_stereo_ros.evaluation.scores import flicker, score
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 import numpy as np
 
-ROWS, COLUMNS = 480, 640  # of the window
-STEP = 2  # pixels per frame to the right or left
-PATIENCE = 5.0  # s after which a pair that is not at work is lost
-NOT_MATCHED = 'pairs dropped', 'pairs rejected'  # keys of the node's diagnostics
-WAITING = 'pairs waiting'   # the one at work is among them
+ROWS, COLUMNS = 480, 640    # of the window
+STEP = 2                    # px, horizontal motion per frame
+TIMEOUT = 5.0               # s without any result, after which pairs count as lost
+NOT_MATCHED = 'pairs dropped', 'pairs rejected'     # keys of the node's diagnostics
+WAITING = 'pairs waiting'   # another key; includes the pair that is being matched
 
 
 class WindowPair(NamedTuple):
     """
-    What the window shows in one frame.
+    The content of the window in one frame.
 
     left, right: uint8 (R, C, 3) BGR.
     truth: float32 (R, C), pixels, x_left - x_right, left-referenced, NaN = unknown.
-    first_row, first_column: of the window in the whole images.
+    first_row, first_column: position of the window in the whole images.
     """
 
     left: np.ndarray
@@ -40,10 +40,10 @@ class WindowPair(NamedTuple):
 
 class MotorcycleWindow:
     """
-    The Motorcycle pair of scikit-image by a window.
+    A window that pans over the Motorcycle pair of scikit-image.
 
-    focal: px. baseline: metres. offset: px, the left camera's principal point minus that of the
-    right one; a disparity of the images minus it is zero at infinity.
+    focal: px. baseline: metres. offset: px, cx of the left camera minus that of the right one; it
+    is the disparity at infinity.
     """
 
     focal = 994.978
@@ -54,30 +54,30 @@ class MotorcycleWindow:
         self._pair = read_motorcycle()
 
     def frame(self, number):
-        """Return the `WindowPair` of a frame; the window turns round at the images' borders."""
+        """Return the `WindowPair` of a frame; the window reverses at the images' borders."""
         rows, columns = self._pair.truth.shape
-        row = _to_and_fro(number // 2, rows - ROWS)
-        column = _to_and_fro(STEP * number, columns - COLUMNS)
+        row = _back_and_forth(number // 2, rows - ROWS)
+        column = _back_and_forth(STEP * number, columns - COLUMNS)
         shown = (slice(row, row + ROWS), slice(column, column + COLUMNS))
         return WindowPair(np.ascontiguousarray(self._pair.left[shown]),
                           np.ascontiguousarray(self._pair.right[shown]),
                           self._pair.truth[shown], row, column)
 
 
-def _to_and_fro(distance, length):
-    """Return where something is that walks from 0 to length and back, again and again."""
-    place = distance % (2 * length)
-    return min(place, 2 * length - place)
+def _back_and_forth(distance, length):
+    """Return the position after a distance on a path from 0 to length and back, repeatedly."""
+    position = distance % (2 * length)
+    return min(position, 2 * length - position)
 
 
 @dataclass
 class Phase:
     """
-    What was seen while pairs were published in one way, `warm` or `cold`.
+    The figures of one run, `warm` or `cold`.
 
-    published: pairs sent. dropped: pairs the node says it did not match, for whatever reason.
-    latencies: ms from stamp to receipt, in order of receipt. seconds: from the first pair
-    sent to the last receipt. scores, flickers: per received pair, percent.
+    published: number of pairs. dropped: number of pairs that the node counts as dropped or
+    rejected. seconds: from the first pair published to the last result received. latencies: ms
+    from stamp to receipt of each result. scores, flickers: of each result, percent.
     """
 
     name: str
@@ -90,56 +90,55 @@ class Phase:
 
     @property
     def received(self):
-        """How many disparity images came back."""
+        """The number of disparity images received."""
         return len(self.latencies)
 
     @property
     def lost(self):
-        """How many pairs neither came back nor were counted as dropped."""
+        """The number of pairs that were neither received nor counted by the node."""
         return self.published - self.received - self.dropped
 
-    def judge(self, received, sequence):
+    def add_scores(self, received, sequence):
         """
-        Add scores and flicker of what was received.
+        Add the scores and the flicker of results.
 
-        received: list of (frame number, disparity), disparity as in `evaluation`, in pixels of
-        the images. sequence: its frame(number) tells ground truth and place of the window.
+        received: list of (frame number, disparity) as of `play`. sequence: a MotorcycleWindow.
         """
-        before = None
+        previous = None
         for number, disparity in received:
             shown = sequence.frame(number)
             self.scores.append(score(disparity, shown.truth))
-            if before is not None:
-                last, last_disparity = before
+            if previous is not None:
+                last, last_disparity = previous
                 shift = (last.first_row - shown.first_row,
                          last.first_column - shown.first_column)
                 self.flickers.append(flicker(last_disparity, disparity, shift))
-            before = shown, disparity
+            previous = shown, disparity
 
 
 def play(listener, cameras, sequence, phase, frames, rate, progress=lambda: None):
     """
-    Publish frames 0 to frames - 1 of a sequence, rate a second, and write the `Phase`.
+    Publish the first frames of a sequence, rate a second, and count in a `Phase`.
 
-    Return a list of (frame number, disparity), disparity float32 (R, C), pixels of the images,
-    NaN = invalid, once every pair came back, was counted by the node or is lost. listener: a
-    `Listener`; cameras: SimulatedCameras. progress: called when pairs went out or came back.
+    Return a list of (frame number, disparity) once every pair is received, counted by the node or
+    lost. disparity: float32 (R, C), pixels of the images, NaN = invalid.
+    listener: a `Listener`. cameras: SimulatedCameras. progress(): called after each change.
     """
-    sent, received, before = {}, [], _not_matched(listener)
+    sent, received, not_matched_before = {}, [], _not_matched(listener)
 
     def take(message):
         number = sent.pop(stamp_of(message.header), None)
         if number is not None:
             phase.latencies.append(listener.ages[-1])
             phase.seconds = time.monotonic() - start
-            values = floats(message.image)      # smaller by the sequence's offset
+            values = floats(message.image)      # without the sequence's offset
             values[values < message.min_disparity] = np.nan
             received.append((number, values + np.float32(sequence.offset)))
 
     listener.take, start = take, time.monotonic()
-    news = start
-    while time.monotonic() - news < PATIENCE + 1 / rate:
-        known = phase.published, phase.received
+    last_change = start
+    while time.monotonic() - last_change < TIMEOUT + 1 / rate:
+        counts = phase.published, phase.received
         due = start + phase.published / rate - time.monotonic()
         if phase.published == frames or due > 0:
             listener.spin(0.1 if phase.published == frames else min(0.1, due))
@@ -147,17 +146,17 @@ def play(listener, cameras, sequence, phase, frames, rate, progress=lambda: None
             shown = sequence.frame(phase.published)
             sent[cameras.publish(shown.left, shown.right)] = phase.published
             phase.published += 1
-        if known != (phase.published, phase.received) or listener.counts[WAITING]:
-            news = time.monotonic()
+        if counts != (phase.published, phase.received) or listener.counts[WAITING]:
+            last_change = time.monotonic()
             progress()
-        phase.dropped = _not_matched(listener) - before
+        phase.dropped = _not_matched(listener) - not_matched_before
         if phase.published == frames and phase.lost <= 0:
             break
     return received
 
 
 def floats(image):
-    """Return a copy of a 32FC1 image: float32 (R, C)."""
+    """Return the values of a 32FC1 sensor_msgs/Image, as a copy: float32 (R, C)."""
     return np.frombuffer(image.data, '<f4').reshape(image.height, image.width).copy()
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The node's status in /diagnostics once a second, and lines for the log about what was lost."""
+"""Publish the status of the node in /diagnostics, and make log lines about lost messages."""
 from collections import Counter, deque
 from dataclasses import fields
 import threading
@@ -10,15 +10,14 @@ from fuzzy_stereo_ros.parameters.table import ros_name
 import numpy as np
 
 LOADING = 'loading the kernels'
-RECENT = 200    # pairs that medians and percentiles look back on
-# By what the keys of `counts_of` begin with: why they are lost, and what to do.
+RECENT = 200    # newest pairs, of which medians and percentiles are computed
+# Why messages are lost and what to do, by the start of their keys in `counts_of`.
 LOSSES = {
-    'pairs dropped': 'newer pairs came before they were matched, see scale and disparity_range',
-    'pairs rejected': 'they cannot be matched, see the errors in the log',
-    'unmatched ': 'the other topics had not come with their stamps when newer ones came, the '
-                  'stamps went back or no output was wanted any more, see queue_size and '
+    'pairs dropped': 'newer pairs came before they were matched; see scale and disparity_range',
+    'pairs rejected': 'they cannot be matched; see the errors in the log',
+    'unmatched ': 'the other topics had no messages with matching stamps; see queue_size and '
                   'approximate_sync',
-    'lost ': 'they were sent and never arrived, see input_qos and config/fastdds.xml',
+    'lost ': 'they were sent and never arrived; see input_qos and config/fastdds.xml',
 }
 
 
@@ -26,11 +25,11 @@ class Diagnostics:
     """
     Publishes a level, a sentence and values in /diagnostics.
 
-    values: {key: text} as published last. rejected: Counter of rejected pairs by reason.
+    values: {key: text} that were published last. rejected: Counter of rejected pairs by reason.
     """
 
     def __init__(self, node, now):
-        """Advertise; now: s, from when rates are counted."""
+        """Advertise /diagnostics; now: s, the start of the first rates."""
         self._node = node
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 1)
         self.values, self.rejected = {}, Counter()
@@ -39,10 +38,10 @@ class Diagnostics:
 
     def matched(self, match, **times):
         """
-        Note a Match and more ms by name, which stand before its times by stage; any thread.
+        Record a Match and further times in ms by name; may be called from any thread.
 
-        latency: from the last message to the publishing. age: from the stamp to the publishing,
-        by the node's clock. stamps apart: between the earliest and the latest stamp of the pair.
+        latency: from the last message to publishing. age: from the stamp to publishing, by the
+        node's clock. stamps apart: between the earliest and the latest stamp of the pair.
         """
         with self._lock:
             self._times.append({**times, **{
@@ -50,23 +49,23 @@ class Diagnostics:
             self._match = match
 
     def reject(self, reason):
-        """Count a pair that was not matched, by a word for the reason; any thread."""
+        """Count a rejected pair by its reason; may be called from any thread."""
         with self._lock:
             self.rejected[reason] += 1
 
     def close(self):
-        """Advertise no longer."""
+        """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def publish(self, now, counts, values, loading, idle, quiet, misalignment):
+    def publish(self, now, counts, values, loading, idle, silence, misalignment):
         """
-        Publish the state at a time in s; loading, idle, quiet: as of `status_of`.
+        Publish the status at a time in s.
 
-        counts: {key: number} as of `counts_of`; values: {key: text}, others.
-        misalignment: of the images, None while it is not known.
+        counts: {key: number} of `counts_of`. values: {key: text}, further ones.
+        loading, idle, silence: as for `status_of`. misalignment: a Misalignment, None if unknown.
         """
         rates = self.rates(now, counts)
-        level, sentence = status_of(loading, idle, quiet, rates)
+        level, sentence = status_of(loading, idle, silence, rates)
         if misalignment and misalignment.advice and not idle:
             level = 'WARN' if level == 'OK' else level
             sentence += f'; {misalignment.advice}'
@@ -83,7 +82,7 @@ class Diagnostics:
         self._publisher.publish(message)
 
     def rates(self, now, counts):
-        """Return {key: per second} since the call before, of {key: number} at a time in s."""
+        """Return {key: change per second since the previous call} of counts at a time in s."""
         seconds = max(now - self._counted, 1e-9)
         rates = {key: (count - self._counts.get(key, 0)) / seconds
                  for key, count in counts.items()}
@@ -91,7 +90,7 @@ class Diagnostics:
         return rates
 
     def figures(self):
-        """Return {key: text}: times by stage, latency, and figures of the newest match."""
+        """Return {key: text} of rejections, times, and the newest match."""
         with self._lock:
             times, match = list(self._times), self._match
             figures = {f'rejected: {reason}': str(count)
@@ -110,18 +109,18 @@ class Diagnostics:
 
 
 class LossReports:
-    """Reports the first loss of a kind at once, then once a period the losses since then."""
+    """Makes a line for the first loss of a kind at once, then at most one in each period."""
 
     def __init__(self, period=60.0):
-        """Begin with nothing lost; period: s, long, as a busy node drops pairs all the time."""
+        """Start with no losses; period: s, long, as a busy node drops pairs all the time."""
         self._period = period
         self._reported, self._when = {}, {}
 
     def lines(self, now, counts, last=False):
         """
-        Return the lines to log at a time in s; their numbers add up to the counts in the end.
+        Return the lines to log at a time in s; each has the losses since the previous line.
 
-        counts: {key: number}, as of `counts_of`. last: report all that is not reported yet.
+        counts: {key: number} of `counts_of`. last: whether to report all remaining losses.
         """
         lines = []
         for kind, reason in LOSSES.items():
@@ -138,9 +137,9 @@ class LossReports:
 
 def counts_of(synchroniser, pairs, lost):
     """
-    Return {key: number} of a Synchroniser and of its pairs, as in `Worker.counts`.
+    Return {key: number} of all that diagnostics count.
 
-    lost: {topic: messages that the middleware lost}.
+    pairs: {name: number} of `Worker.counts`. lost: {topic: messages that the middleware lost}.
     pairs synchronised = matched + dropped + rejected + waiting.
     """
     counts = {'pairs synchronised': synchroniser.matched, 'pairs matched': pairs['done'],
@@ -153,20 +152,20 @@ def counts_of(synchroniser, pairs, lost):
     return counts
 
 
-def status_of(loading, idle, quiet, rates):
+def status_of(loading, idle, silence, rates):
     """
-    Return (level, sentence) of diagnostics; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
+    Return the (level, sentence) to publish; level: 'OK', 'WARN', 'ERROR' or 'STALE'.
 
-    loading: what is done before the first pair, '' once the kernels are warm; idle: why nothing
-    is subscribed to, '' where something is; quiet: s without a pair where that is too long, else
-    0; rates: per second, by keys of `counts_of`.
+    loading: progress of the warm-up, '' once the kernels are warm. idle: why there are no
+    subscriptions, '' if there are. silence: s without a pair if that is too long, else 0.
+    rates: {key: per second} of `counts_of`.
     """
     if loading:
         return 'STALE', loading
     if idle:
         return 'OK', idle
-    if quiet:
-        return 'ERROR', f'no stereo pair for {quiet:.0f} s'
+    if silence:
+        return 'ERROR', f'no stereo pair for {silence:.0f} s'
     matched, rejected, dropped = (
         rates[f'pairs {how}'] for how in ('matched', 'rejected', 'dropped'))
     if rejected:
@@ -178,7 +177,7 @@ def status_of(loading, idle, quiet, rates):
 
 
 def change_of(in_use, requested):
-    """Return in words how a requested MatcherConfig differs from the one in use."""
+    """Return a text with the differences of a requested MatcherConfig from the one in use."""
     changes = [(ros_name(field.name), getattr(requested, field.name), getattr(in_use, field.name))
                for field in fields(in_use)]
     return ', '.join(f'{name} = {new} (in use: {old})'

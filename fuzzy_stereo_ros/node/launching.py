@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the launch files share: arguments from the table of parameters, and stereo cameras."""
+"""Functions of the launch files: arguments from the table of parameters, and nodes of rigs."""
 from contextlib import suppress
 from dataclasses import dataclass, field
 import os
 from pathlib import Path
-from reprlib import repr as shortened     # values in a file may be long, and deep
+from reprlib import repr as shortened
 import sys
 
 from ament_index_python.packages import get_package_prefix, PackageNotFoundError
@@ -26,9 +26,9 @@ MODULES = {'disparity_node': f'{PACKAGE}.node.disparity_node',
 TRUTH = {'true': True, '1': True, 'false': False, '0': False}
 NODE_ROWS = (*ROS_PARAMETERS, Parameter('use_sim_time', False, 'take the time from /clock'))
 PROCESS_ROWS = (
-    Parameter('output', 'screen', 'where what the node prints goes',
+    Parameter('output', 'screen', 'destination of what the node prints',
               choices=('screen', 'log', 'both', 'own_log', 'full')),
-    Parameter('log_level', 'info', 'from which level on the node logs',
+    Parameter('log_level', 'info', 'lowest level of messages that the node logs',
               choices=('debug', 'info', 'warn', 'error', 'fatal')),
 )
 RIG_KEYS = {'namespace': str, 'node_name': str, 'left_namespace': str, 'right_namespace': str,
@@ -38,11 +38,11 @@ RIG_KEYS = {'namespace': str, 'node_name': str, 'left_namespace': str, 'right_na
 @dataclass(frozen=True)
 class RigNode:
     """
-    One node and the two cameras it subscribes to.
+    The node of one stereo rig.
 
-    remappings: list of (from, to); the first that fits a topic is taken.
-    params_file: path, empty for none. parameters: values by name, over those of the file; names
-    that are nested are joined by launch_ros.
+    remappings: list of (from, to); the first that fits a topic applies.
+    params_file: path, '' for none. parameters: {name: value}, which override the file; launch_ros
+    joins nested names.
     """
 
     namespace: str
@@ -56,7 +56,7 @@ def declared(rows, left_out=''):
     """
     Return a DeclareLaunchArgument for each row of a table.
 
-    left_out: what an empty argument means; it is the default then. '': the row's own default.
+    left_out: meaning of an empty argument, which is then the default; '' = the row's default is.
     """
     return [DeclareLaunchArgument(
         row.name, default_value='' if left_out else str(row.default),
@@ -64,24 +64,24 @@ def declared(rows, left_out=''):
 
 
 def ignored_arguments():
-    """Return a DeclareLaunchArgument for each parameter of stereo_image_proc without meaning."""
+    """Return a DeclareLaunchArgument for each ignored parameter of stereo_image_proc."""
     return [DeclareLaunchArgument(name, default_value='',
                                   description="of stereo_image_proc's matchers; ignored")
             for name in IGNORED_PARAMETERS]
 
 
 def argument(context, row):
-    """Return the value of a row's launch argument; ValueError where it is not allowed."""
+    """Return the value of a row's launch argument; ValueError if it is not allowed."""
     value = LaunchConfiguration(row.name).perform(context)
     if isinstance(row.default, bool):
         return row.checked(TRUTH.get(value.lower(), value))
-    with suppress(ValueError):      # the check rejects it with its sentence
+    with suppress(ValueError):      # `checked` rejects it
         value = type(row.default)(value)
     return row.checked(value)
 
 
 def arguments(context, rows):
-    """Return {name: value} of the rows' launch arguments; ValueError for what is not allowed."""
+    """Return {name: value} of the rows' launch arguments; ValueError if one is not allowed."""
     return {row.name: argument(context, row) for row in rows}
 
 
@@ -94,14 +94,14 @@ def given_parameters(context):
 
 
 def camera_remappings(left_namespace, right_namespace, image='image_rect'):
-    """Return the remappings of the four inputs to two cameras; image: name of their images."""
-    return [(f'{side}/{topic}', f"{namespace.rstrip('/')}/{there}")
+    """Return the remappings of the four inputs to two cameras; image: name of their topic."""
+    return [(f'{side}/{topic}', f"{namespace.rstrip('/')}/{name}")
             for side, namespace in (('left', left_namespace), ('right', right_namespace))
-            for topic, there in (('image_rect', image), ('camera_info', 'camera_info'))]
+            for topic, name in (('image_rect', image), ('camera_info', 'camera_info'))]
 
 
 def dds_profile(share):
-    """Return the actions by which Fast DDS carries large images, unless it has a profile."""
+    """Return the actions that set our profile of Fast DDS; none if the user has set one."""
     if has_fast_dds_profile():
         return []
     return [SetEnvironmentVariable(FAST_DDS_VARIABLES[0], str(share / 'config' / 'fastdds.xml'))]
@@ -111,22 +111,22 @@ def installed(package):
     """Return whether ROS finds a package."""
     try:
         get_package_prefix(package)
-    except (PackageNotFoundError, OSError):     # the second: AMENT_PREFIX_PATH is not set
+    except (PackageNotFoundError, OSError):     # OSError without AMENT_PREFIX_PATH
         return False
     return True
 
 
 def program(executable, *words):
-    """Return the arguments of a launch_ros Node that say which of our executables it runs."""
+    """Return the arguments of a launch_ros Node that runs one of our executables with words."""
     if installed(PACKAGE):
         return {'package': PACKAGE, 'executable': executable, 'arguments': list(words)}
-    # A source folder that is only on the path of Python.
+    # The package is not installed, only on Python's path.
     return {'executable': sys.executable, 'arguments': ['-m', MODULES[executable], *words]}
 
 
 def process_of(rig, output, log_level, managed=False):
     """
-    Return the Node action for one rig; ValueError where its params_file does not exist.
+    Return the Node action of a RigNode; ValueError if its params_file does not exist.
 
     managed: whether the node has a life cycle.
     """
@@ -140,7 +140,7 @@ def process_of(rig, output, log_level, managed=False):
 
 
 def existing(params_file):
-    """Return the path of a parameter file; ValueError where it is given and does not exist."""
+    """Return the path of a parameter file, '' for none; ValueError if it does not exist."""
     if params_file and not os.path.isfile(params_file):
         raise ValueError(f"params_file is '{params_file}', which is no file; give the path of a "
                          'file of parameters, or nothing for the defaults')
@@ -149,10 +149,10 @@ def existing(params_file):
 
 def read_rigs(path):
     """
-    Return the list of `RigNode` of a YAML file; config/rigs.yaml is an example.
+    Return the list of `RigNode` of a YAML file such as config/rigs.yaml.
 
-    Raises ValueError with one sentence that names the file for what cannot be read or is not
-    allowed.
+    Raises ValueError, one sentence that names the file, if it cannot be read or has an entry that
+    is not allowed.
     """
     path = Path(path).resolve()
     try:
@@ -171,7 +171,7 @@ def read_rigs(path):
 
 
 def _rig(who, name, values, folder):
-    """Return a RigNode; names of nodes and topics, and parameters, are checked by the node."""
+    """Return a RigNode; the node itself checks names of topics, and parameters."""
     values = {'namespace': name, 'node_name': 'disparity_node', 'left_namespace': 'left',
               'right_namespace': 'right', 'params_file': '', 'parameters': {}, 'remappings': {},
               **_map(who, values, RIG_KEYS)}
@@ -188,7 +188,7 @@ def _rig(who, name, values, folder):
 
 
 def _map(who, values, kinds):
-    """Return a map whose keys are known and whose values are of their types; ValueError else."""
+    """Return a map; ValueError if a key is not one of kinds, or its value of another type."""
     if not isinstance(values, dict):
         raise ValueError(f'{who} is {shortened(values)}; allowed are maps with {", ".join(kinds)}')
     for key, value in values.items():

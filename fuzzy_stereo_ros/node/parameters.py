@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Declare the table of parameters to ROS; changes are accepted as a whole or not at all."""
+"""Declare the table of parameters to ROS; accept changes completely or not at all."""
 from copy import copy
 from dataclasses import replace
 
@@ -15,8 +15,8 @@ from rclpy.qos import (
     ReliabilityPolicy)
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-DECLARED_LATER = 'qos_overrides.'       # with each publisher and subscription
-LONG_ALIKE = 0.9        # of names that are long and begin and end alike anyway
+QOS_OVERRIDES = 'qos_overrides.'    # ROS declares these with each publisher and subscription
+LIKENESS = 0.9          # for a suggestion among these names, which all have long parts in common
 FIELDS = {row.name: row.field for row in ROS_PARAMETERS if row.field}   # of MatcherConfig
 OVERRIDABLE = QoSOverridingOptions((
     QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
@@ -24,7 +24,7 @@ OVERRIDABLE = QoSOverridingOptions((
 
 
 def qos_profile(word, depth=1):
-    """Return the QoSProfile of a word of input_qos or output_qos; depth: of `reliable`."""
+    """Return the QoSProfile for a value of input_qos or output_qos; depth: of `reliable`."""
     profiles = {
         'sensor_data': QoSPresetProfiles.SENSOR_DATA.value,
         'reliable': QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth,
@@ -39,19 +39,19 @@ def qos_profile(word, depth=1):
 
 class NodeParameters:
     """
-    The parameters of a node and the MatcherConfig they make.
+    The parameters of a node and the MatcherConfig made of them.
 
-    config: the MatcherConfig in force. settings: what is fixed at start, by name.
-    ignored: names of stereo_image_proc's parameters that were set and mean nothing here.
-    unknown: names that were set at start and that no parameter has, with the nearest name.
+    config: the MatcherConfig of the parameters' present values. settings: {name: value} of those
+    fixed at start. ignored: names of stereo_image_proc's parameters that were set at start.
+    unknown: names that were set at start and are no parameters, each with a suggestion.
     """
 
     def __init__(self, node, on_change, on_ignored):
         """
-        Declare everything to a node; raise ValueError with a sentence for a value not allowed.
+        Declare all parameters to a node; ValueError with a sentence for a value not allowed.
 
-        on_change(config): called after a change of the matcher's parameters is accepted.
-        on_ignored(names): called after some were set, later than the start, that are ignored.
+        on_change(config): called after a change of the matcher's parameters.
+        on_ignored(names): called after each later change, with the ignored parameters it sets.
         """
         self._node, self._on_change, self._on_ignored = node, on_change, on_ignored
         self.settings = {row.name: self._declare(row, row.checked(self._override(row)))
@@ -64,19 +64,19 @@ class NodeParameters:
         self.ignored = [name for name in IGNORED_PARAMETERS
                         if node.declare_parameter(name, None, meaningless).value is not None]
         self.unknown = [name + nearest(name) for name in self._never_declared()
-                        if not name.startswith(DECLARED_LATER)]
-        node.add_pre_set_parameters_callback(self._spell_out_profile)
+                        if not name.startswith(QOS_OVERRIDES)]
+        node.add_pre_set_parameters_callback(self._add_presets)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
 
     def unused_overrides(self):
-        """Return names of QoS that no topic made so far has, with the nearest name."""
-        topics = list(self._node.get_parameters_by_prefix(DECLARED_LATER.rstrip('.')))
-        return [name + nearest(name, [DECLARED_LATER + topic for topic in topics], LONG_ALIKE)
-                for name in self._never_declared() if name.startswith(DECLARED_LATER)]
+        """Return names of QoS overrides for topics the node lacks, each with a suggestion."""
+        topics = list(self._node.get_parameters_by_prefix(QOS_OVERRIDES.rstrip('.')))
+        return [name + nearest(name, [QOS_OVERRIDES + topic for topic in topics], LIKENESS)
+                for name in self._never_declared() if name.startswith(QOS_OVERRIDES)]
 
     def _never_declared(self):
-        # rclpy has no public way to see what was set and never declared.
+        # rclpy has no public list of the overrides that were never declared.
         return [name for name in sorted(self._node._parameter_overrides)
                 if not self._node.has_parameter(name)]
 
@@ -94,30 +94,30 @@ class NodeParameters:
         return value
 
     def _override(self, row):
-        """Return what the user gave at start, else the row's default, whatever its type is."""
-        anything = ParameterDescriptor(dynamic_typing=True)
-        value = self._node.declare_parameter(row.name, row.default, anything).value
+        """Return the value that the user set at start, of any type, else the row's default."""
+        any_type = ParameterDescriptor(dynamic_typing=True)
+        value = self._node.declare_parameter(row.name, row.default, any_type).value
         self._node.undeclare_parameter(row.name)
         whole_for_float = isinstance(row.default, float) and type(value) is int
         return float(value) if whole_for_float else value
 
     def _changed_config(self, config, values):
-        """Return a MatcherConfig with values by ROS name; ValueError speaks of ROS names."""
+        """Return a MatcherConfig with changed {ROS name: value}; ValueError with ROS names."""
         try:
             return replace(config, **{FIELDS[name]: value
                                       for name, value in values.items() if name in FIELDS})
         except ValueError as error:
             raise ValueError(in_ros_words(str(error))) from None
 
-    def _spell_out_profile(self, parameters):
-        """Add to a new profile what it presets, except what is set in the same call."""
+    def _add_presets(self, parameters):
+        """Return parameters with the presets of a new profile that they do not set themselves."""
         given = {parameter.name: parameter.value for parameter in parameters}
         if 'profile' not in given:
             return parameters
         try:
             presets = preset_changes(self._profile, given['profile'])
         except (ValueError, TypeError):
-            return parameters       # the check rejects it with its sentence
+            return parameters       # `_check` rejects it
         return parameters + [Parameter(ros_name(name), value=value)
                              for name, value in presets.items() if ros_name(name) not in given]
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The services of the node: match without the previous frame, and save the last pair."""
+"""The services of the node: `~/reset` forgets the previous frame, `~/save` saves the last pair."""
 from datetime import datetime
 import os
 from pathlib import Path
@@ -14,24 +14,24 @@ from std_srvs.srv import Trigger
 class Services:
     """The services `~/reset` and `~/save`."""
 
-    def __init__(self, node, matcher, folder, about):
+    def __init__(self, node, matcher, folder, describe):
         """
-        Offer the services.
+        Create the services.
 
-        matcher: a PairMatcher. folder: where `~/save` makes folders.
-        about(): returns {key: text}, what is saved besides.
+        matcher: a PairMatcher. folder: in which `~/save` makes a folder for each pair.
+        describe(): returns {key: text} to save with a pair.
         """
-        self._node, self._matcher, self._about = node, matcher, about
+        self._node, self._matcher, self._describe = node, matcher, describe
         self._folder, self._saving = Path(os.path.expanduser(folder)), False
         reset = node.create_service(Trigger, '~/reset', self._reset)
-        # `_answer` takes the place of what sends: an executor that sends what it awaited fails
-        # where the service is destroyed meanwhile.
+        # `_answer` replaces the method that sends the response, as an awaited callback would make
+        # the executor fail if the service is destroyed meanwhile.
         save = node.create_service(Trigger, '~/save', lambda request, response: response)
         self._send, save.send_response = save.send_response, self._answer
         self._services, self._closed = (reset, save), False
 
     def close(self):
-        """Offer the services no longer; a pair that is being saved is saved without an answer."""
+        """Destroy the services; a pair that is being saved is saved without an answer."""
         self._closed = True
         for service in self._services:
             self._node.destroy_service(service)
@@ -43,8 +43,8 @@ class Services:
         return response
 
     def _answer(self, response, header):
-        """Save and send the response, from a thread of its own: the executor stays free."""
-        last, about = self._matcher.last, self._about()
+        """Save the last pair and send the response in a new thread: the executor stays free."""
+        last, about = self._matcher.last, self._describe()
         if last is None:
             response.message = 'no pair has been matched yet; nothing is saved'
         elif self._saving:
@@ -71,7 +71,7 @@ class Services:
                                 f'`fuzzy-stereo match --saved {folder}`')
         except (OSError, ValueError) as error:
             response.message = f'the last pair cannot be saved to {folder}: {error}'
-        except Exception:      # noqa: B902  whatever it is, the caller waits
+        except Exception:      # noqa: B902  the caller waits for an answer
             response.message = ('the last pair cannot be saved, by an internal error: '
                                 + traceback.format_exc().rstrip())
         self._saving = False

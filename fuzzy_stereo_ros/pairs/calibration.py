@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The calibration of a pair, from two CameraInfo messages, and what it makes of disparities: metres.
+Read the calibration of a pair from two CameraInfo, and compute depth and points with it.
 
 The messages are of ROS 1 or ROS 2, live or from a bag.
 """
@@ -12,18 +12,18 @@ import cv2
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 import numpy as np
 
-VERTICAL_SHARE = 1e-3   # Ty beyond this share of Tx is a vertical rig
-FOCAL_SHARE = 1e-3      # focal lengths of a rectified pair differ by less
-ROW_DIFFERENCE = 0.5    # px; cy of a rectified pair differ by less
-# What outputs of 32 bits can be made of: sixteenths of pixels, and a number below each disparity.
-FARTHEST_CENTRE = 1e6   # px, cx and cy from 0, and from each other
-LARGEST_MILLIMETRES = 65535     # of 16 bits
-LENGTHS = 1e-9, 1e9     # px of focal lengths, metres of the baseline
+VERTICAL_SHARE = 1e-3   # share of Tx; a larger Ty means that the cameras are mounted vertically
+FOCAL_SHARE = 1e-3      # by which focal lengths of a rectified pair may differ
+ROW_DIFFERENCE = 0.5    # px, by which cy of a rectified pair may differ
+# Limits within which float32 outputs still resolve sixteenths of pixels.
+FARTHEST_CENTRE = 1e6   # px, of cx and cy from 0, and from each other
+LARGEST_MILLIMETRES = 65535     # of uint16
+LENGTHS = 1e-9, 1e9     # of focal lengths in px, and of the baseline in metres
 
 
 @dataclass(frozen=True)
 class _Camera:
-    """One camera's P, of the image as it is: after region of interest and binning, in px."""
+    """P of one camera, after region of interest and binning, px."""
 
     fx: float
     fy: float
@@ -40,12 +40,12 @@ def read_calibration(left_info, right_info):
     """
     Return the Calibration of a pair.
 
-    left_info, right_info: anything with the fields of sensor_msgs/CameraInfo; P is of the full
-    rectified image, region of interest and binning are taken into account.
-    Where only K or the baseline is missing, the baseline is 0 and a remark says so: rectified
-    images match without them, as with stereo_image_proc.
-    Raises BadPair for a P without focal length, for cameras that are swapped, one above the other
-    or that do not look at the same rows.
+    left_info, right_info: any objects with the fields of sensor_msgs/CameraInfo. Their P is of
+    the full rectified image; the calibration is of the region of interest, after binning.
+    If only K or the baseline is missing, the baseline is 0 and a remark says so: rectified images
+    can be matched without them, as by stereo_image_proc.
+    Raises BadPair for a P without focal length, and for cameras that are swapped, mounted one
+    above the other, or show different rows.
     """
     left, right = _camera('left', left_info), _camera('right', right_info)
     if left.binning != right.binning:
@@ -62,7 +62,7 @@ def read_calibration(left_info, right_info):
     baseline = across / right.fx
     if baseline < 0:
         raise BadPair('calibration', f'the baseline is {baseline:g} m: left and right are '
-                      'swapped, or Tx stands in the wrong camera_info; swap the topics, or '
+                      'swapped, or Tx is in the wrong camera_info; swap the topics, or '
                       'write P[3] = -fx * baseline into the right one')
     calibration = Calibration(
         focal=right.fx, baseline=baseline if left.has_k and right.has_k else 0.0,
@@ -74,7 +74,7 @@ def read_calibration(left_info, right_info):
 
 
 def _check_range(calibration):
-    """Raise BadPair for numbers that no camera has, and no message of ours can hold."""
+    """Raise BadPair for numbers outside the limits of real cameras and of our messages."""
     focal, baseline, offset, (fx, fy, cx, cy) = (
         calibration.focal, calibration.baseline, calibration.offset, calibration.left)
     for name, value, low, high in (
@@ -89,7 +89,7 @@ def _check_range(calibration):
 
 
 def expected_size(info):
-    """Return (rows, columns) an image must have to fit its CameraInfo; None where it is silent."""
+    """Return the (rows, columns) of the image that a CameraInfo describes; None without them."""
     region, (across, down) = info.roi, times_binned(info)
     rows = (int(region.height) or int(info.height)) // down
     columns = (int(region.width) or int(info.width)) // across
@@ -97,13 +97,13 @@ def expected_size(info):
 
 
 def numbers_of(info, name):
-    """Return d, k, r or p of a CameraInfo as floats; in ROS 1 the names are upper case."""
+    """Return the list of floats d, k, r or p of a CameraInfo; ROS 1 has upper-case names."""
     values = getattr(info, name) if hasattr(info, name) else getattr(info, name.upper())
     return [float(value) for value in values]
 
 
 def content_of(info):
-    """Return what a CameraInfo says of its camera, without the header, to be compared."""
+    """Return the content of a CameraInfo without its header, as a tuple to be compared."""
     region = info.roi
     return (*(np.array(numbers_of(info, name)).tobytes() for name in 'dkrp'),
             info.distortion_model, info.height, info.width, info.binning_x, info.binning_y,
@@ -111,7 +111,7 @@ def content_of(info):
 
 
 def times_binned(info):
-    """Return by how many pixels across and down a camera bins, 1 where it does not."""
+    """Return how many columns and how many rows a camera bins into one, 1 without binning."""
     return max(int(info.binning_x), 1), max(int(info.binning_y), 1)
 
 
@@ -120,7 +120,7 @@ def _camera(side, info):
     if len(projection) != 12 or not all(math.isfinite(value) for value in projection):
         raise BadPair('calibration', f'{side} camera_info: P is not twelve finite numbers; '
                       'calibrate the camera')
-    if min(projection[0], projection[5]) < LENGTHS[0]:      # smaller ones are 0 when binned
+    if min(projection[0], projection[5]) < LENGTHS[0]:      # smaller ones may become 0 by binning
         raise BadPair('calibration', f'{side} camera_info: the camera is not calibrated (P[0] is '
                       f'{projection[0]:g}, P[5] is {projection[5]:g}); calibrate it, or load its '
                       'calibration into the driver')
@@ -135,7 +135,7 @@ def _camera(side, info):
 
 
 def _remarks(left, right, baseline):
-    """Yield sentences about what is usable but hardly right, or has no metres."""
+    """Yield sentences about numbers that are probably wrong, or missing for depth."""
     if abs(left.fx - right.fx) > FOCAL_SHARE * right.fx:
         yield (f'fx is {left.fx:g} in the left and {right.fx:g} in the right camera_info; the '
                'two of a rectified pair are equal, the right one is used')
@@ -155,26 +155,26 @@ def _remarks(left, right, baseline):
 
 def depth_of(disparity, calibration):
     """
-    Return the distance along the optical axis, as REP 118 wants it: float32 (R, C), metres.
+    Return the depth of disparities, as REP 118 defines it: float32 (R, C), metres.
 
-    disparity: float32 (R, C), px, NaN = invalid, which stays NaN. A valid pixel whose disparity
-    is not above the calibration's offset is too far: infinite. Without a baseline all is NaN.
+    disparity: float32 (R, C), px, NaN = invalid. Invalid pixels stay NaN; where the disparity is
+    not above the calibration's offset, the depth is infinite. Without a baseline all is NaN.
     """
     if not calibration.baseline:
         return np.full_like(disparity, np.nan)
     depth = disparity - np.float32(calibration.offset)
     with np.errstate(divide='ignore', over='ignore'):
         np.divide(np.float32(calibration.focal * calibration.baseline), depth, out=depth)
-    np.copyto(depth, np.inf, where=depth < 0)       # -inf as well: the inverse of -0.0
+    np.copyto(depth, np.inf, where=depth < 0)       # also the -inf of a disparity of -0.0
     return depth
 
 
 def disparity_of(depth, calibration):
     """
-    Return the disparities that a depth comes from: float32 (R, C), px, NaN = invalid.
+    Return the disparities of a depth: float32 (R, C), px, NaN = invalid.
 
-    depth: float32 (R, C), metres; NaN and what is not above 0 is invalid. What is infinitely far
-    has the calibration's offset.
+    depth: float32 (R, C), metres; NaN, 0 and negative values are invalid. The disparity of an
+    infinite depth is the calibration's offset.
     """
     with np.errstate(divide='ignore', invalid='ignore'):
         disparity = calibration.focal * calibration.baseline / depth.astype(np.float64)
@@ -186,29 +186,29 @@ def millimetres_of(depth):
     """
     Return depth in whole millimetres, uint16 (R, C), 0 = invalid, infinite or beyond 65.535 m.
 
-    depth: float32 (R, C), metres, NaN = invalid. 16 bits have no number for too far, and
-    depth_image_proc takes every value but 0 for a distance: the largest would be a wall.
+    depth: float32 (R, C), metres, NaN = invalid. uint16 has no value for infinite, and
+    depth_image_proc takes every value but 0 for a distance.
     """
     near = cv2.threshold(depth, LARGEST_MILLIMETRES / 1000, 0, cv2.THRESH_TOZERO_INV)[1]
-    cv2.patchNaNs(near, 0.0)    # what NaN rounds to is the processor's choice
-    # No multiply by a number: OpenCV 4 takes a number beside 4 x 1 values for four of them.
+    cv2.patchNaNs(near, 0.0)    # processors round NaN differently
+    # Not cv2.multiply: for 4 x 1 values OpenCV 4 takes a scalar for an array of four values.
     return cv2.addWeighted(near, 1000.0, near, 0.0, 0.0, dtype=cv2.CV_16U)
 
 
 def write_points(depth, left, points):
     """
-    Write where pixels lie in the left optical frame: x right, y down, z forward, metres.
+    Write the points of all pixels in the left optical frame: x right, y down, z forward, metres.
 
-    depth: float32 (R, C), metres; where it is NaN or infinite the point is NaN.
-    left: Projection of the left camera; points: float32 (R, C, 3 or more), the first three of
-    each pixel are written.
+    depth: float32 (R, C), metres; the point is NaN where it is NaN or infinite.
+    left: Projection of the left camera. points: float32 (R, C, 3 or more); the first three
+    values of each pixel are written.
     """
     rows, columns = depth.shape
-    x, y, z = (points[:, :, place] for place in range(3))
+    x, y, z = (points[:, :, axis] for axis in range(3))
     np.copyto(z, depth)
     np.copyto(z, np.nan, where=np.isinf(depth))
     across = (np.arange(columns) - left.cx) / left.fx
     down = (np.arange(rows) - left.cy) / left.fy
-    with np.errstate(over='ignore'):    # too far beside the axis is infinite too
+    with np.errstate(over='ignore'):    # x and y may become infinite
         np.multiply(z, across.astype(np.float32), out=x)
         np.multiply(z, down.astype(np.float32)[:, np.newaxis], out=y)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Cameras in files: YAML as camera_calibration writes it, and calib.txt of Middlebury 2014.
+Read and write camera files: YAML of camera_calibration, and calib.txt of Middlebury 2014.
 
-A calib.txt has its baseline in millimetres, and doffs, which is minus our offset.
+In a calib.txt the baseline is in millimetres, and doffs is minus our offset.
 """
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,12 +17,12 @@ from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 MATRICES = {'k': ('camera_matrix', 3, 3), 'd': ('distortion_coefficients', 1, None),
             'r': ('rectification_matrix', 3, 3), 'p': ('projection_matrix', 3, 4)}
 YAML_SUFFIXES = ('.yaml', '.yml')
-MOST_ALIASES = 16      # of a YAML text: of nested ones each may double what the text stands for
+MOST_ALIASES = 16      # in a YAML text: each nested alias can double the data it expands to
 
 
 @dataclass(frozen=True)
 class Camera:
-    """What sensor_msgs/CameraInfo says of a camera, field by field, but for the header."""
+    """The fields of a sensor_msgs/CameraInfo, without its header."""
 
     height: int
     width: int
@@ -39,7 +39,7 @@ class Camera:
 
 def centred_calibration(focal, baseline, offset, rows, columns):
     """
-    Return the Calibration of a pair whose left camera looks along the middle of its image.
+    Return the Calibration of a pair whose left principal point is the centre of the image.
 
     focal, offset: px. baseline: metres.
     """
@@ -62,8 +62,8 @@ def _rectified(fx, fy, cx, cy, tx, rows, columns):
 
 
 def write_camera(path, camera, name):
-    """Write a Camera as YAML, under a name; OSError where it cannot be written."""
-    import yaml     # only for those who read or write YAML
+    """Write a Camera as YAML, with its name; OSError if it cannot be written."""
+    import yaml     # here, as few users of this module need it
 
     content = {'image_width': camera.width, 'image_height': camera.height, 'camera_name': name}
     for letter, (title, rows, columns) in MATRICES.items():
@@ -76,7 +76,7 @@ def write_camera(path, camera, name):
 
 
 def read_camera(path):
-    """Return the Camera of a YAML file; ValueError where the file says less, or another thing."""
+    """Return the Camera of a YAML file; ValueError if the file is not as `write_camera` writes."""
     text, matrices = read_bytes(path), {}
     try:
         content = read_yaml(text)
@@ -90,20 +90,20 @@ def read_camera(path):
     except (ValueError, TypeError, KeyError, OverflowError) as error:
         reason = f'it has no {error}' if isinstance(error, KeyError) else ' '.join(
             str(error).split())
-        raise ValueError(f'{path} is no calibration of a camera, as camera_calibration writes '
-                         f'it: {reason}') from None
+        raise ValueError(f'{path} is no calibration of a camera as written by '
+                         f'camera_calibration: {reason}') from None
 
 
 def write_middlebury_calibration(path, calibration, shape, min_disparity, disparities):
     """
-    Write a Calibration as calib.txt of Middlebury 2014; OSError where it cannot be written.
+    Write a Calibration as calib.txt of Middlebury 2014; OSError if it cannot be written.
 
-    shape: (rows, columns) of the images. min_disparity, disparities: px, where the truth lies.
+    shape: (rows, columns) of the images. min_disparity, disparities: px, range of the truth.
     """
     fx, fy, cx, cy = calibration.left
-    across = {'cam0': cx, 'cam1': cx - calibration.offset}
-    lines = [f'{name}=[{fx!r} 0 {place!r}; 0 {fy!r} {cy!r}; 0 0 1]'
-             for name, place in across.items()]
+    centres = {'cam0': cx, 'cam1': cx - calibration.offset}
+    lines = [f'{name}=[{fx!r} 0 {centre!r}; 0 {fy!r} {cy!r}; 0 0 1]'
+             for name, centre in centres.items()]
     rows, columns = shape
     lines += [f'doffs={0.0 - calibration.offset!r}', f'baseline={1000 * calibration.baseline!r}',
               f'width={columns}', f'height={rows}', f'ndisp={min_disparity + disparities}',
@@ -116,7 +116,7 @@ def read_middlebury_calibration(path):
     """
     Return the Calibration of a calib.txt of Middlebury 2014, and (rows, columns) or None.
 
-    Raises ValueError where the file lacks cam0, doffs or baseline, or has no sense in them.
+    Raises ValueError if cam0, doffs or baseline is missing or damaged.
     """
     text = read_bytes(path).decode('utf-8', 'replace')
     found = dict(re.findall(r'^(\w+)=(.*?)\s*$', text, re.MULTILINE))
@@ -140,9 +140,9 @@ def read_calibration_files(paths, offset=0.0):
     Return the Calibration of a pair, and the (rows, columns) of its images or None.
 
     paths: a calib.txt of Middlebury 2014; or YAML files, of the right camera alone or of the left
-    one and the right one. offset: px, cx of the left camera minus that of the right one, where
-    only the right one is given.
-    Raises ValueError for another number of files, another suffix, and what cannot be read.
+    and the right one. offset: px, cx of the left camera minus that of the right one, for the
+    right camera alone.
+    Raises ValueError for another number of files, another suffix, or a damaged file.
     """
     suffixes = [Path(path).suffix.lower() for path in paths]
     if suffixes == ['.txt']:
@@ -150,7 +150,7 @@ def read_calibration_files(paths, offset=0.0):
     if not 1 <= len(paths) <= 2 or not set(suffixes) <= set(YAML_SUFFIXES):
         raise ValueError(f"the calibration is {' and '.join(map(str, paths))}; allowed are a "
                          'calib.txt, the .yaml of the right camera, or those of the left and the '
-                         'right one')
+                         'right camera')
     cameras = [read_camera(path) for path in paths]
     if len(cameras) == 1:
         p = cameras[0].p
@@ -173,8 +173,8 @@ def read_yaml(text):
     """
     Return the plain data of a YAML text, str or bytes.
 
-    Raises ValueError with one line where it is none, and for more than `MOST_ALIASES` aliases,
-    by which a few lines can stand for any amount of data.
+    Raises ValueError with one line if it is no YAML, or has more than `MOST_ALIASES` aliases, by
+    which a few lines can expand to any amount of data.
     """
     import yaml
 

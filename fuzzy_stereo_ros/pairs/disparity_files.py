@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Disparities, depth and points in files. Disparities: float32 (R, C), pixels, NaN = invalid.
+Read and write files of disparities, depth and points.
+
+Disparities: float32 (R, C), pixels, NaN = invalid.
 
 | suffix | stored | invalid is stored as | steps and range |
 |---|---|---|---|
@@ -9,17 +11,17 @@ Disparities, depth and points in files. Disparities: float32 (R, C), pixels, NaN
 | .npy | float32 | NaN | all of float32 |
 | .png | uint16, 256 times the disparity (KITTI) | 0 | 1/256 px, 1/256 to 65535/256 |
 
-A valid disparity is never stored as invalid: in a .png what would round to 0 becomes 1/256 px,
-and so does what sub-pixel refinement left below zero, down to -0.5 px. What lies below that or
-above 65535/256 px is rejected, not bent. When reading, NaN and both infinities are invalid.
+A valid disparity is never stored as invalid: in a .png disparities from -0.5 px (sub-pixel
+refinement goes a little below 0) to 1/256 px are stored as 1/256 px. Disparities below -0.5 px or
+above 65535/256 px are an error. When reading, NaN and both infinities are invalid.
 
 Depth: float32 (R, C), metres, NaN = invalid, infinite = too far.
 
-| suffix | stored | invalid, too far |
+| suffix | stored | invalid, infinite |
 |---|---|---|
 | .pfm, .npy | float32, metres | NaN, +inf |
-| .png | uint16, millimetres | 0, as are those beyond 65.535 m |
-| .ply (points) | other pixels: x right, y down, z forward, metres, and colours | left out |
+| .png | uint16, millimetres | 0, also for depth beyond 65.535 m |
+| .ply (points) | x right, y down, z forward, metres, and colours | left out |
 """
 import io
 from pathlib import Path
@@ -32,22 +34,22 @@ import numpy as np
 
 KITTI_SCALE = 256
 MILLIMETRES = 1000      # in a metre
-COLOURS = 'blue', 'green', 'red'    # the order that images have here
+COLOURS = 'blue', 'green', 'red'    # channels of images
 _PLY_TYPES = {'f4': 'float', 'u1': 'uchar'}
 
 
 def encode_pfm(values):
-    """Return a PFM file, little endian, rows bottom-up, of float32 (R, C) as they are."""
+    """Return the bytes of a PFM file, little endian, rows bottom-up, of float32 (R, C)."""
     rows, columns = values.shape
     return f'Pf\n{columns} {rows}\n-1.0\n'.encode() + values[::-1].astype('<f4').tobytes()
 
 
 def decode_pfm(path, content):
     """
-    Return what a PFM file holds: float32 (R, C).
+    Return the values of a PFM file: float32 (R, C).
 
-    OpenCV's reader multiplies by the header's scale: not used here.
-    path: named in errors. Raises ValueError for three channels and for another or damaged file.
+    OpenCV's reader is not used, as it multiplies the values by the header's scale.
+    path: named in errors. Raises ValueError for three channels, and for a damaged or other file.
     """
     header = re.match(rb'(P[fF])\s+(\d{1,18})\s+(\d{1,18})\s+(-?[0-9.eE+-]+)\s', content)
     if header is None:
@@ -65,7 +67,7 @@ def decode_pfm(path, content):
 
 
 def encode_numpy(values):
-    """Return a .npy file of an array as it is."""
+    """Return the bytes of a .npy file of an array."""
     stored = io.BytesIO()
     np.save(stored, values, allow_pickle=False)
     return stored.getvalue()
@@ -73,9 +75,9 @@ def encode_numpy(values):
 
 def decode_numpy(path, content):
     """
-    Return the one array (R, C) of numbers that a .npy or .npz file holds.
+    Return the only array of a .npy or .npz file: numbers (R, C).
 
-    path: named in errors. Raises ValueError for another or damaged file.
+    path: named in errors. Raises ValueError for a damaged or other file.
     """
     try:
         stored = np.load(io.BytesIO(content), allow_pickle=False)
@@ -93,24 +95,25 @@ def decode_numpy(path, content):
 
 def _read(path, scale, usual, unit):
     """
-    Return the values of a file as they are; of a picture its grey levels over a scale.
+    Return the values of a file: float32 (R, C).
 
-    A picture may be grey in three channels, as those of Middlebury are; where its level is 0 the
-    value is NaN. usual: scale of pictures of 16 bits. unit: of the values, in words.
+    The values of an image are its grey levels divided by a scale, NaN for level 0; it may have
+    three equal channels, as those of Middlebury do.
+    scale: None for usual, the scale of 16-bit images. unit: of the values, for errors.
     """
     decode = {'.pfm': decode_pfm, '.npy': decode_numpy, '.npz': decode_numpy}.get(
         Path(path).suffix.lower())
     if decode is not None:
         if scale is not None:
-            raise ValueError(f'{path} holds values already; a scale is for pictures')
+            raise ValueError(f'{path} holds values already; a scale is for images')
         return decode(path, read_bytes(path)).astype(np.float32)
     levels = read_image(path)
     if levels.ndim == 3:
         if (levels != levels[:, :, :1]).any():
-            raise ValueError(f'{path} is a colour picture; grey levels are needed')
+            raise ValueError(f'{path} is a colour image; grey levels are needed')
         levels = levels[:, :, 0]
     if scale is None and levels.dtype == np.uint8:
-        raise ValueError(f'{path} has 8 bits: say how many grey levels one {unit} is')
+        raise ValueError(f'{path} has 8 bits: give the scale, the grey levels of one {unit}')
     if scale is not None and not 0 < scale < np.inf:
         raise ValueError(f'scale is {scale}; allowed are numbers above 0')
     values = (levels / (scale or usual)).astype(np.float32)
@@ -122,10 +125,10 @@ def read_disparity(path, scale=None):
     """
     Return the disparities of a file: float32 (R, C), pixels, NaN = invalid.
 
-    Reads what `write_disparity` writes, .npz with a single array, and pictures of 8 or 16 bits
+    Reads what `write_disparity` writes, .npz with a single array, and images of 8 or 16 bits
     whose grey level 0 is invalid.
-    scale: grey levels per pixel of disparity; None is 256 for 16 bits; 8 bits must be told.
-    Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
+    scale: grey levels per pixel of disparity; None = 256, allowed for 16 bits only.
+    Raises ValueError if the file is missing or damaged, or the scale is needed or not allowed.
     """
     disparity = _read(path, scale, KITTI_SCALE, 'pixel of disparity')
     disparity[~np.isfinite(disparity)] = np.nan
@@ -136,9 +139,9 @@ def read_depth(path, scale=None):
     """
     Return the depth of a file: float32 (R, C), metres, NaN = invalid, infinite = too far.
 
-    Reads .pfm, .npy, .npz with a single array, and pictures; what is not above 0 is invalid.
-    scale: grey levels per metre; None is 1000 for 16 bits; 8 bits must be told.
-    Raises ValueError where the file is missing, damaged, or the scale is needed or not allowed.
+    Reads .pfm, .npy, .npz with a single array, and images; values not above 0 are invalid.
+    scale: grey levels per metre; None = 1000, allowed for 16 bits only.
+    Raises ValueError if the file is missing or damaged, or the scale is needed or not allowed.
     """
     depth = _read(path, scale, MILLIMETRES, 'metre')
     depth[~(depth > 0)] = np.nan
@@ -147,10 +150,10 @@ def read_depth(path, scale=None):
 
 def write_disparity(path, disparity):
     """
-    Write disparities in the format of the path's suffix; the file is there as a whole or not.
+    Write disparities in the format of the path's suffix, as `write_whole`.
 
     disparity: float (R, C), pixels, NaN or infinite = invalid.
-    Raises ValueError for a suffix or value that cannot be stored, OSError for the disk.
+    Raises ValueError for a suffix or value that cannot be stored, OSError as `write_whole`.
     """
     encode = _encoder(path)[0]
     disparity = np.asarray(disparity, np.float32)
@@ -159,9 +162,9 @@ def write_disparity(path, disparity):
 
 def write_depth(path, depth):
     """
-    Write depth in the format of the path's suffix; the file is there as a whole or not.
+    Write depth in the format of the path's suffix, as `write_whole`.
 
-    depth: float32 (R, C), metres. Raises ValueError for a suffix, OSError for the disk.
+    depth: float32 (R, C), metres. Raises ValueError for another suffix, OSError as `write_whole`.
     """
     write_whole(path, _encoder(path)[1](depth))
 
@@ -184,7 +187,7 @@ def _encode_kitti(disparity):
     outside = disparity[valid & ((disparity < -0.5) | (disparity > top))]
     if outside.size:
         raise ValueError(f'a disparity of {outside[0]:g} px does not fit into a KITTI .png, which '
-                         f'holds 0 to {top:.3f} px; take .pfm or .npy')
+                         f'holds 0 to {top:.3f} px; use .pfm or .npy')
     levels = np.rint(np.where(valid, disparity, 0).astype(np.float64) * KITTI_SCALE)
     return _encode_png(np.where(valid, np.clip(levels, 1, 65535), 0).astype(np.uint16))
 
@@ -193,7 +196,7 @@ def _encode_png(levels):
     return cv2.imencode('.png', levels)[1].tobytes()
 
 
-# By suffix: for disparities, and for depth.
+# Encoders of disparities and of depth, by suffix.
 _ENCODERS = {
     '.pfm': (lambda disparity: encode_pfm(np.where(np.isnan(disparity), np.inf, disparity)),
              encode_pfm),
@@ -203,28 +206,29 @@ _ENCODERS = {
 
 def write_point_file(path, depth, left, image=None):
     """
-    Write the points of all pixels whose depth is finite as binary PLY; return how many.
+    Write the points of all pixels with finite depth as binary PLY; return their number.
 
     depth: float32 (R, C), metres. left: Projection of the left camera. image: for the colours,
-    uint8 or uint16, (R, C) or (R, C, 3) BGR. Raises OSError where it cannot be written.
+    uint8 or uint16, (R, C) or (R, C, 3) BGR. Raises OSError if it cannot be written.
     """
-    seen = np.isfinite(depth)
-    places = np.empty((*depth.shape, 3), np.float32)
-    write_points(depth, left, places)
-    names = dict.fromkeys('xyz', 'f4')
+    finite = np.isfinite(depth)
+    positions = np.empty((*depth.shape, 3), np.float32)
+    write_points(depth, left, positions)
+    kinds = dict.fromkeys('xyz', 'f4')
     if image is not None:
-        names.update((name, 'u1') for name in reversed(COLOURS))
-    points = np.empty(np.count_nonzero(seen), [(name, f'<{kind}') for name, kind in names.items()])
-    for channel, name in enumerate('xyz'):
-        points[name] = places[seen, channel]
+        kinds.update(dict.fromkeys(reversed(COLOURS), 'u1'))
+    points = np.empty(np.count_nonzero(finite),
+                      [(name, f'<{kind}') for name, kind in kinds.items()])
+    for axis, name in enumerate('xyz'):
+        points[name] = positions[finite, axis]
     if image is not None:
         image = in_eight_bits(image)
         for channel, name in enumerate(COLOURS):
-            points[name] = (image if image.ndim == 2 else image[:, :, channel])[seen]
+            points[name] = (image if image.ndim == 2 else image[:, :, channel])[finite]
     header = ['ply', 'format binary_little_endian 1.0',
               'comment left optical frame: x right, y down, z forward, metres',
               f'element vertex {len(points)}',
-              *(f'property {_PLY_TYPES[kind]} {name}' for name, kind in names.items()),
+              *(f'property {_PLY_TYPES[kind]} {name}' for name, kind in kinds.items()),
               'end_header']
     write_whole(path, ('\n'.join(header) + '\n').encode() + points.tobytes())
     return len(points)

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether the rows of a rectified pair still fit each other, measured where the match is sure.
+Measure whether the rows of rectified pairs are aligned, to detect a calibration that drifts.
 
-A point stands in one row of both images. At corners whose disparity is confident the offset
-between the two rows is measured by optical flow, to a few hundredths of a pixel, and a plane is
-fitted to the offsets of many pairs: its value in the middle, and what it gains towards the edges.
+In a rectified pair a point lies in the same row of both images. At corners with a confident
+disparity, optical flow measures the offset between the two rows to a few hundredths of a pixel. A
+plane is fitted to the offsets of many pairs: its value in the middle is the tilt, its slopes are
+roll and zoom.
 """
 from collections import deque
 import time
@@ -14,35 +15,35 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-LIMIT = 0.5         # px; matching suffers from more
-SURE = 2.0          # standard deviations by which an error must exceed the limit
-SHARE = 0.008       # of the time of matching that is spent on watching
-CORNERS = 300       # of a pair at most, the surer half of which is measured
-QUALITY = 0.001     # of the best corner that another one must have
-DISTANCE = 16       # px between two corners
-WINDOW = 15         # px, of the optical flow, and of the mean that is taken off before
-CONTRAST = 30.0     # grey levels, mean deviation of a flattened image
-STRAYED = 1.0       # px in a row from the place that the disparity tells
-RETURNED = 0.1      # px from the corner, when followed there and back
-LARGEST = 8.0       # px; offsets beyond are mistakes
-TILES = 6, 8        # rows, columns of tiles; the corners of one may all be wrong alike
-FEWEST = 20, 6      # corners and tiles without which nothing is said
-PAIRS = 32          # that are looked back on
-PAIRS_OF_SWING = 8  # without which nothing is said about changes from pair to pair
-WARM_UP = 200       # px, side of the images
-TUKEY = 4.685       # of the biweight, in standard deviations
-BETWEEN = 2.563     # standard deviations between the 10th and the 90th percentile
+LIMIT = 0.5         # px of misalignment; more impairs matching
+SURE = 2.0          # standard deviations by which a misalignment must exceed the limit
+SHARE = 0.008       # of the matching time that may be spent on measuring
+CORNERS = 300       # at most in a pair; the more confident half is measured
+QUALITY = 0.001     # least quality of a corner, relative to the best one
+DISTANCE = 16       # px, least distance of two corners
+WINDOW = 15         # px, side of the window of the optical flow, and of the mean subtracted before
+CONTRAST = 30.0     # grey levels, mean absolute deviation after normalisation
+ROW_ERROR = 1.0     # px, largest distance along the row from the position of the disparity
+RETURN_ERROR = 0.1  # px, largest distance from the corner after the flow there and back
+LARGEST = 8.0       # px, largest row offset; larger ones are outliers
+TILES = 6, 8        # rows and columns of tiles; the errors within a tile are correlated
+FEWEST = 20, 6      # corners and tiles needed for a result
+PAIRS = 32          # newest pairs that are evaluated
+PAIRS_OF_SWING = 8  # needed for the changes from pair to pair
+WARM_UP = 200       # px, side of the images of the warm-up
+TUKEY = 4.685       # width of the biweight in standard deviations
+PERCENTILE_WIDTH = 2.563    # standard deviations between the 10th and the 90th percentile
 
 
 class Misalignment(NamedTuple):
     """
-    By how many px the rows of the right image stand lower than those of the left one.
+    The offset between the rows of a rectified pair, px; positive: the right image is lower.
 
-    median: of all corners. offset: in the middle of the image. roll: how much more at the right
-    edge, and less at the left one. zoom: how much more at the lower edge, and less at the upper
-    one. doubts: standard deviations of offset, roll and zoom, px.
-    swing: standard deviation of a pair's offset from pair to pair, px; None of too few.
-    corners, pairs: how many were measured. rows, columns: of the images.
+    median: of all corners. offset: in the middle of the image. roll: additional offset at the
+    right edge, its negative at the left edge. zoom: additional offset at the lower edge, its
+    negative at the upper edge. doubts: standard deviations of offset, roll and zoom.
+    swing: standard deviation of the offset between pairs; None for too few pairs.
+    corners, pairs: their numbers. rows, columns: size of the images.
     """
 
     median: float
@@ -58,24 +59,24 @@ class Misalignment(NamedTuple):
 
     @property
     def roll_degrees(self):
-        """By how much the right camera is turned clockwise about its optical axis."""
+        """The clockwise rotation of the right camera about its optical axis."""
         return float(np.rad2deg(self.roll / (self.columns / 2)))
 
     @property
     def zoom_percent(self):
-        """By how much the right image is larger."""
+        """The percentage by which the right image is larger."""
         return 100 * self.zoom / (self.rows / 2)
 
     @property
     def faults(self):
-        """The kinds of error that are surely above the limit: of tilt, roll, zoom, timing."""
+        """The list of 'tilt', 'roll', 'zoom' and 'timing' that certainly exceed the limit."""
         return [name for name, value, doubt in zip(
             ('tilt', 'roll', 'zoom', 'timing'), (*self[1:4], self.swing or 0), (*self.doubts, 0))
             if abs(value) - SURE * doubt > LIMIT]
 
     @property
     def advice(self):
-        """What is wrong and what to do, one sentence; '' where nothing is surely wrong."""
+        """A sentence that says what is wrong and what to do; '' without faults."""
         words = {
             'tilt': f'the right image is {abs(self.offset):.2f} px too '
                     f'{"low" if self.offset > 0 else "high"} (one camera is tilted, or rows are '
@@ -94,7 +95,7 @@ class Misalignment(NamedTuple):
 
     @property
     def figures(self):
-        """The figures as texts, {what: text}, each with its doubt."""
+        """The figures with their standard deviations, for diagnostics: {name: text}."""
         return {**{what: f'{value:+.2f} +- {doubt:.2f} px' for what, value, doubt in zip(
                     ('row offset', 'row offset by roll', 'row offset by zoom'), self[1:4],
                     self.doubts)},
@@ -103,7 +104,7 @@ class Misalignment(NamedTuple):
 
     @property
     def sentence(self):
-        """The figures and the advice as one sentence."""
+        """A sentence with the figures and the advice."""
         parts = (f'{name} {value:+.2f} +- {doubt:.2f}' for name, value, doubt in zip(
             ('in the middle', 'by roll at the edges', 'by zoom at the edges'), self[1:4],
             self.doubts))
@@ -120,22 +121,22 @@ class Misalignment(NamedTuple):
 
 class EpipolarCheck:
     """
-    Measures pairs and says how misaligned the images are.
+    Measures the misalignment of pairs.
 
-    misalignment: the Misalignment of the newest pairs, None while too few corners are known.
+    misalignment: the Misalignment of the newest pairs, None while there are too few corners.
     """
 
     def __init__(self):
-        """Begin with no pair."""
+        """Start without pairs."""
         self._credit, self._calibration = 0.0, None
         self.reset()
 
     def reset(self):
-        """Forget the pairs so far, as after a calibration."""
+        """Forget all pairs."""
         self.misalignment, self._size, self._pairs = None, None, deque(maxlen=PAIRS)
 
     def warm_up(self):
-        """Let OpenCV and NumPy load what the first look needs, which takes longer than it."""
+        """Measure noise once, as OpenCV and NumPy load parts of themselves at the first call."""
         noise = np.random.default_rng(0).integers(0, 255, (WARM_UP, WARM_UP), np.uint8)
         self.look(noise, noise, np.zeros(noise.shape, np.float32),
                   np.ones(noise.shape, np.float32))
@@ -143,9 +144,9 @@ class EpipolarCheck:
 
     def watch(self, pair, match, reference='left'):
         """
-        Look at a StereoPair and its Match where the time spent so far allows it.
+        Measure a StereoPair and its Match, unless that would take too large a share of the time.
 
-        Forgets the pairs before where the calibration is another one.
+        Previous pairs are forgotten if they have another calibration.
         """
         self._credit += SHARE * match.times['total']
         if self._credit < 0:
@@ -159,10 +160,9 @@ class EpipolarCheck:
 
     def look(self, left, right, disparity, confidence, reference='left'):
         """
-        Measure a pair; images of another size than before begin anew.
+        Measure a pair; previous pairs of another size are forgotten.
 
-        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR. disparity, confidence: as of a
-        Match, of the reference image.
+        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR. disparity, confidence: of a Match.
         """
         size = disparity.shape
         if size != self._size:
@@ -176,18 +176,18 @@ class EpipolarCheck:
 
 def corner_offsets(left, right, disparity, confidence, reference='left'):
     """
-    Return where the corners of a pair are in the right image, and by how much they are lower.
+    Return the corners of a pair: float64 (N, 3), column and row in the right image, row offset.
 
-    Float64 (N, 3): column, row, offset, px. Arguments as of `EpipolarCheck.look`.
+    All in px. Arguments as for `EpipolarCheck.look`.
     """
     rows, columns = disparity.shape
     none = np.empty((0, 3))
     if min(rows, columns) < 4 * WINDOW:
         return none
-    left, right = _flattened(left), _flattened(right)
-    here, there, towards = (left, right, -1) if reference == 'left' else (right, left, 1)
-    corners = _sure_corners(here, confidence)
-    shifts = towards * disparity[tuple(corners[:, ::-1].astype(int).T)]
+    left, right = _normalised(left), _normalised(right)
+    image, other, sign = (left, right, -1) if reference == 'left' else (right, left, 1)
+    corners = _confident_corners(image, confidence)
+    shifts = sign * disparity[tuple(corners[:, ::-1].astype(int).T)]
     expected = corners + np.stack([shifts, np.zeros_like(shifts)], axis=1)
     inside = ((corners[:, 1] > WINDOW) & (corners[:, 1] < rows - WINDOW)
               & (expected[:, 0] > WINDOW) & (expected[:, 0] < columns - WINDOW))
@@ -196,25 +196,25 @@ def corner_offsets(left, right, disparity, confidence, reference='left'):
         return none
     options = {'winSize': (WINDOW, WINDOW), 'maxLevel': 0, 'flags': cv2.OPTFLOW_USE_INITIAL_FLOW,
                'criteria': (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 20, 0.01)}
-    found, known, _ = cv2.calcOpticalFlowPyrLK(here, there, corners, expected.copy(), **options)
-    back, known_back, _ = cv2.calcOpticalFlowPyrLK(there, here, found, corners.copy(), **options)
-    offsets = -towards * (found - corners)[:, 1].astype(np.float64)
+    found, known, _ = cv2.calcOpticalFlowPyrLK(image, other, corners, expected.copy(), **options)
+    back, known_back, _ = cv2.calcOpticalFlowPyrLK(other, image, found, corners.copy(), **options)
+    offsets = -sign * (found - corners)[:, 1].astype(np.float64)
     good = ((known[:, 0] > 0) & (known_back[:, 0] > 0) & (np.abs(offsets) < LARGEST)
-            & (np.abs(found - expected)[:, 0] < STRAYED)
-            & (np.abs(back - corners).max(axis=1) < RETURNED))
+            & (np.abs(found - expected)[:, 0] < ROW_ERROR)
+            & (np.abs(back - corners).max(axis=1) < RETURN_ERROR))
     return np.column_stack([found if reference == 'left' else corners, offsets])[good]
 
 
 def misalignment_of(pairs, rows, columns):
     """
-    Return the Misalignment of pairs of a size, None where there are too few corners.
+    Return the Misalignment of pairs of equal size, None for too few corners.
 
-    pairs: a list of float64 (N, 3), as of `corner_offsets`.
+    pairs: list of float64 (N, 3) of `corner_offsets`.
     """
     column, row, offsets = np.concatenate(pairs).T
     x, y = 2 * column / (columns - 1) - 1, 2 * row / (rows - 1) - 1     # -1 to 1
-    down, across = (np.clip(((place + 1) / 2 * count).astype(int), 0, count - 1)
-                    for place, count in zip((y, x), TILES))
+    down, across = (np.clip(((position + 1) / 2 * count).astype(int), 0, count - 1)
+                    for position, count in zip((y, x), TILES))
     tiles = down * TILES[1] + across
     count = len(np.unique(tiles))
     if len(offsets) < FEWEST[0] or count < FEWEST[1]:
@@ -227,31 +227,31 @@ def misalignment_of(pairs, rows, columns):
         inverse = np.linalg.pinv(terms.T @ (weights[:, None] * terms))
         plane = inverse @ (terms.T @ (weights * offsets))
         residuals = offsets - terms @ plane
-    # Corners of a tile are taken for one observation: what is seen often is no surer for that.
+    # The corners of a tile count as one observation, as their errors are correlated.
     scores = np.zeros((TILES[0] * TILES[1], 3))
     np.add.at(scores, tiles, (weights * residuals)[:, None] * terms)
     variances = np.diag(inverse @ (scores.T @ scores) @ inverse) * count / (count - 3)
-    places = np.cumsum([len(one) for one in pairs])[:-1]
+    ends = np.cumsum([len(one) for one in pairs])[:-1]
     swing = None
     if len(pairs) >= PAIRS_OF_SWING:
         low, high = np.percentile(
-            [np.median(one) for one in np.split(residuals, places)], (10, 90))
-        swing = float(high - low) / BETWEEN
+            [np.median(one) for one in np.split(residuals, ends)], (10, 90))
+        swing = float(high - low) / PERCENTILE_WIDTH
     return Misalignment(float(np.median(offsets)), *map(float, plane),
                         tuple(map(float, np.sqrt(variances))), swing, len(offsets), len(pairs),
                         rows, columns)
 
 
-def _flattened(image):
-    """Return a grey image without what changes slowly, uint8 (R, C): cameras differ in gain."""
+def _normalised(image):
+    """Return a grey image without its local mean, at equal contrast, as gains differ: uint8."""
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
     mean = cv2.blur(grey, (WINDOW, WINDOW))
     gain = CONTRAST / max(cv2.mean(cv2.absdiff(grey, mean))[0], 1e-6)
     return cv2.addWeighted(grey, gain, mean, -gain, 128, dtype=cv2.CV_8U)
 
 
-def _sure_corners(image, confidence):
-    """Return the surer half of the corners of an image: float32 (N, 2), column, row."""
+def _confident_corners(image, confidence):
+    """Return the more confident half of an image's corners: float32 (N, 2), column, row."""
     rows, columns = (side // 2 * 2 for side in image.shape)
     half = cv2.resize(image[:rows, :columns], (columns // 2, rows // 2),
                       interpolation=cv2.INTER_AREA)
@@ -261,5 +261,5 @@ def _sure_corners(image, confidence):
     if found is None or not len(found):
         return np.empty((0, 2), np.float32)
     corners = 2 * found.reshape(-1, 2)
-    sureness = confidence[tuple(corners[:, ::-1].astype(int).T)]
-    return corners[sureness >= np.median(sureness)]
+    confidences = confidence[tuple(corners[:, ::-1].astype(int).T)]
+    return corners[confidences >= np.median(confidences)]

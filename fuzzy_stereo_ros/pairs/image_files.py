@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Files of images and others: read with a sentence where that fails, written whole or not at all.
+Read image files, write files completely or not at all, and convert images to 8 bits.
 
-And images and disparities in colours of 8 bits, to look at.
+Errors are one sentence that names the file.
 """
 import json
 import os
@@ -12,28 +12,29 @@ import re
 import struct
 
 import cv2
+from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
 JPEG_START, JPEG_END = b'\xff\xd8\xff', b'\xff\xd9'
 PNG_START = b'\x89PNG\r\n\x1a\n'
 PNG_HEADER = re.compile(re.escape(PNG_START) + rb'....IHDR(.{8})', re.DOTALL)
-# Start of frame, with the size: the markers C0 to CF but for those of tables (C4, C8, CC).
+# Start-of-frame markers, whose segments have the size: C0 to CF without C4, C8 and CC.
 JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-JPEG_LAST = 0xD9, 0xDA          # the end, and the scan that is behind the frame's head
+JPEG_LAST = 0xD9, 0xDA          # end of image, start of scan: no segment follows with a length
 JPEG_MARKER = re.compile(rb'\xff[^\x00\x01\xd0-\xd7\xff](?=..)', re.DOTALL)    # with a length
-INVALID_GREY = 32       # of pictures, where nothing is known
+INVALID_GREY = 32       # of invalid pixels in pictures
 
 
 def read_image(path):
     """
-    Return the image of a file as it is stored, an alpha channel left out.
+    Return the image of a file as it is stored, without its alpha channel.
 
     The image is uint8 or uint16, (R, C) grey or (R, C, 3) BGR.
-    Raises ValueError where the file is missing, not an image, or of another depth.
+    Raises ValueError if the file is missing, not an image, or of another depth.
     """
     content = read_bytes(path)
     if is_cut_off(content):
-        raise ValueError(f'{path} is cut off: its JPEG has no end')
+        raise ValueError(f'{path} is cut off: its JPEG has no end marker')
     try:
         image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:  # an empty file
@@ -50,26 +51,25 @@ def read_pair(left_path, right_path):
     """
     Return the left and the right image, each as `read_image` does.
 
-    Raises ValueError where one cannot be read or the two differ in size.
+    Raises ValueError if one cannot be read or the two differ in size.
     """
     left, right = read_image(left_path), read_image(right_path)
     if left.shape[:2] != right.shape[:2]:
-        sizes = [f'{image.shape[1]}x{image.shape[0]}' for image in (left, right)]
-        raise ValueError(f'{left_path} is {sizes[0]} and {right_path} is {sizes[1]}; '
-                         'the two images of a pair must have one size')
+        raise ValueError(f'{left_path} is {width_by_height(left)} and {right_path} is '
+                         f'{width_by_height(right)}; the two images of a pair must have one size')
     return left, right
 
 
 def write_image(path, image):
     """
-    Write an image (R, C) or (R, C, 3) BGR in the format of the path's suffix, whole or not.
+    Write an image (R, C) or (R, C, 3) BGR in the format of the path's suffix, as `write_whole`.
 
-    Raises ValueError for a suffix without a format, OSError where it cannot be written.
+    Raises ValueError for a suffix without a format, OSError if the file cannot be written.
     """
     check_image_suffix(path)
     written, content = cv2.imencode(Path(path).suffix, image)
     if not written:
-        raise ValueError(f'{path}: OpenCV cannot store {image.dtype} {image.shape} so')
+        raise ValueError(f'{path}: OpenCV cannot store {image.dtype} {image.shape} in this format')
     write_whole(path, content.tobytes())
 
 
@@ -81,7 +81,7 @@ def check_image_suffix(path):
 
 
 def read_bytes(path):
-    """Return a file's bytes; raise ValueError with the reason where it cannot be read."""
+    """Return a file's bytes; ValueError with the reason if it cannot be read."""
     try:
         return Path(path).read_bytes()
     except OSError as error:
@@ -89,7 +89,7 @@ def read_bytes(path):
 
 
 def read_json(path):
-    """Return the content of a JSON file; ValueError where it is missing or damaged."""
+    """Return the content of a JSON file; ValueError if it is missing or damaged."""
     content = read_bytes(path)
     try:
         return json.loads(content)
@@ -98,7 +98,7 @@ def read_json(path):
 
 
 def check_place(path):
-    """Raise ValueError where no file can be written to a path: no folder, or it is one itself."""
+    """Raise ValueError if a path is a folder, or lies in a folder that does not exist."""
     path = Path(path)
     if not path.parent.is_dir():
         raise ValueError(f'{path} cannot be written: there is no folder {path.parent}')
@@ -108,20 +108,20 @@ def check_place(path):
 
 def write_whole(path, content):
     """
-    Write bytes to a file: on an error what was there before stays, and nothing is left behind.
+    Write bytes to a file completely, or on an error leave what was there before.
 
-    path: str or Path; an existing file is replaced. Raises OSError, which names the file, where
-    it cannot be written.
+    path: str or Path; an existing file is replaced. Raises OSError, which names the file, if it
+    cannot be written.
     """
     path = Path(path)
     part = path.with_name(f'.{path.name}.{os.getpid()}.part')
     part.unlink(missing_ok=True)
     try:
-        with open(part, 'xb') as file:      # never through a link that somebody else has put there
+        with open(part, 'xb') as file:      # x: never follow a link that someone else put there
             file.write(content)
         part.replace(path)
     except OSError as error:
-        if error.errno is not None:     # the system names the unfinished file, or none
+        if error.errno is not None:     # the system names the part, or no file
             error.filename, error.filename2 = str(path), None
         raise
     finally:
@@ -130,45 +130,45 @@ def write_whole(path, content):
 
 def size_in_header(content):
     """
-    Return (rows, columns) as the header of a JPEG or PNG has them.
+    Return the (rows, columns) in the header of a JPEG or PNG, None for any other content.
 
-    content: bytes, the whole file. None where it is another file, or has no such header.
+    content: bytes of the whole file.
     """
     if content.startswith(PNG_START):
         found = PNG_HEADER.match(content)
         return found and struct.unpack('>II', found[1])[::-1]
-    for marker, place in _jpeg_segments(content):
-        if marker in JPEG_FRAMES and place + 7 <= len(content):
-            return struct.unpack_from('>HH', content, place + 3)
+    for marker, start in _jpeg_segments(content):
+        if marker in JPEG_FRAMES and start + 7 <= len(content):
+            return struct.unpack_from('>HH', content, start + 3)
     return None
 
 
 def is_cut_off(content):
     """
-    Return whether bytes are a JPEG that has no end behind its first scan.
+    Return whether bytes are a JPEG without an end marker after the start of its first scan.
 
-    OpenCV 4 makes grey rows of what is missing and tells nobody.
+    OpenCV 4 makes the missing rows grey without an error.
     """
-    behind_heads = max((place for _, place in _jpeg_segments(content)), default=0)
-    return content.startswith(JPEG_START) and content.rfind(JPEG_END, behind_heads) < 0
+    last_segment = max((start for _, start in _jpeg_segments(content)), default=0)
+    return content.startswith(JPEG_START) and content.rfind(JPEG_END, last_segment) < 0
 
 
 def _jpeg_segments(content):
-    """Yield (marker, place behind it) of the segments of a JPEG, up to the first scan."""
-    place, marker = 2, None
+    """Yield (marker, index after it) of the segments of a JPEG, up to the first scan."""
+    start, marker = 2, None
     while content.startswith(JPEG_START) and marker not in JPEG_LAST and (
-            found := JPEG_MARKER.search(content, place)):
-        marker, place = found[0][-1], found.end()
-        yield marker, place
-        place += struct.unpack_from('>H', content, place)[0]
+            found := JPEG_MARKER.search(content, start)):
+        marker, start = found[0][-1], found.end()
+        yield marker, start
+        start += struct.unpack_from('>H', content, start)[0]
 
 
 def in_eight_bits(image):
     """
-    Return an image as uint8 of the same shape; one that is uint8 as it is.
+    Return an image as uint8 of the same shape; a uint8 image is returned as it is.
 
-    image: uint8 or uint16, (R, C) or (R, C, 3). 16 bits are divided by the largest value of all
-    channels: cameras of 10 and 12 bits fill only a part of the 16.
+    image: uint8 or uint16, (R, C) or (R, C, 3). The largest value of a uint16 image becomes 255,
+    as cameras of 10 and 12 bits use only a part of the 16.
     """
     if image.dtype == np.uint8:
         return image
@@ -177,10 +177,10 @@ def in_eight_bits(image):
 
 def colour_disparity(disparity, low, high):
     """
-    Return disparities in the colours of Turbo, far blue and near red: uint8 (R, C, 3) BGR.
+    Return disparities in the colour map Turbo, far blue and near red: uint8 (R, C, 3) BGR.
 
-    disparity: float (R, C), pixels, NaN or infinite = invalid, which is dark grey.
-    low, high: pixels, shown as the ends of the colours; what lies outside takes the end.
+    disparity: float (R, C), pixels, NaN or infinite = invalid, shown in dark grey.
+    low, high: pixels, the disparities at the two ends of the colour map; others are clipped.
     """
     span = max(high - low, 1e-6)
     levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)

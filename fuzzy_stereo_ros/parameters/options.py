@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Options of the command line, made from the table of parameters, and of the cameras."""
+"""Options of the command line: for the parameters of the table, and for the calibration."""
 import argparse
 from dataclasses import replace
 import math
@@ -19,11 +19,11 @@ METAVARS = {int: 'N', float: 'NUMBER', str: 'WORD'}
 ABOVE_ZERO = 'focal', 'baseline'
 NUMBERS = (*ABOVE_ZERO, 'offset')
 IN_CAMERA_INFO = (*NUMBERS, 'principal_point')
-CAMERA = ('camera_info', *IN_CAMERA_INFO)     # all options, as parsed
+CAMERA = ('camera_info', *IN_CAMERA_INFO)     # names of all options of the calibration
 
 
 def option_name(name):
-    """Return the option that sets a parameter: `min_disparity` is --min-disparity."""
+    """Return the option of a parameter: --min-disparity for `min_disparity`."""
     return '--' + name.replace('_', '-')
 
 
@@ -31,8 +31,8 @@ def add_options(group, rows, required=()):
     """
     Add an option for each row of a table.
 
-    required: names of rows that must be given. An option of the matcher that is not given is not
-    among the parsed ones: its value is that of the profile.
+    required: names of rows that must be given. The parsed arguments lack options of the matcher
+    that are not given: their values are those of the profile.
     """
     for row in rows:
         name = row.field or row.name
@@ -57,9 +57,9 @@ def option_values(arguments, rows):
 
 
 def add_node_options(parser, title, names):
-    """Add a group of options for parameters of the node, for `node_settings`."""
+    """Add a group of options for parameters of the node, to be read by `node_settings`."""
     add_options(parser.add_argument_group(
-        title, 'as the parameters of the node that are called so'), _node_rows(names))
+        title, 'as the parameters of the node with these names'), _node_rows(names))
 
 
 def node_settings(arguments, names):
@@ -69,9 +69,9 @@ def node_settings(arguments, names):
 
 def add_matcher_options(parser, required=(), left_out=()):
     """
-    Add --profile and an option for each parameter of the matcher, for `matcher_config`.
+    Add --profile and an option for each parameter of the matcher, to be read by `matcher_config`.
 
-    required, left_out: names of parameters that must be given, and that have no option.
+    required: names of parameters that must be given. left_out: of those without an option.
     """
     group = parser.add_argument_group(
         'the matcher', 'a profile sets all parameters, an option changes one of them')
@@ -82,9 +82,10 @@ def add_matcher_options(parser, required=(), left_out=()):
 
 def matcher_config(arguments, saved=None):
     """
-    Return the MatcherConfig that parsed options ask for; ValueError where it is not allowed.
+    Return the MatcherConfig of parsed options; ValueError if it is not allowed.
 
-    saved: MatcherConfig that they change; a profile then keeps its range of disparities.
+    saved: MatcherConfig that they change, None = the profile's. With another profile its range of
+    disparities is kept.
     """
     changes = matcher_changes(arguments)
     if saved is None:
@@ -102,28 +103,28 @@ def matcher_changes(arguments):
 
 
 def add_camera_options(parser):
-    """Add the options, for `given_calibration`."""
-    group = parser.add_argument_group('the cameras, where metres are needed')
+    """Add the options of the calibration, to be read by `given_calibration`."""
+    group = parser.add_argument_group('the calibration, for depth and points')
     group.add_argument('--camera-info', metavar='FILE', nargs='+',
                        help='calib.txt of Middlebury 2014; or YAML as camera_calibration writes '
                             'it: RIGHT.yaml, or LEFT.yaml RIGHT.yaml')
     group.add_argument('--focal', type=float, metavar='PX', help='focal length')
     group.add_argument('--baseline', type=float, metavar='METRES',
-                       help='how far the cameras are apart')
+                       help='distance between the cameras')
     group.add_argument('--offset', type=float, metavar='PX',
                        help='cx of the left camera minus that of the right one; default: 0')
     group.add_argument('--principal-point', type=float, metavar=('CX', 'CY'), nargs=2,
-                       help='of the left camera; default: the middle of the image')
+                       help='of the left camera; default: the centre of the image')
 
 
 def given_calibration(arguments, shape, needed, purpose):
     """
-    Return the Calibration that the options give.
+    Return the Calibration of parsed options.
 
-    shape: (R, C) of the image. needed: those of focal and baseline that matter. purpose: what
-    needs them, for the sentence where one is missing.
-    Raises ValueError where an option is missing, wrong, or said twice, and as
-    `read_calibration_files`; also for a file of cameras of another size.
+    shape: (R, C) of the image. needed: names of the required ones of focal and baseline. purpose:
+    what requires them, for the error.
+    Raises ValueError if an option is missing, not allowed, or given twice, for camera files of
+    another size, and as `read_calibration_files`.
     """
     for name in NUMBERS:
         value = getattr(arguments, name)
@@ -151,12 +152,12 @@ def _of_files(arguments, shape):
     one_camera = not others and Path(first).suffix.lower() in YAML_SUFFIXES
     for name in IN_CAMERA_INFO:
         if getattr(arguments, name) is not None and not (one_camera and name == 'offset'):
-            raise ValueError(f"--{name.replace('_', '-')} stands in --camera-info already; leave "
-                             'one of the two out')
+            raise ValueError(f'{option_name(name)} is part of --camera-info already; leave one of '
+                             'the two out')
     calibration, size = read_calibration_files(arguments.camera_info, arguments.offset or 0.0)
     if size not in (None, shape):
-        raise ValueError(f'{arguments.camera_info[-1]} is of {size[1]}x{size[0]} pixels, but '
-                         f'there are {shape[1]}x{shape[0]}')
+        raise ValueError(f'{arguments.camera_info[-1]} is of {size[1]}x{size[0]} pixels, but the '
+                         f'images have {shape[1]}x{shape[0]}; give the calibration of these')
     return calibration
 
 
@@ -165,7 +166,7 @@ def _node_rows(names):
 
 
 def _default(row):
-    """Return the default of a row, of each profile where they differ; switches are on or off."""
+    """Return the default of a row as text, with those of all profiles if they differ."""
     def text(value):
         return ('off', 'on')[value] if isinstance(value, bool) else written(value)
 

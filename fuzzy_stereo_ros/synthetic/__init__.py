@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Stereo scenes with exact ground truth, and cameras that publish them."""
+"""Synthetic stereo scenes with exact ground truth, and cameras that publish them."""

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Synthetic stereo scenes with exact truth: slanted textured planes before a slanted background.
+Synthetic stereo scenes with exact ground truth: slanted textured planes, or a street.
 
-Disparity and occlusion are known without any rounding (see `surfaces.py`). Only the textures
-are read to 1/32 px, the step of OpenCV's remap. Cameras that drive see a street: `street.py`.
+Disparity and occlusion are computed without rounding (see `surfaces.py`, and `street.py` for
+cameras that drive). Only the textures are sampled at steps of 1/32 px, those of OpenCV's remap.
 """
 from functools import partial
 from typing import NamedTuple
@@ -18,12 +18,12 @@ import numpy as np
 
 FOCAL = 0.9         # focal length in widths of the image
 BASELINE = 0.12     # m
-CAMERA = 'rate', 'offset'       # what make_sequence does not know
-STANDING = 'min_disparity', 'poles', 'fence'    # what a street has not
+CAMERA = 'rate', 'offset'       # parameters that are no options of make_sequence
+NOT_IN_STREET = 'min_disparity', 'poles', 'fence'       # options that need a scene of planes
 
 
 class SceneOptions(NamedTuple):
-    """What a scene and its images are like; SCENE_PARAMETERS tells of each, with its unit."""
+    """The options of a scene and its images; SCENE_PARAMETERS has their meanings and units."""
 
     min_disparity: int = 0
     objects: int = 4
@@ -42,10 +42,10 @@ class SceneOptions(NamedTuple):
 
 class ScenePair(NamedTuple):
     """
-    One made pair, left-referenced.
+    A synthetic pair with its ground truth.
 
     left, right: uint8 or uint16 (R, C), or (R, C, 3) BGR.
-    truth: float32 (R, C), pixels, valid everywhere.
+    truth: float32 (R, C), pixels, of the left image, valid everywhere.
     visible: bool (R, C), true where the right image shows the same point.
     """
 
@@ -59,7 +59,7 @@ def make_pair(rows, columns, disparities, seed=0, **options):
     """
     Return one `ScenePair`; the options are those of `make_sequence`.
 
-    Raises ValueError for a size or a number of disparities that cannot be made.
+    Raises ValueError for a size or a number of disparities that is not allowed.
     """
     return next(make_sequence(rows, columns, disparities, 1, seed, **options))
 
@@ -68,12 +68,12 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
     """
     Return an iterator over `frames` pairs of one scene; the same arguments give the same bits.
 
-    options: those of `SceneOptions`. The true disparities lie between min_disparity and
-    min_disparity + disparities - 1. Where the cameras turn by pan, the scene moves to the left.
-    A drive leads through a street, where they sway besides. bits: 8 gives uint8; 9 to 16 give
-    uint16 that fills the low bits.
+    options: fields of `SceneOptions`. The true disparities lie between min_disparity and
+    min_disparity + disparities - 1. With pan the scene moves to the left. With drive the cameras
+    move through a street, and sway. bits: 8 gives uint8; 9 to 16 give uint16 that uses the low
+    bits.
 
-    Raises ValueError for a size, a count or a number of bits that cannot be made.
+    Raises ValueError for a size, a count or a number of bits that is not allowed.
     """
     options = SceneOptions(**options)
     if rows < 1 or columns < 1 or frames < 1:
@@ -86,7 +86,7 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
     y, x = np.mgrid[0:rows, 0:columns].astype(np.float64)
     pan, drive = options.pan, options.drive
     if drive:
-        for name in STANDING:
+        for name in NOT_IN_STREET:
             if getattr(options, name):
                 raise ValueError(f'{name} is {getattr(options, name)} and drive is {drive:g}; a '
                                  f'street has no {name}: give one of the two')
@@ -116,60 +116,59 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
 
 
 def _scene_option(name, *facts, **more):
-    """Return the row of one of the SceneOptions, with the default that it has there."""
+    """Return the Parameter of a field of SceneOptions, with the field's default."""
     return Parameter(name, SceneOptions._field_defaults[name], *facts, **more)
 
 
 SCENE_PARAMETERS = {row.name: row for row in (
     Parameter('columns', 640, 'width of the images', 1, 4096, 'px'),
     Parameter('rows', 480, 'height of the images', 1, 4096, 'px'),
-    Parameter('disparities', 64, 'number of disparities that the scene has', 1, 4096, 'px'),
-    _scene_option('min_disparity', 'smallest of them', -2048, 2048, 'px'),
+    Parameter('disparities', 64, 'number of disparities in the scene', 1, 4096, 'px'),
+    _scene_option('min_disparity', 'smallest disparity in the scene', -2048, 2048, 'px'),
     Parameter('frames', 12, 'number of pairs', 1, 100000),
     Parameter('seed', 0, 'another scene for every number', 0, 2**31 - 1),
-    _scene_option('objects', 'slanted planes before a slanted background: of three, one is a '
-                  'pole, one an ellipse, one a box', 0, 1000),
-    _scene_option('poles', 'poles of 1 to 3 px besides', 0, 1000),
-    _scene_option('fence', 'bars of a fence that comes nearer from side to side; 0 is no fence',
-                  0, 1000),
-    Parameter('pan', 2.0, 'by how much the cameras turn to the right in each frame', -1000.0,
-              1000.0, 'px'),
-    _scene_option('drive', 'how far the cameras drive ahead in each frame, through a street; they '
-                  'turn to both sides by pan at the most, tilt and roll; 0 is the scene of planes',
+    _scene_option('objects', 'number of slanted planes before a slanted background: poles, '
+                  'ellipses and boxes in turn', 0, 1000),
+    _scene_option('poles', 'number of additional poles of 1 to 3 px', 0, 1000),
+    _scene_option('fence', 'number of bars of a slanted fence; 0 is no fence', 0, 1000),
+    Parameter('pan', 2.0, 'rotation of the cameras to the right in each frame', -1000.0, 1000.0,
+              'px'),
+    _scene_option('drive', 'distance that the cameras move ahead in each frame, through a street; '
+                  'they turn to both sides by pan at most, tilt and roll; 0 is the planar scene',
                   0.0, 100.0, 'm'),
-    _scene_option('motion', 'largest speed of objects and poles, in each frame', 0.0, 1000.0,
+    _scene_option('motion', 'largest motion of objects and poles in each frame', 0.0, 1000.0,
                   'px'),
     Parameter('noise', 2.0, 'standard deviation of the noise of the sensors', 0.0, 255.0,
               'grey levels of 8 bits'),
     _scene_option('exposure', 'gain of the right image relative to the left one', 0.01, 100.0),
-    _scene_option('flicker', 'amplitude of a gain of both images that swings within 8 frames',
-                  0.0, 1.0),
+    _scene_option('flicker', 'amplitude of a gain of both images with a period of 8 frames', 0.0,
+                  1.0),
     _scene_option('contrast', 'of the textures, relative', 0.0, 10.0),
-    _scene_option('colour', 'images in colour, not grey'),
-    _scene_option('bits', 'of a grey level; above 8 the images have 16 and fill the low ones', 8,
-                  16),
-    Parameter('rate', 30.0, 'pairs a second', 0.1, 1000.0),
+    _scene_option('colour', 'images in colour instead of grey'),
+    _scene_option('bits', 'of a grey level; above 8 the images have 16 bits and use the low ones',
+                  8, 16),
+    Parameter('rate', 30.0, 'pairs per second', 0.1, 1000.0),
     Parameter('offset', 0.0, 'cx of the left camera minus that of the right one', -4096.0, 4096.0,
               'px'),
 )}
 
 
 def scene_pairs(values):
-    """Return an iterator over each `ScenePair`; ValueError where the scene cannot be made."""
+    """Return an iterator over each `ScenePair`; ValueError if the scene is not allowed."""
     return make_sequence(**{name: value for name, value in values.items() if name not in CAMERA})
 
 
 def scene_calibration(values):
-    """Return the Calibration of the two cameras."""
+    """Return the Calibration of the cameras of values by name."""
     return centred_calibration(FOCAL * values['columns'], BASELINE, values['offset'],
                                values['rows'], values['columns'])
 
 
 def _drawn(view, x, y):
     """
-    Return what a `ScenePair` is made of.
+    Return left image, right image, truth and visibility of a pair, before exposure.
 
-    view: returns image and disparity of one camera at x, y, float64 (R, C), px.
+    view(x, y, by_left): returns image and disparity of one camera at x, y, float64 (R, C), px.
     """
     left, truth = view(x, y, by_left=True)
     right, _ = view(x, y, by_left=False)
@@ -179,7 +178,7 @@ def _drawn(view, x, y):
 
 
 def _expose(image, gain, options, random):
-    """Return an image of grey levels of 8 bits as a camera takes it: uint8 or uint16."""
+    """Return the exposed and noisy image of grey levels of 8 bits: uint8 or uint16."""
     top, depth = 2**options.bits - 1, np.uint8 if options.bits == 8 else np.uint16
     image = gain * image + options.noise * random.standard_normal(image.shape, np.float32)
     image = np.clip(np.rint(image * (top / 255)), 0, top).astype(depth)
@@ -191,8 +190,8 @@ def _view(surfaces, x, y, by_left):
     image = np.zeros((*x.shape, surfaces[0].texture.shape[2]), np.float32)
     nearest = np.full(x.shape, -np.inf)
     for surface in surfaces:
-        left_x, disparity, there = meet(surface, x, y, by_left)
-        seen = there & (disparity > nearest)
+        left_x, disparity, inside = meet(surface, x, y, by_left)
+        seen = inside & (disparity > nearest)
         height, width = surface.texture.shape[:2]
         colours = cv2.remap(surface.texture,
                             (left_x - surface.centre[0] + width / 2).astype(np.float32),
@@ -205,10 +204,10 @@ def _view(surfaces, x, y, by_left):
 
 def misaligned(image, tilt=0.0, roll=0.0, zoom=0.0):
     """
-    Return an image, uint8 or uint16 (R, C, ...), of a camera that has moved.
+    Return an image, uint8 or uint16 (R, C, ...), as a misaligned camera would take it.
 
-    tilt: px by which all comes to stand lower. roll: degrees by which it is turned clockwise
-    about its middle. zoom: percent by which it is larger.
+    tilt: px by which the content moves down. roll: degrees of its clockwise rotation about the
+    centre. zoom: percent by which it is larger.
     """
     rows, columns = image.shape[:2]
     middle = np.array([(columns - 1) / 2, (rows - 1) / 2])

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A made street with exact truth, and two cameras that drive through it and turn.
+A synthetic street with exact ground truth, and two cameras that drive through it and turn.
 
-Textured planes in metres: the road, a wall on each side and one at the end, and upright objects
-beside the way. A ray meets a plane exactly, so that disparity and occlusion are known without any
-rounding. Textures are sums of noise of doubling grain; grain finer than a pixel is left out.
+The street consists of textured planes in metres: the road, a wall on each side and one at the
+end, and upright objects beside the lane. Rays are intersected with planes exactly, so disparity
+and occlusion are computed without rounding. A texture is a sum of noise octaves; octaves finer
+than a pixel are left out.
 """
 from typing import NamedTuple
 
@@ -13,32 +14,32 @@ import cv2
 import numpy as np
 
 SHAPES = 'box', 'ellipse'
-NEAREST = 0.75      # of the disparities, what the road and the objects come to where a view ends
-SIDE_WALL = 2.2     # distance of a side wall from the way, in least clearances of an object
-WALL_HEIGHT = 6.0   # in heights of the cameras
-DISTANT = 9.0       # distance of the wall at the end, in distances of the nearest road seen
-PERIOD = 24, 17, 20, 14, 11     # frames of a swing: yaw, pitch, roll, sideways, up and down
-SWINGS = 0.012, 0.02, 0.06, 0.04    # pitch, roll in radians; sideways, up in camera heights
-GRAIN, OCTAVES = 256, 9     # cells of a side of a layer of noise, after which it repeats; layers
-FINEST = 2.5        # pixels of the nearest road that a cell of the finest layer has
-STRENGTH = 15       # grey levels of 8 bits, standard deviation of each layer's cells
+NEAREST = 0.75      # share of the disparities that the road and objects reach at the image border
+SIDE_WALL = 2.2     # distance of a side wall from the lane's centre, in least object distances
+WALL_HEIGHT = 6.0   # in camera heights
+DISTANT = 9.0       # distance of the wall at the end, in distances of the nearest visible road
+PERIOD = 24, 17, 20, 14, 11     # frames of an oscillation: yaw, pitch, roll, sideways, up
+SWINGS = 0.012, 0.02, 0.06, 0.04    # amplitudes: pitch, roll in radians; sideways, up in heights
+GRAIN, OCTAVES = 256, 9     # cells along the side of a noise layer, which repeats; layers
+FINEST = 2.5        # size of a cell of the finest layer, in pixels of the nearest visible road
+STRENGTH = 15       # grey levels of 8 bits, standard deviation of the cells of a layer
 
 
 class Plane(NamedTuple):
-    """A rectangle or an ellipse, in metres; x to the right, y down, z ahead at the first frame."""
+    """A rectangle or ellipse in metres: x right, y down, z ahead, of the first frame's camera."""
 
     shape: str
     centre: np.ndarray      # (3,), at the first frame
     axes: np.ndarray        # (2, 3), unit vectors in the plane, orthogonal
-    half: tuple             # extents along the axes
-    velocity: np.ndarray    # (3,), metres a frame
+    half: tuple             # half the extents along the axes
+    velocity: np.ndarray    # (3,), metres per frame
     layers: np.ndarray      # float32 (OCTAVES, GRAIN + margin, GRAIN + margin, 3 or 1)
     mean: np.ndarray        # (3 or 1,), grey levels
-    grain: float            # metres of a cell of the finest layer
+    grain: float            # metres, size of a cell of the finest layer
 
 
 class Rig(NamedTuple):
-    """Two cameras: focal length and centre in pixels, baseline and height above the road in m."""
+    """Two cameras: focal length in px, baseline and height above the road in metres."""
 
     rows: int
     columns: int
@@ -53,17 +54,17 @@ class Rig(NamedTuple):
 
 
 def rig_of(rows, columns, disparities, focal, baseline):
-    """Return the `Rig` whose nearest road has NEAREST of the disparities; focal: px."""
+    """Return the `Rig` at the height that gives the nearest road NEAREST of the disparities."""
     return Rig(rows, columns, focal, baseline,
                baseline * rows / 2 / (NEAREST * max(disparities - 1, 1)))
 
 
 def pose(rig, frame, drive, pan):
     """
-    Return where the left camera is and looks in a frame: rotation (3, 3) and position (3,).
+    Return the pose of the left camera in a frame: rotation (3, 3) and position (3,).
 
-    X_camera = rotation @ (X - position). drive: metres ahead in each frame; pan: px by which it
-    turns to the right in a frame at the most.
+    X_camera = rotation @ (X - position). drive: metres ahead in each frame. pan: px, largest
+    rotation to the right in a frame.
     """
     swings = np.sin(2 * np.pi * frame / np.array(PERIOD))
     yaw = pan / rig.focal * PERIOD[0] / (2 * np.pi) * swings[0]
@@ -79,13 +80,13 @@ def pose(rig, frame, drive, pan):
 
 def street(rig, disparities, frames, seed, options):
     """
-    Return the planes of a street that is as long as the drive.
+    Return the list of Planes of a street that is as long as the drive.
 
-    options: `SceneOptions`; objects stand upright beside the way, motion is their largest speed,
-    px a frame where they are seen first.
+    options: `SceneOptions`; objects stand upright beside the lane, motion is their largest speed
+    in px per frame as seen in the first frame.
     """
     random = np.random.default_rng([seed, 4])
-    nearest = 2 * rig.focal * rig.height / rig.rows     # m, where the road is seen first
+    nearest = 2 * rig.focal * rig.height / rig.rows     # m, distance of the nearest visible road
     grain = FINEST * nearest / rig.focal
     clearance = rig.baseline * rig.columns / 2 / (NEAREST * max(disparities - 1, 1))
     end = DISTANT * nearest + options.drive * (frames - 1)
@@ -121,9 +122,9 @@ def street(rig, disparities, frames, seed, options):
 
 def look(rig, surfaces, frame, seen_from, x, y, by_left):
     """
-    Return what a camera sees at x, y, float64 (R, C), px: image, and disparity.
+    Return the image and the disparity of a camera at x, y, float64 (R, C), px.
 
-    seen_from: what `pose` returned. image: float32 (R, C, 3 or 1), grey levels of 8 bits;
+    seen_from: the result of `pose`. image: float32 (R, C, 3 or 1), grey levels of 8 bits.
     disparity: float64 (R, C), px, of the nearest surface.
     """
     turned, position = seen_from
@@ -134,30 +135,30 @@ def look(rig, surfaces, frame, seen_from, x, y, by_left):
     disparity = np.zeros(x.shape)
     image = np.zeros((*x.shape, surfaces[0].mean.size), np.float32)
     for surface in surfaces:
-        along, there, nearer = _meet(surface, frame, position, rays)
-        nearer = rig.focal * rig.baseline * nearer
-        seen = there & (nearer > disparity)
-        disparity[seen] = nearer[seen]
+        along, inside, inverse_depth = _intersect(surface, frame, position, rays)
+        new = rig.focal * rig.baseline * inverse_depth
+        seen = inside & (new > disparity)
+        disparity[seen] = new[seen]
         image[seen] = _texture(surface, along, seen)
     return image, disparity
 
 
-def _meet(surface, frame, position, rays):
-    """Return where rays meet a plane, m along its axes, (R, C, 2); whether; and 1 / distance."""
+def _intersect(surface, frame, position, rays):
+    """Return intersections in m along a plane's axes (R, C, 2), whether inside, and 1 / depth."""
     normal = np.cross(*surface.axes)
     away = surface.centre + frame * surface.velocity - position
     with np.errstate(divide='ignore', invalid='ignore', over='ignore'):
-        nearness = rays @ normal / (away @ normal)
-        points = rays / nearness[..., None] - away
+        inverse_depth = rays @ normal / (away @ normal)
+        points = rays / inverse_depth[..., None] - away
         along = points @ surface.axes.T
         share = along / surface.half
         inside = (share**2).sum(-1) <= 1 if surface.shape == 'ellipse' else (
             abs(share) <= 1).all(-1)
-    return along, (nearness > 0) & inside, nearness
+    return along, (inverse_depth > 0) & inside, inverse_depth
 
 
 def _texture(surface, along, seen):
-    """Return the grey of the points that are seen: float32 (n, 3 or 1)."""
+    """Return the grey levels of the points that are seen: float32 (n, 3 or 1)."""
     steps = [np.hypot(*(np.gradient(along[..., axis], axis=side) for side in (0, 1)))
              if min(along.shape[:2]) > 1 else np.zeros(along.shape[:2]) for axis in (0, 1)]
     pixel = np.maximum(*steps)[seen]    # m
@@ -165,11 +166,11 @@ def _texture(surface, along, seen):
     for octave, layer in enumerate(surface.layers):
         cell = surface.grain * 2**octave
         share = np.clip(cell / np.maximum(pixel, 1e-9) - 1, 0, 1)
-        places = (along[seen] / cell % GRAIN + 2).astype(np.float32)
-        # OpenCV's remap takes at most 32767 rows or columns
+        cells = (along[seen] / cell % GRAIN + 2).astype(np.float32)
+        # OpenCV's remap allows at most 32767 rows or columns.
         for first in range(0, pixel.size, 32000):
             part = slice(first, first + 32000)
-            grey = cv2.remap(layer, places[None, part, 0], places[None, part, 1],
+            grey = cv2.remap(layer, cells[None, part, 0], cells[None, part, 1],
                              cv2.INTER_CUBIC)
             total[part] += share[part, None] * grey.reshape(-1, total.shape[1])
     return total.astype(np.float32)

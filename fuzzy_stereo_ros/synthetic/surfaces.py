@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The surfaces of a made scene: textured planes cut out by shapes, and where two cameras meet them.
+The surfaces of a synthetic scene: textured planes of several shapes, and their projections.
 
 A surface is a plane of disparity d = a + b x + c y over left image coordinates. A right pixel x_r
-shows the left coordinate x = (x_r + a + c y) / (1 - b), so that both images are drawn directly and
-disparity and occlusion are known without any rounding.
+shows the left coordinate x = (x_r + a + c y) / (1 - b). So both images are drawn directly, and
+disparity and occlusion are computed without rounding.
 """
 from typing import NamedTuple
 
@@ -14,9 +14,9 @@ import numpy as np
 
 SHAPES = ('pole', 'ellipse', 'box')
 STEEPEST = 0.2      # largest change of disparity per pixel in x; at 1 the right image has no width
-THIN = 0.5, 1.5     # from and to, half the width of a thin pole, px
+THIN = 0.5, 1.5     # smallest and largest half width of a thin pole, px
 BAR = 1.0           # half the width of a bar and of a rail of the fence, px
-RAIL = 0.6          # how far the rails are from the middle of the fence, in half heights
+RAIL = 0.6          # distance of the rails from the centre of the fence, in half heights
 
 
 class Surface(NamedTuple):
@@ -30,14 +30,15 @@ class Surface(NamedTuple):
     slope: tuple  # b, c: change of disparity per pixel in x and in y
     velocity: tuple  # pixels per frame in x and y
     texture: np.ndarray
-    bars: int = 0  # how many bars a fence has
+    bars: int = 0  # number of bars of a fence
 
 
 class World(NamedTuple):
     """
-    What the surfaces of a scene share.
+    The values that all surfaces of a scene share.
 
-    span: x in pixels, from and to, over which the left image moves. options: `SceneOptions`.
+    span: first and last x in pixels that the left image shows in any frame. options:
+    `SceneOptions`.
     """
 
     rows: int
@@ -60,7 +61,7 @@ def surfaces_of(world, seed):
 
 
 def background(random, world):
-    """Return the plane behind everything: the lowest 40 % of the range, slanted over all of it."""
+    """Return the plane behind all others, slanted over the lowest 40 % of the disparities."""
     last = world.options.min_disparity + world.disparities - 1
     reach = max(abs(world.options.min_disparity), abs(last))
     low, high = world.span[0] - reach, world.span[1] + reach
@@ -75,7 +76,7 @@ def background(random, world):
 
 
 def standing_object(random, shape, world):
-    """Return a plane of one of the SHAPES in the highest 60 % of the range."""
+    """Return a plane of one of the SHAPES in the highest 60 % of the disparities."""
     rows, columns = world.rows, world.columns
     half = {'pole': (max(1.5, 0.006 * columns), 0.45 * rows),
             'ellipse': (random.uniform(0.08, 0.2) * columns, random.uniform(0.12, 0.3) * rows),
@@ -84,12 +85,12 @@ def standing_object(random, shape, world):
 
 
 def thin_pole(random, world):
-    """Return a pole of 1 to 3 pixels in the highest 60 % of the range."""
+    """Return a pole of 1 to 3 pixels in the highest 60 % of the disparities."""
     return _upright(random, 'pole', (random.uniform(*THIN), 0.45 * world.rows), world)
 
 
 def _upright(random, shape, half, world):
-    """Return a plane of a shape and size where random puts it."""
+    """Return a plane of a shape and size at a random position."""
     slack = 0.1 * (world.disparities - 1)
     low = world.options.min_disparity + 0.4 * (world.disparities - 1)
     high = world.options.min_disparity + world.disparities - 1
@@ -105,7 +106,7 @@ def _upright(random, shape, half, world):
 
 
 def fence_of(random, world, bars):
-    """Return bars on two rails that come nearer from one side to the other; they stand still."""
+    """Return a slanted fence of bars on two rails, which does not move."""
     half = (0.35 * world.columns, 0.25 * world.rows)
     slope = min(STEEPEST, 0.25 * (world.disparities - 1) / half[0])
     return Surface('fence', (np.mean(world.span), 0.6 * world.rows), half, 0.0,
@@ -130,8 +131,8 @@ def _texture(random, half, world):
 
 
 def place(surface, frame, world):
-    """Return the surface moved to where it is in a frame; it turns round at the borders."""
-    def turn(start, speed, low, high):
+    """Return the surface at its position in a frame; its motion reverses at the borders."""
+    def position(start, speed, low, high):
         length = max(high - low, 1.0)
         phase = (start - low + speed * frame) % (2 * length)
         return low + min(phase, 2 * length - phase)
@@ -139,15 +140,15 @@ def place(surface, frame, world):
     if surface.velocity == (0.0, 0.0):
         return surface
     return surface._replace(centre=(
-        turn(surface.centre[0], surface.velocity[0], *world.span),
-        turn(surface.centre[1], surface.velocity[1], 0, world.rows - 1)))
+        position(surface.centre[0], surface.velocity[0], *world.span),
+        position(surface.centre[1], surface.velocity[1], 0, world.rows - 1)))
 
 
 def meet(surface, x, y, by_left):
     """
-    Return left x, disparity and presence of a surface where the left or right image looks.
+    Return left x, disparity and presence of a surface at pixels of one image: three (R, C).
 
-    x, y: float64 (R, C), coordinates in the image that looks; three arrays (R, C) come out.
+    x, y: float64 (R, C), coordinates in the left image if by_left, else in the right image.
     """
     down = surface.disparity + surface.slope[1] * (y - surface.centre[1])
     if not by_left:
@@ -155,11 +156,11 @@ def meet(surface, x, y, by_left):
     disparity = down + surface.slope[0] * (x - surface.centre[0])
     across = (x - surface.centre[0] - surface.tilt * (y - surface.centre[1])) / surface.half[0]
     along = (y - surface.centre[1]) / surface.half[1]
-    return x, disparity, _is_there(surface, across, along)
+    return x, disparity, _is_inside(surface, across, along)
 
 
-def _is_there(surface, across, along):
-    """Return where a shape is, bool (R, C), by its own coordinates, -1 to 1 inside its box."""
+def _is_inside(surface, across, along):
+    """Return which coordinates lie in a shape: bool (R, C); its box is -1 to 1 in both."""
     if surface.shape == 'background':
         return np.ones(across.shape, bool)
     if surface.shape == 'ellipse':
@@ -167,8 +168,8 @@ def _is_there(surface, across, along):
     inside = (abs(across) <= 1) & (abs(along) <= 1)
     if surface.shape != 'fence':
         return inside
-    place_of_bar = (across + 1) / 2 * surface.bars % 1
+    phase = (across + 1) / 2 * surface.bars % 1
     pitch = 2 * surface.half[0] / surface.bars
-    bar = abs(place_of_bar - 0.5) * pitch <= BAR
+    bar = abs(phase - 0.5) * pitch <= BAR
     rail = abs(abs(along) - RAIL) * surface.half[1] <= BAR
     return inside & (bar | rail)

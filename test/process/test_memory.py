@@ -10,7 +10,7 @@ from fuzzy_stereo_ros import memory, pair_matcher
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
-from fuzzy_stereo_ros.memory import give_back_memory, share_free_memory
+from fuzzy_stereo_ros.memory import give_back_memory, use_one_arena
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from node_process import ROOT, shifted_pair, START
@@ -101,7 +101,7 @@ def test_what_another_thread_has_freed_goes_back_to_the_system_and_though_it_is_
 def test_without_such_a_call_nothing_happens(monkeypatch):
     monkeypatch.setattr(memory.ctypes, 'CDLL', lambda name: object())
     assert give_back_memory() is None
-    assert share_free_memory() is None
+    assert use_one_arena() is None
 
 
 def test_a_matcher_that_is_replaced_and_images_of_another_size_are_given_back(monkeypatch):

@@ -83,7 +83,7 @@ class TornRig(demo.SimulatedCameras):
             messages['right/image_rect'].header.stamp.sec += 1
         return super().publish(left, right, change=tear if len(self.sent) == 3 else None)
 
-demo.SimulatedCameras, phase.PATIENCE = TornRig, 1.0"""
+demo.SimulatedCameras, phase.TIMEOUT = TornRig, 1.0"""
     code, out, err = run_demo(tmp_path, *QUICK, before=before)
     assert code == 1
     assert rows_of(out)['pairs lost'] == ('1', '0')
@@ -93,7 +93,7 @@ demo.SimulatedCameras, phase.PATIENCE = TornRig, 1.0"""
 def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
     code, _, err = run_demo(tmp_path, before="demo.NODE = 'no_such_node'")
     assert code == 1
-    assert 'demo: the node ended with code 1; it said:' in err
+    assert 'demo: the node ended with code 1; its log:' in err
     assert 'No module named no_such_node' in err
     assert os.listdir(tmp_path) == []
 
@@ -177,7 +177,7 @@ def test_the_table_has_the_figures_that_a_person_would_count():
     second[:, 8:] = 13
     second[0] = np.nan
     phase = Phase('warm', published=5, dropped=2, seconds=0.5, latencies=[20.0, 40.0])
-    phase.judge([(0, first), (1, second)], Flat())
+    phase.add_scores([(0, first), (1, second)], Flat())
     rows = rows_of(table([phase, Phase('cold')]))
     assert rows['pairs lost'] == ('1', '0')
     assert rows['latency, median [ms]'] == ('30.0', '-')

@@ -129,8 +129,8 @@ def test_the_demo_shows_the_preview_where_there_is_a_viewer_and_says_how_elsewhe
     monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
     install('fuzzy_stereo_ros')
     assert notices(*visited(DEMO)) == [
-        'rqt_image_view is not installed: look at the topic /preview in RViz or Foxglove; '
-        'nothing is matched before somebody looks']
+        'rqt_image_view is not installed: open the topic /preview in RViz or Foxglove; '
+        'the node matches only while an output has a subscriber']
     install('rqt_image_view')
     context, found = visited(DEMO)
     assert sorted(nodes(found)) == ['fuzzy_stereo_ros', 'fuzzy_stereo_ros', 'rqt_image_view']

@@ -235,7 +235,7 @@ def test_an_empty_folder_is_taken_and_a_link_to_one_is_followed(tmp_path, monkey
 def rejected(folder, reason):
     """Assert that nothing is written to a folder, for a reason, and what is around stays."""
     around = sorted(Path(folder).absolute().parent.parent.rglob('*'))
-    with pytest.raises(OSError, match=f'{reason}; give a folder that is missing or empty'):
+    with pytest.raises(OSError, match=f'{reason}; give a missing or empty folder'):
         write_saved_pair(folder, running()[0])
     assert sorted(Path(folder).absolute().parent.parent.rglob('*')) == around
 
@@ -391,13 +391,13 @@ DAMAGES = {
         r'labels of the state is uint16 \(60, 100\); needed is uint8'),
     'labels beyond the range': (
         lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24),
-        'labels or ages that no frame has'),
+        'labels or ages out of range'),
     'ages that are not numbers': (
         lambda folder: restored(folder, ages=np.full((2, 4, 7), np.nan, np.float32)),
-        'labels or ages that no frame has'),
+        'labels or ages out of range'),
     'planes that are not numbers': (
         lambda folder: restored(folder, planes=np.full((30, 50, 3), np.inf, np.float32)),
-        'planes that no frame has'),
+        'planes out of range'),
     'too few tiles': (
         lambda folder: restored(folder, ages=np.ones((2, 4, 6), np.float32)),
         'ages of the state is'),
@@ -415,7 +415,7 @@ def test_what_does_not_belong_together_is_rejected_with_a_sentence(report, case)
     with pytest.raises(ValueError, match=words) as caught:
         read_saved_pair(report)
     assert str(caught.value).startswith(str(report)) and '\n' not in str(caught.value)
-    assert str(caught.value).endswith('read it by the fuzzy_stereo_ros that wrote it')
+    assert str(caught.value).endswith('use the version of fuzzy_stereo_ros that wrote it')
 
 
 def test_no_folder_at_all_is_rejected(tmp_path):

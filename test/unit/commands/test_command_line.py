@@ -190,7 +190,7 @@ BAD_INPUT = {
                        'which is --output too'),
     'truth of another size': (match_arguments(ground_truth='small.png', ground_truth_scale=4),
                               'small.png is 79x48, the images are 80x48'),
-    'truth without scale': (match_arguments(ground_truth='left.png'), 'how many grey levels'),
+    'truth without scale': (match_arguments(ground_truth='left.png'), 'the grey levels of one'),
     'a mask of another size': (match_arguments(ground_truth='truth.pfm', mask='small.png'),
                                'small.png is 79x48'),
     'a mask alone': (match_arguments(mask='visible.png'), '--mask needs --ground-truth'),
@@ -327,8 +327,8 @@ def test_a_difference_is_counted_and_measured_and_ends_with_code_1(report, capsy
     assert found['differences']['confidence'] == {'pixels': 1, 'largest': 2.0, 'valid_in_one': 0}
     assert main(['match', '--saved', 'report']) == 1
     assert capsys.readouterr().out.splitlines()[2:] == [
-        'not the same as saved: disparity differs in 3 pixels (by 2.25 at the most, 1 valid in '
-        'only one of the two), confidence differs in 1 pixels (by 2 at the most, 0 valid in only '
+        'not the same as saved: disparity differs in 3 pixels (by 2.25 at most, 1 valid in '
+        'only one of the two), confidence differs in 1 pixels (by 2 at most, 0 valid in only '
         'one of the two)']
 
 
@@ -346,7 +346,7 @@ def test_where_bits_differ_it_is_told_what_else_does(report, capsys):
     plant(report, 'confidence', (0, 0, 2.0))
     assert main(['match', '--saved', 'report']) == 1
     assert capsys.readouterr().out.splitlines()[-1] == (
-        'saved where these were others: numba, processor')
+        'these differ from the saved ones: numba, processor')
 
 
 @pytest.mark.parametrize('words, changed', [
@@ -367,7 +367,7 @@ def test_an_option_changes_the_saved_parameter_and_nothing_is_promised(
     told = capsys.readouterr().out.splitlines()
     names = ', '.join(changed)
     assert f'parameters as saved but for {names}, without' in told[1]
-    assert told[3] == f'nothing is promised: other than saved are {names}'
+    assert told[3] == f'results may differ, as these parameters are not those saved: {names}'
 
 
 def test_a_profile_keeps_the_saved_range_of_disparities(tmp_path, monkeypatch, capsys):

@@ -226,9 +226,9 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
     ('a.npy b.ply --from depth', 'points from depth needs the cameras: give --focal, or'),
     ('a.npy b.ply --focal 0 --baseline 1', '--focal is 0; allowed are numbers above 0'),
     ('a.npy b.ply --focal 1 --baseline inf', '--baseline is inf; allowed are finite numbers'),
-    ('a.npy b.ply --camera-info calib.txt --focal 3', '--focal stands in --camera-info already'),
-    ('a.npy b.ply --camera-info calib.txt --offset 3', '--offset stands in --camera-info'),
-    ('a.npy b.ply --camera-info calib.txt', 'calib.txt is of 9x5 pixels, but there are 4x2'),
+    ('a.npy b.ply --camera-info calib.txt --focal 3', '--focal is part of --camera-info already'),
+    ('a.npy b.ply --camera-info calib.txt --offset 3', '--offset is part of --camera-info'),
+    ('a.npy b.ply --camera-info calib.txt', 'calib.txt is of 9x5 pixels, but the images have 4x2'),
     ('a.npy b.ply --camera-info none.yaml', 'none.yaml cannot be read: No such file'),
     ('a.npy b.ply --focal 1 --baseline 1 --image small.png', 'small.png is 3x2, but there are'),
     ('a.npy b.pfm --image small.png', '--image gives colours to a .ply, but b.pfm holds'),
@@ -243,9 +243,10 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
     ('a.npy b --from depth', "b has the suffix ''; allowed are .pfm, .npy, .png"),
     ('a.npy no/b.npy', 'no/b.npy cannot be written: there is no folder no'),
     ('none.npy b.pfm', 'none.npy cannot be read: No such file'),
-    ('a.npy b.pfm --scale 4', 'a.npy holds values already; a scale is for pictures'),
-    ('a.npy b.pfm --from depth --scale 4', 'a.npy holds values already; a scale is for pictures'),
-    ('small.png b.pfm --from depth', 'small.png has 8 bits: say how many grey levels one metre'),
+    ('a.npy b.pfm --scale 4', 'a.npy holds values already; a scale is for images'),
+    ('a.npy b.pfm --from depth --scale 4', 'a.npy holds values already; a scale is for images'),
+    ('small.png b.pfm --from depth',
+     'small.png has 8 bits: give the scale, the grey levels of one metre'),
     ('far.npy b.png', 'a disparity of 300 px does not fit into a KITTI .png')])
 def test_what_cannot_be_converted_is_one_sentence_and_code_2(words, sentence, capsys):
     write_disparity('a.npy', np.ones((2, 4)))

@@ -132,17 +132,17 @@ def test_a_missing_file_and_a_useless_picture_are_rejected(tmp_path):
     with pytest.raises(ValueError, match='none.pfm cannot be read: No such file'):
         read_disparity(tmp_path / 'none.pfm')
     cv2.imwrite(str(tmp_path / 'colour.png'), np.eye(3, dtype=np.uint8)[None])
-    with pytest.raises(ValueError, match='colour picture'):
+    with pytest.raises(ValueError, match='colour image'):
         read_disparity(tmp_path / 'colour.png', scale=16)
     cv2.imwrite(str(tmp_path / 'eight.png'), np.zeros((2, 2), np.uint8))
-    with pytest.raises(ValueError, match='how many grey levels one pixel'):
+    with pytest.raises(ValueError, match='the grey levels of one pixel'):
         read_disparity(tmp_path / 'eight.png')
     with pytest.raises(ValueError, match='scale is 0; allowed are numbers above 0'):
         read_disparity(tmp_path / 'eight.png', scale=0)
     np.save(tmp_path / 'cube.npy', np.zeros((2, 2, 2)))
     with pytest.raises(ValueError, match=r'holds float64 of shape \(2, 2, 2\)'):
         read_disparity(tmp_path / 'cube.npy')
-    with pytest.raises(ValueError, match='a scale is for pictures'):
+    with pytest.raises(ValueError, match='a scale is for images'):
         read_disparity(tmp_path / 'cube.npy', scale=4)
 
 

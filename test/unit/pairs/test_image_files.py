@@ -41,7 +41,7 @@ def test_what_is_no_image_is_rejected_by_name(tmp_path):
 def test_a_jpeg_that_is_cut_off_is_rejected_by_name(tmp_path):
     whole = cv2.imencode('.jpg', np.zeros((64, 64), np.uint8))[1].tobytes()
     (tmp_path / 'cut.jpg').write_bytes(whole[:-2])
-    with pytest.raises(ValueError, match='cut.jpg is cut off: its JPEG has no end'):
+    with pytest.raises(ValueError, match='cut.jpg is cut off: its JPEG has no end marker'):
         read_image(tmp_path / 'cut.jpg')
 
 

@@ -242,8 +242,8 @@ def test_binning_and_region_change_focal_length_and_offset_but_not_the_baseline(
 
 
 @pytest.mark.parametrize('left, right, sentence', [
-    ({}, {'tx': 24.0}, 'the baseline is -0.12 m: left and right are swapped, or Tx stands in'),
-    ({'tx': -24.0}, {}, 'the baseline is -0.12 m: left and right are swapped, or Tx stands in'),
+    ({}, {'tx': 24.0}, 'the baseline is -0.12 m: left and right are swapped, or Tx is in'),
+    ({'tx': -24.0}, {}, 'the baseline is -0.12 m: left and right are swapped, or Tx is in'),
     ({}, {'p': projection(p3=-24.0, p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted'),
     ({}, {'p': projection(p7=-24.0)}, 'Ty of the pair is -24: the cameras are mounted one above'),
     ({'p': [0.0] * 12}, {'tx': -24.0}, 'left camera_info: the camera is not calibrated (P[0] is '),
