@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Ablation: each profile as it is, and with each part removed or replaced, on scenes and sequences.
+Ablation: each profile as it is, and with parts removed or replaced, on scenes and sequences.
 
-Fitness is that of the matcher as it is: all chromosomes of a scene are measured alike.
+All fitness values are measured by the matcher as it is, so that they compare.
 """
 from functools import partial
 from typing import NamedTuple
@@ -22,23 +22,23 @@ from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
 import numpy as np
 import pandas as pd
 
-TURNS = 3           # of which the fastest counts
-NOTABLE = 0.05      # points of error by which a scene counts as better or worse
+TURNS = 3           # runs, of which the fastest counts
+NOTABLE = 0.05      # percentage points of error: a smaller difference is none
 PROFILES = {'realtime': REALTIME, 'quality': QUALITY, 'paper': PAPER}
 PARTS = 'population', 'crossover', 'mutation', 'previous best'
 CLASSIC = 'middv2'
-# Scenes on which an evolution of seconds is taken apart: classic, plain, textured, road.
+# Scenes for the ablation of profiles that take seconds: classic, plain, textured, road.
 SHOWN = ('midd2006_third/Midd1', 'midd2006_third/Flowerpots', 'midd2006_third/Rocks1',
          'kitti/kitti2012_color/000000')
 NOISY = 'window, noise'     # sequences on which the previous best is taken away
 STILL = 'still, noise 1.5'  # sequences on which each part is taken away; their last frame counts
 SINGLE = 'single pairs'
 EARNS = 3.0                 # percent of the mean error by which a part earns its place
-ROOM = 2.4          # a bar of more than so many times that of the matcher as it is, is cut there
+ROOM = 2.4          # longest bar as a multiple of the first one; longer ones are cut
 
 
 class Evolution(NamedTuple):
-    """A scene on which a profile that evolves for seconds is taken apart."""
+    """A scene for the ablation of a profile that takes seconds."""
 
     profile: str
     scene: Scene
@@ -50,7 +50,7 @@ class Evolution(NamedTuple):
 
 
 def run(request):
-    """Return the `Report` of what each part of the matchers earns."""
+    """Return the `Report` of the contribution of each part of each profile."""
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
     sequences = [*(one for one in sequences if len(one.scored)),
@@ -69,7 +69,7 @@ def run(request):
               for profile, of_profile in evolved.groupby('profile', sort=False)]
     found += scene_tables(trials) + (sequence_tables(moving) if len(moving) else [])
     return report_of('ablation', 'Ablation', {
-        'as it is': f'{request.subject}, filled; on single scenes cold',
+        'as it is': f'{request.ours.description}, filled; on single scenes cold',
         'baseline': '3WAY, tuned for the family, dense; its fitness is that of its map in whole '
                     'pixels',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
@@ -89,10 +89,10 @@ def run(request):
 
 def on_scene(scene, request):
     """
-    Return what the variants and a baseline reach on a scene: three lists of dicts.
+    Return the figures of the variants and of a baseline on a scene: three lists of dicts.
 
-    Of each name the error, fitness and milliseconds; the fitness and error of all different
-    chromosomes that came up; what `truth_beside_result` returns.
+    Error, fitness and milliseconds of each variant; fitness and error of all different chromosomes
+    of the evolutions; the figures of `truth_beside_result`.
     """
     pair, named = scene.read(), {'group': scene.group, 'scene': scene.path}
     matchers = _matchers(request, scene, [one for one in REALTIME if one.still])
@@ -101,7 +101,7 @@ def on_scene(scene, request):
     def observe(_, population):
         seen.update({member.tobytes(): member.copy() for member in population})
 
-    for turn in range(TURNS + 1):       # the first takes memory and looks, the others are timed
+    for turn in range(TURNS + 1):       # the first one observes, the others are timed
         for name, matcher in matchers.items():
             matcher.reset()
             matches[name].append(matcher.match(pair.left, pair.right,
@@ -123,7 +123,7 @@ def on_scene(scene, request):
 
 
 def on_sequence(sequence, request):
-    """Return a dict of each variant: its name, kind, error, flicker, fitness, milliseconds."""
+    """Return a dict for each variant: kind, scene, name, error, flicker, fitness, milliseconds."""
     frames = sequence.read()
     matchers = _matchers(request, sequence, [one for one in REALTIME if one.moving])
     matches, fitness = ({name: [] for name in matchers} for _ in range(2))
@@ -142,7 +142,7 @@ def on_sequence(sequence, request):
 
 
 def still_sequences(request, scenes):
-    """Return a `Sequence` of each scene that stays, of which only the last frame is scored."""
+    """Return a still `Sequence` of each scene, of which only the last frame is scored."""
     frames = (QUICK_FRAMES if request.quick else FRAMES)[-1]
     return [Sequence(STILL, one.scene.name, one.scene.family, one.scene.disparities,
                      partial(window, one.scene, *KINDS[STILL], frames),
@@ -150,7 +150,7 @@ def still_sequences(request, scenes):
 
 
 def evolutions(scenes, quick):
-    """Return the `Evolution`s: quality on scenes of all kinds, paper on the classic ones."""
+    """Return the `Evolution`s: `quality` on classic and SHOWN scenes, `paper` on classic ones."""
     classic = [scene for scene in scenes if scene.group == CLASSIC]
     shown = [scene for scene in scenes if scene.group == CLASSIC or scene.path in SHOWN]
     if quick or not shown:
@@ -160,7 +160,7 @@ def evolutions(scenes, quick):
 
 
 def evolve(one):
-    """Return a dict of each variant: profile, scene, name, error, fitness and milliseconds."""
+    """Return a dict for each variant: profile, scene, name, error, fitness, milliseconds."""
     found, scene, pair = [], one.scene, one.scene.read()
     for variant in PROFILES[one.profile]:
         matcher = variant.matcher(one.profile, scene.disparities)
@@ -176,9 +176,9 @@ def evolve(one):
 
 def of_parts(trials, moving):
     """
-    Return the rows that tell what parts of `realtime` earn, with what each was measured on.
+    Return the rows of a DataFrame for `balance_table`, with a column `on`.
 
-    trials, moving: DataFrames of single scenes and of sequences
+    trials, moving: DataFrames of single scenes and of sequences.
     """
     parts = [trials.assign(on=SINGLE)]
     if len(moving):
@@ -190,12 +190,13 @@ def of_parts(trials, moving):
 
 def _matchers(request, subject, variants):
     """Return {name of a variant: its `StereoMatcher`} for a scene or a sequence."""
-    return {one.name: one.matcher(request.profile, subject.disparities, request.changes)
+    ours = request.ours
+    return {one.name: one.matcher(ours.profile, subject.disparities, ours.changes)
             for one in variants}
 
 
 def balance_table(found):
-    """Return the table of what parts earn: of a DataFrame profile, on, scene, name, error."""
+    """Return the table of what parts earn; found: DataFrame of profile, on, scene, name, error."""
     rows = []
     for profile, variants in PROFILES.items():
         errors = found[found.profile == profile].pivot(
@@ -217,7 +218,7 @@ def balance_table(found):
 
 
 def evolution_table(profile, found):
-    """Return the table of errors, times and fitness of a DataFrame of what `evolve` returned."""
+    """Return the table of errors, times and fitness; found: DataFrame of `evolve`."""
     table = found.pivot(index='name', columns='scene', values='error').loc[
         found.name.unique(), found.scene.unique()].rename(
             columns=lambda path: path.partition('/')[2])
@@ -232,7 +233,7 @@ def evolution_table(profile, found):
 
 
 def scene_tables(trials):
-    """Return the tables of errors, fitness and times of a DataFrame of scenes."""
+    """Return the tables of errors, fitness and times of scenes; trials: DataFrame."""
     names = trials.name.unique()
     errors = means(trials, 'error', names, 'name').T
     every = trials.pivot(index='name', columns='scene', values='error').loc[names]
@@ -258,7 +259,7 @@ def scene_tables(trials):
 
 
 def sequence_tables(trials):
-    """Return the tables of a DataFrame of sequences; those of one noise share a column."""
+    """Return the tables of sequences, a column per kind; trials: DataFrame."""
     counts = trials.groupby('kind', sort=False).scene.nunique()
     names = trials.name.unique()
     errors, flickers = (trials.groupby(['name', 'kind'])[figure].mean().unstack().loc[
@@ -278,12 +279,12 @@ def sequence_tables(trials):
 
 
 def compared(differences):
-    """Return differences with their signs as words, None for the matcher as it is."""
+    """Return a Series of differences as texts with signs, None for the matcher as it is."""
     return differences.map(signed).astype(object).mask(differences.index == DEFAULT.name, None)
 
 
 def draw_ablation(tables):
-    """Return the Figure of the tables of scenes, sequences and times: a bar for each variant."""
+    """Return the Figure of errors on scenes and sequences and of times: bars per variant."""
     panels = [(title, column(titled(tables, start), heading), room)
               for title, start, heading, room in (
                   ('error on scenes [%]', 'Scenes: mean error', 'mean of groups', ROOM),
@@ -292,7 +293,7 @@ def draw_ablation(tables):
                    float('inf')))
               if any(table.title.startswith(start) for table in tables)]
     names = list(panels[0][1])
-    for _, figures, _ in panels:        # the others follow the matcher as it is
+    for _, figures, _ in panels:        # after the first name
         names[1:1] = [name for name in figures if name not in names]
     figure = figure_of(4 + 2.4 * len(panels), 1.4 + 0.26 * len(names),
                        'Each part of the matcher removed or replaced: lower is better')
@@ -305,7 +306,7 @@ def draw_ablation(tables):
 
 
 def _draw_bars(panel, names, figures, room):
-    """Draw a bar for each name that was measured, and a line at the first one."""
+    """Draw a bar for each name that was measured, and a line at the first value."""
     usual, longest = figures[names[0]], max(figures.values())
     end = min(longest, room * usual)
     for place, name in enumerate(names):

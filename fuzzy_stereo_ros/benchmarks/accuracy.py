@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Accuracy: every scene, dense, one setting, side by side with OpenCV's matchers.
+Accuracy: dense errors on every scene with one setting, side by side with OpenCV's matchers.
 
 Middlebury scenes are scored by bad-1 over the pixels that both cameras see, KITTI by bad-3 over
-all pixels with truth. Scenes are cut into odd and even ones, so that settings chosen on one half
-can be checked on the other. All is repeated with the noise that a camera has, for all matchers
-on the same pictures.
+all pixels with truth. Means of odd and of even scenes allow to check on one half the settings
+chosen on the other. Everything is repeated with camera noise, on the same images for all matchers.
 """
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,6 +16,7 @@ from fuzzy_stereo_ros.benchmarks.page import (
 from fuzzy_stereo_ros.benchmarks.request import counted, halved, means, report_of
 from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, STRICTEST, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.evaluation.scores import (
     BINS, left_right_sureness, reliability, score, sparsification)
@@ -30,28 +30,28 @@ NOISES = 0, 1.5, 3      # grey levels, standard deviation
 # The confidence_threshold of config/<name>.yaml.
 PRESETS = {'costmap': 0.95, 'mapping': 0.8, 'inspection': 0.5}
 CONFIDENCES = [f'{low:g} to {high:g}' for low, high in zip(BINS, BINS[1:])]
-# Figures of a scene whose truth has whole pixels, as its table names them.
+# {row of the table of a scene with whole-pixel truth: figure}
 OF_WHOLE_PIXELS = {'off by more than 1 px, rounded': 'bad',
                    'off by more than 1 px, as it comes': 'raw_bad',
                    'off by more than 0.5 px, rounded': 'fine',
                    'off by more than 0.5 px, as it comes': 'raw_fine'}
-# At their defaults SGBM, 3WAY and HH4 differ by less than a bar of the picture shows.
+# At their defaults SGBM, 3WAY and HH4 differ too little to see in the picture.
 BARS = {OURS: BLUE, QUALITY: LIGHT_BLUE, '3WAY tuned': LIGHT_ORANGE, STRICTEST.name: ORANGE,
         'SGBM default': LIGHT_GREY, 'BM default': GREY}
 BAR = 0.14          # width; 1 is the distance of two groups
-LEAST = 7.5         # inches that the names below a picture take
+LEAST = 7.5         # inches, width of the picture at the least
 
 
 class Measured(NamedTuple):
     """
-    The figures of scenes: lists of dicts, or DataFrames of these; each names group and scene.
+    Three lists of dicts, one for each table of figures; each dict names group and scene.
 
-    figures: of each noise and matcher: percent off by more than the scene's limit (`bad`) and by
-    more than 0.5 px (`fine`), both also without rounding (`raw_`) where the truth has whole
-    pixels; percent wrong of the pixels that are valid (`sparse`), and how many these are
+    figures: of each noise and matcher: percentage off by more than the limit of the scene (`bad`)
+    and by more than 0.5 px (`fine`), both also without rounding (`raw_`) if the truth has whole
+    pixels; percentage of valid pixels that are wrong (`sparse`); percentage of valid pixels
     (`density`). reliable: of each noise, profile and range of confidence: `number` of pixels with
-    truth, and how many of these are `right`. confidence: of each scene, by the headings of its
-    tables, and what quality took.
+    truth, and the number of correct ones, `right`. confidence: of each scene, by the headings of
+    its tables, and the time of profile quality.
     """
 
     figures: list
@@ -60,11 +60,11 @@ class Measured(NamedTuple):
 
 
 def run(request):
-    """Return the `Report` of our matcher and OpenCV's on the scenes of a request."""
+    """Return the `Report` of our matcher and OpenCV's on the scenes of a `Request`."""
     scenes, skipped = request.scenes()
     several = request.each(scenes, 'accuracy', lambda scene: measure(scene, request))
     settings = {
-        'ours': f'{request.subject}, filled, cold, colour images; the output as it comes',
+        'ours': f'{request.ours.description}, filled, cold, colour images; the output as it comes',
         'baselines': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
                      'border padded, settings as in evaluation/baselines.py); invalid '
                      'pixels filled from the background side on their row, then a 5x5 median',
@@ -81,7 +81,7 @@ def run(request):
 
 
 def measure(scene, request):
-    """Return what was `Measured` on one scene."""
+    """Return the `Measured` of one scene."""
     known, found = scene.read(), Measured([], [], [])
     named = {'group': scene.group, 'scene': scene.path, 'family': scene.family}
     for noise in NOISES:
@@ -92,9 +92,9 @@ def measure(scene, request):
             found.reliable.extend(
                 {**named, 'noise': noise, 'matcher': name, 'confidence': confidence,
                  'number': number, 'right': right} for confidence, number, right in zip(
-                     CONFIDENCES, *reliability(*judged(match, known, scene))))
+                     CONFIDENCES, *reliability(*wrong_and_confidence(match, known, scene))))
         if not noise:
-            right = request.matcher(scene.disparities, reference='right').match(
+            right = request.ours.matcher(scene.disparities, reference='right').match(
                 known.left, known.right)
             found.confidence.append({
                 **named, 'seconds of quality': matches[QUALITY].times['total'] / 1000,
@@ -103,7 +103,7 @@ def measure(scene, request):
 
 
 def _figures(known, limit, filled, found):
-    """Return the figures of a map, without gaps and with them, by the names in `Measured`."""
+    """Return the figures of a map, filled and with gaps, by the names of `Measured`."""
     limits = limit, FINE_LIMIT
     bad = score(known.as_scored(filled), known.truth, known.counts, limits).bad_dense
     sparse = score(known.as_scored(found), known.truth, known.counts, limits)
@@ -115,9 +115,9 @@ def _figures(known, limit, filled, found):
 
 def _worth(known, scene, match, right):
     """
-    Return what the confidence of a match tells, by the headings of tables.
+    Return the figures of the confidence of a match, by the headings of tables.
 
-    right: the match of the right image, whose difference is the other way to be sure.
+    right: the match of the right image; the left-right difference is compared with confidence.
     """
     counts = np.isfinite(known.truth) & (True if known.counts is None else known.counts)
     error = abs(known.as_scored(match.disparity) - known.truth)[counts]
@@ -128,7 +128,7 @@ def _worth(known, scene, match, right):
     figures = {'area, confidence': own.area, 'area, left-right difference': other.area,
                'area, ideal': ideal.area, 'wrong of all': own.at_100,
                'of the surest 80 %': own.at_80, 'by left-right difference': other.at_80}
-    wrong, confidence = judged(match, known, scene)
+    wrong, confidence = wrong_and_confidence(match, known, scene)
     for heading, threshold in _presets():
         kept = confidence >= threshold
         figures[f'{heading}, kept'] = 100 * float(kept.mean())
@@ -137,22 +137,22 @@ def _worth(known, scene, match, right):
 
 
 def _presets():
-    """Return the headings and thresholds of PRESETS."""
+    """Return (heading, threshold) of each of PRESETS."""
     return [(f'{preset} ({threshold:g})', threshold) for preset, threshold in PRESETS.items()]
 
 
-def judged(match, known, scene):
-    """Return which pixels with truth are wrong, hidden ones too, and their confidence."""
-    told = np.isfinite(known.truth)
-    error = abs(known.as_scored(match.disparity) - known.truth)[told]
-    return ~(error <= scene.limit), match.confidence[told]
+def wrong_and_confidence(match, known, scene):
+    """Return which pixels with truth, occluded ones too, are wrong, and their confidence."""
+    valid = np.isfinite(known.truth)
+    error = abs(known.as_scored(match.disparity) - known.truth)[valid]
+    return ~(error <= scene.limit), match.confidence[valid]
 
 
 def with_camera_noise(known, sigma):
     """
-    Return a `GroundTruthPair` with noise, fresh in each pixel and channel, rounded and clipped.
+    Return a `GroundTruthPair` with noise, independent in each pixel and channel.
 
-    sigma: grey levels, standard deviation; the same noise whenever a pair is asked for.
+    sigma: grey levels, standard deviation. A pair always gets the same noise.
     """
     if not sigma:
         return known
@@ -164,16 +164,15 @@ def with_camera_noise(known, sigma):
 
 
 def baselines(family):
-    """Return all baselines of a family, in the order of the tables."""
+    """Return the baselines of a family in the order of the tables."""
     return [one for one in (*DEFAULT, *TUNED, STRICTEST) if one.settings(family)]
 
 
 def matched(scene, known, request):
-    """Return {ours: match}, and {matcher: (map without gaps, map with them)}."""
+    """Return {ours: Match}, and {matcher: (filled map, map with gaps)}."""
     images = known.left, known.right
-    matches = {OURS: request.matcher(scene.disparities).match(*images),
-               QUALITY: replace(request, profile='quality', changes={}).matcher(
-                   scene.disparities).match(*images)}
+    matches = {OURS: request.ours.matcher(scene.disparities).match(*images),
+               QUALITY: Ours(QUALITY, 'quality').matcher(scene.disparities).match(*images)}
     maps = {name: (match.disparity, np.where(match.confidence > 0, match.disparity, np.nan))
             for name, match in matches.items()}
     for baseline in baselines(scene.family):
@@ -183,7 +182,7 @@ def matched(scene, known, request):
 
 
 def tables(several):
-    """Return the tables of a list of what was `Measured` on scenes."""
+    """Return the tables of a list of `Measured`, one for each scene."""
     figures, reliable, confidence = (
         pd.DataFrame([row for part in parts for row in part]) for parts in zip(*several))
     names = [OURS, QUALITY, *(baseline.name for baseline in baselines(MIDDLEBURY))]
@@ -221,7 +220,7 @@ def tables(several):
 
 
 def _whole_pixels(clean, names):
-    """Return the table of figures of scenes whose truth has whole pixels, rounded and not."""
+    """Return the table of scenes with whole-pixel truth, rounded and not."""
     rows = {f"{scene.split('/')[-1]}, {how}": one.set_index('matcher')[figure]
             for scene, one in clean.groupby('scene', sort=False)
             for how, figure in OF_WHOLE_PIXELS.items()}
@@ -230,7 +229,7 @@ def _whole_pixels(clean, names):
 
 
 def _confidence(confidence, reliable):
-    """Return the tables that tell what our confidence, and presets of its threshold, are worth."""
+    """Return the tables of our confidence and of presets of its threshold."""
     worth = counted(confidence).groupby('group', sort=False).mean(numeric_only=True)
     worth['ratio of areas'] = worth['area, confidence'] / worth['area, left-right difference']
     worth['ratio of shares'] = worth['of the surest 80 %'] / worth['wrong of all']
@@ -256,7 +255,7 @@ def _confidence(confidence, reliable):
 
 
 def _much_worse(scenes, tuned):
-    """Return the sentence about scenes where the best tuned baseline is far ahead."""
+    """Return a sentence about the scenes where the best tuned baseline is far better."""
     best, who = scenes[tuned].min(axis=1), scenes[tuned].idxmin(axis=1)
     found = [f'{scene} ({scenes[OURS][scene]:.2f} against {best[scene]:.2f}, {who[scene]})'
              for scene in scenes.index[scenes[OURS] > MUCH_WORSE * best]]
@@ -265,7 +264,7 @@ def _much_worse(scenes, tuned):
 
 
 def draw_accuracy(tables):
-    """Return the Figure of the table of groups: bars of error, ours beside OpenCV's."""
+    """Return the Figure of the table of groups: error bars of ours and OpenCV's matchers."""
     table = titled(tables, 'Groups')
     groups = [row[0] for row in table.rows]
     figure = figure_of(max(LEAST, 1.65 * len(groups)), 4.0)

@@ -3,8 +3,8 @@
 """
 The scenes and sequences of the benchmarks: of the data folder, and synthetic ones.
 
-Sequences: real pairs that move and are noisy, drives, hard cuts, synthetic ones. The truth belongs
-to the left image; the matching pixel of the right image is x - d.
+Sequences are windows that move over real pairs, with noise; drives; hard cuts; synthetic ones. The
+truth belongs to the left image; the matching pixel of the right image is x - d.
 """
 from dataclasses import replace
 from functools import partial
@@ -23,7 +23,7 @@ import numpy as np
 
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'
 USUAL_DATA = Path('../shared/data')
-# folder: (number of the frame, disparities)
+# {folder: (number of the frame, disparities)}
 KITTI_FOLDERS = {'kitti2015/000000': ('', 66), 'kitti2012_color/000000': ('', 71),
                  'kitti2012_seq/000027': ('10', 96), 'kitti2012_seq/000138': ('10', 73)}
 MOTORCYCLE, MOTORCYCLE_DISPARITIES = 'midd2014/Motorcycle', 64
@@ -54,10 +54,10 @@ APPEARS = 3
 
 def data_folder(given=None):
     """
-    Return the folder of benchmark data, or None where there is none.
+    Return the folder of benchmark data, or None if there is none.
 
-    given: a path, which must exist; None takes the environment's FUZZY_STEREO_DATA, then
-    ../shared/data. Raises ValueError where a folder that was named is not there.
+    given: a path; None = $FUZZY_STEREO_DATA, else ../shared/data if that exists. Raises ValueError
+    if a named folder does not exist.
     """
     named = given if given is not None else os.environ.get(DATA_VARIABLE)
     if named is None:
@@ -70,10 +70,10 @@ def data_folder(given=None):
 
 def available_scenes(data, only='', quick=False):
     """
-    Return the scenes that can be read here, and a sentence for each group that cannot.
+    Return the available scenes, and sentences about the missing ones.
 
-    data: Path or None. only: scenes whose group/name contains this word. quick: small synthetic
-    scenes alone. Raises ValueError where no scene is left.
+    data: Path or None. only: a word that group/name must contain. quick: only small synthetic
+    scenes. Raises ValueError if no scene is left.
     """
     scenes, missing = [], {}
     for scene, reason in _made_scenes(QUICK_SCENES, QUICK_SIZE) if quick else (
@@ -84,39 +84,39 @@ def available_scenes(data, only='', quick=False):
             missing.setdefault(f'{reason}: {scene.group}', []).append(scene.name)
     skipped = [f'{start} ({", ".join(names)})' for start, names in missing.items()]
     if not scenes:
-        raise ValueError(f"no scene here is called like '{only}'; there are groups "
+        raise ValueError(f"--only is '{only}', which no scene has in its name; groups are "
                          f'{", ".join(MIDDLEBURY_FOLDERS)}, kitti, midd2014 and made'
                          + (f' ({"; ".join(skipped)})' if skipped else ''))
     return scenes, skipped
 
 
 def _folder_scenes(data):
-    """Return each scene that has a folder of its own, and why it cannot be read or None."""
+    """Yield each `Scene` of the data folder, and why it is missing or None."""
     listed = [(group, name, MIDDLEBURY, disparities, f'{group}/{name}', '')
               for group, named in MIDDLEBURY_FOLDERS.items()
               for name, (_, disparities) in named.items()]
     listed += [('kitti', folder, KITTI, disparities, folder, number)
                for folder, (number, disparities) in KITTI_FOLDERS.items()]
     listed.append((*MOTORCYCLE.split('/'), MIDDLEBURY, MOTORCYCLE_DISPARITIES, MOTORCYCLE, ''))
-    for *told, folder, number in listed:
+    for *named, folder, number in listed:
         if data is not None and (data / folder).is_dir():
             files, _ = files_of(data / folder, FRAMES if number else ONE_PAIR, number)
-            yield Scene(*told, partial(_read, files), files={number: files}), None
+            yield Scene(*named, partial(_read, files), files={number: files}), None
         elif folder == MOTORCYCLE:
-            yield Scene(*told, read_motorcycle), (
+            yield Scene(*named, read_motorcycle), (
                 None if find_spec('skimage') else 'neither folder nor scikit-image')
         else:
-            yield Scene(*told, None), 'no folder'
+            yield Scene(*named, None), 'no folder'
 
 
 def _read(files):
-    """Return the `GroundTruthPair` of files; of KITTI all pixels with a truth count."""
+    """Return the `GroundTruthPair` of files; for KITTI all pixels with a truth count."""
     pair = files.read()
     return replace(pair, counts=None) if files.family == KITTI else pair
 
 
 def _made_scenes(count, size):
-    """Return synthetic scenes of a size (rows, columns, disparities), None behind each."""
+    """Return [(synthetic `Scene`, None)] of a size (rows, columns, disparities)."""
     return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: GroundTruthPair(
         *make_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
             for seed in range(1, count + 1)]
@@ -124,10 +124,10 @@ def _made_scenes(count, size):
 
 def available_sequences(data, scenes, quick=False):
     """
-    Return the sequences that can be made here, and a sentence for each that cannot.
+    Return the available sequences, and sentences about the missing ones.
 
-    data: Path or None. scenes: of the benchmarks; windows move over the four classic pairs, else
-    over what there is. quick: few of them, which need no data.
+    data: Path or None. scenes: of the benchmarks; windows move over the four classic pairs if they
+    are among them, else over all. quick: few sequences that need no data.
     """
     single = [scene for scene in scenes if scene.family == MIDDLEBURY]
     classic = [scene for scene in single if scene.group == 'middv2'] or single
@@ -155,12 +155,12 @@ def available_sequences(data, scenes, quick=False):
         (len(found) + 1, 'EuRoC', 'V1_01, flicker only', MIDDLEBURY, EUROC_DISPARITIES, EUROC,
          FRAMES_IN_FOLDERS, EUROC_FRAMES)]
     skipped = []
-    for place, *told, folder, layout, numbers in drives:
+    for place, *named, folder, layout, numbers in drives:
         if data is None or not (data / folder).is_dir():
             skipped.append(f'no folder: {folder}')
             continue
         found.insert(place, Sequence(
-            *told, partial(read_frames, data / folder, layout, numbers),
+            *named, partial(read_frames, data / folder, layout, numbers),
             scored=range(0 if folder == EUROC else len(numbers)),
             camera=read_camera(data / folder / CALIBRATION)))
     return found, skipped
@@ -168,9 +168,10 @@ def available_sequences(data, scenes, quick=False):
 
 def window(scene, noise, pan, frames=WINDOW_FRAMES):
     """
-    Return frames of a scene seen through a window that moves to the right, with fresh noise.
+    Return frames of a scene seen through a window that moves to the right, each with new noise.
 
-    noise: grey levels, standard deviation. pan: pixels per frame.
+    noise: grey levels, standard deviation. pan: pixels per frame. Raises ValueError if the scene
+    is too narrow.
     """
     pair, random = scene.read(), np.random.default_rng(5)
     width = pair.truth.shape[1] - pan * (frames - 1)
@@ -182,7 +183,7 @@ def window(scene, noise, pan, frames=WINDOW_FRAMES):
 
 
 def with_noise(image, sigma, random):
-    """Return an image uint8 with normal noise of sigma grey levels, alike in its channels."""
+    """Return an image, uint8, with normal noise of sigma grey levels, equal in its channels."""
     if not sigma:
         return np.ascontiguousarray(image)
     noise = sigma * random.standard_normal(image.shape[:2], np.float32)
@@ -191,7 +192,7 @@ def with_noise(image, sigma, random):
 
 
 def cropped(pair, rows, columns, first_column=0):
-    """Return a part of a `GroundTruthPair`; pixels that leave the right image do not count."""
+    """Return a part of a `GroundTruthPair`; pixels matched outside of it do not count."""
     part = slice(0, rows), slice(first_column, first_column + columns)
     inside = np.arange(columns) - pair.truth[part] >= 0
     counts = inside if pair.counts is None else inside & pair.counts[part]
@@ -201,7 +202,7 @@ def cropped(pair, rows, columns, first_column=0):
 
 
 def hard_cut(before, after):
-    """Return two frames of one scene, then one of another, all of the size that fits both."""
+    """Return two frames of one scene, then one of another, cropped to the same size."""
     first, second = before.read(), after.read()
     rows, columns = np.minimum(first.truth.shape, second.truth.shape)
     first, second = (cropped(pair, rows, columns) for pair in (first, second))
@@ -215,20 +216,20 @@ def moving(seed, options):
 
 
 def appearing(seed):
-    """Return frames of a synthetic scene in which an object appears from a frame to the next."""
-    # The objects of a seed are drawn one after the other: five are four and one more.
+    """Return frames of a synthetic scene in which an object appears at frame APPEARS."""
+    # Objects are drawn one after the other: with one seed, five are the same four and one more.
     fewer, more = (list(make_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
                                       noise=2, **MADE)) for count in (4, 5))
     return [GroundTruthPair(*made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
 
 
 def read_camera(path):
-    """Return the `Camera` of a calibration of KITTI: P0 and P1, a line each."""
+    """Return the `Camera` of a calibration file of KITTI: P0 and P1, a line each."""
     left, right = (list(map(float, line.split()[1:])) for line in path.read_text(
         encoding='ascii').splitlines()[:2])
     return Camera(left[0], left[5], left[2], left[6], left[2] - right[2])
 
 
 def read_frames(folder, layout, numbers):
-    """Return frames of a folder; those of KITTI count where both cameras see."""
+    """Return the `GroundTruthPair`s of frames of a folder."""
     return [files_of(folder, layout, number)[0].read() for number in numbers]

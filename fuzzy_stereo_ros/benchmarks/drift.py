@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Drift: whether a calibration that no longer holds is told, what kind it is, and what telling costs.
+Drift: how well a misaligned calibration is detected, and what the detection costs.
 
-Made scenes and real pairs, as they are and with the right image moved by what is known.
+On synthetic scenes and real pairs, as they are and with the right image moved by a known error.
 """
 from itertools import islice
 import time
@@ -28,7 +28,7 @@ COST_FRAMES, QUICK_COST_FRAMES = 300, 5
 
 
 def run(request):
-    """Return the `Report` of what is said about pairs whose rows do not fit."""
+    """Return the `Report` of the detection of misaligned pairs."""
     size = QUICK_SIZE if request.quick else SIZE
     scenes, skipped = request.scenes()
     sequences, missing = request.sequences(scenes)
@@ -41,7 +41,7 @@ def run(request):
             [size] if request.quick else COST_SIZES)]}
     made, swings, real, cost = request.each(list(steps), 'drift', lambda name: steps[name]())
     return report_of('drift', 'Drift of the calibration', {
-        'ours': request.subject,
+        'ours': request.ours.description,
         'warning': f'offset, roll or zoom above {LIMIT:g} px by {SURE:g} standard deviations; '
                    'roll and zoom at the edges of the image',
         'made': f'{FRAMES} frames of {size[1]}x{size[0]}, noise of 2 grey levels, the right '
@@ -65,8 +65,8 @@ def run(request):
 
 
 def _checked(request, pairs, disparities):
-    """Return the Misalignment of pairs (left, right), matched in their order; None of too few."""
-    matcher, check = request.matcher(disparities, fill=False), EpipolarCheck()
+    """Return the Misalignment of (left, right) images matched in order, None of too few."""
+    matcher, check = request.ours.matcher(disparities, fill=False), EpipolarCheck()
     for left, right in pairs:
         match = matcher.match(left, right)
         check.look(left, right, match.disparity, match.confidence)
@@ -74,7 +74,7 @@ def _checked(request, pairs, disparities):
 
 
 def _frames(size, frames=FRAMES):
-    """Return frames of a made scene that pans, so that corners change."""
+    """Return frames of a synthetic scene that pans, so that corners change."""
     return make_sequence(*size[:2], size[2], frames, seed=1, objects=6, pan=5.0, noise=2.0)
 
 
@@ -104,7 +104,7 @@ def _swing_row(request, size, swing):
 
 
 def _real_rows(request, subject):
-    """Return a row for a scene or sequence as it is, and one of a Middlebury scene turned."""
+    """Return the row of a scene or sequence, and for a Middlebury scene one of it turned."""
     read = subject.read()
     pairs = [read] if hasattr(read, 'left') else list(islice(read, FRAMES))
     turns = (0.0,) if subject.family == KITTI or len(pairs) > 1 else (0.0, TURN)
@@ -119,9 +119,9 @@ def _real_rows(request, subject):
 
 
 def _cost_row(request, size):
-    """Return a row: processor milliseconds of a frame and of watching it."""
+    """Return a row: processor milliseconds per frame of matching and of the detection."""
     frames = [(one.left, one.right) for one in _frames(size, 6)]
-    matcher, check = request.matcher(size[2], fill=False), EpipolarCheck()
+    matcher, check = request.ours.matcher(size[2], fill=False), EpipolarCheck()
     matching, watching, looks = 0, 0, 0
     count = QUICK_COST_FRAMES if request.quick else COST_FRAMES
     for number in range(-len(frames), count):

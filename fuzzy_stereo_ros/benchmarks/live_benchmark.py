@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the node is like beside a camera, and beside a plain node around OpenCV's 3WAY.
+Measure the node with a camera, and beside a plain node around OpenCV's 3WAY.
 
-Latency, rate, processor time, idle cost, memory; each as a process.
+Latency, rate, processor time, idle cost and memory; camera, node and listener are processes.
 
 `python -m fuzzy_stereo_ros.benchmarks.live_benchmark --output docs/benchmarks.md` writes its
 section.
@@ -25,12 +25,12 @@ from tqdm import tqdm
 
 RATE, FAST = 30.0, 300.0                            # pairs/s
 COMPARED = RATE, 2 * RATE                           # pairs/s, beside the plain node
-TURNS = 3           # of each of the two nodes
+TURNS = 3           # runs of each of the two nodes
 CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
-SMALL = 160, 120, 32                                # of the run for memory
-SETTLED = 3.0       # s at the most before anything is measured, which itself takes as long
+SMALL = 160, 120, 32                                # of the memory run
+SETTLED = 3.0       # s at the most between the start of a node and a measurement
 COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected')
-OURS = NODE,                                        # a module and its arguments
+OURS = NODE,                                        # module and arguments of a node
 PROBED, PLAIN = (('fuzzy_stereo_ros.benchmarks.live_nodes', kind) for kind in ('probed', 'plain'))
 FAILED = 1
 
@@ -38,9 +38,9 @@ FAILED = 1
 @contextmanager
 def running(program, columns, rows, disparities, rate, log, *words):
     """
-    Give a Listener and the psutil.Process of a program's node, with a camera that publishes.
+    Yield a Listener and the psutil.Process of a node, with a camera that publishes to it.
 
-    words: more arguments of the node.
+    program: OURS, PROBED or PLAIN. log: path of the node's log. words: more arguments of the node.
     """
     node = running_module(program[0], [
         *program[1:], '--ros-args', '--param', f'disparity_range:={disparities}', *words], log)
@@ -54,7 +54,7 @@ def running(program, columns, rows, disparities, rate, log, *words):
 
 
 def seconds_of(process):
-    """Return the processor time of a psutil.Process in s, of all threads."""
+    """Return the processor time of all threads of a psutil.Process in s."""
     return sum(process.cpu_times()[:2])
 
 
@@ -65,7 +65,7 @@ def case_of(text):
 
 
 def measure(listener, process, seconds, published=True):
-    """Return (ages of the disparities in ms, processor time in s, time in s) of some seconds."""
+    """Return latencies of disparities in ms, processor time in s and time in s of a period."""
     used, started = seconds_of(process), time.monotonic()
     listener.ages.clear()
     listener.spin(seconds)
@@ -75,7 +75,7 @@ def measure(listener, process, seconds, published=True):
 
 
 def live_row(case, seconds, log):
-    """Return the row of a case of the first table."""
+    """Return the row of a case in the table of rate and latency."""
     columns, rows, disparities = case
     with running(OURS, *case, RATE, log) as (listener, process):
         listener.spin(min(SETTLED, seconds))
@@ -98,7 +98,7 @@ def live_row(case, seconds, log):
 
 
 def compared_rows(case, rate, seconds, log):
-    """Return the rows of the node, of the plain one and of their ratio; medians of the turns."""
+    """Return the rows of our node, the plain node and their ratio: medians of the runs."""
     figures = {OURS: [], PLAIN: []}
     for _ in range(TURNS):
         for program, turns in figures.items():
@@ -113,7 +113,7 @@ def compared_rows(case, rate, seconds, log):
 
 
 def memory_rows(frames, seconds, log):
-    """Return rows of pairs matched and MB in use, and the % of a core without a subscriber."""
+    """Return rows (matched pairs, MB in use), and the load in % of a core if nobody subscribes."""
     marks = sorted({frames // 100, frames // 10, frames // 2, frames})
     rows = []
     with running(OURS, *SMALL, FAST, log) as (listener, process), tqdm(
@@ -177,13 +177,15 @@ def run(arguments):
 def main(argv=None):
     """Run the benchmark with the arguments (None: those of the process); return its exit code."""
     parser = Parser(prog='live_benchmark', description=__doc__.strip().splitlines()[0])
-    parser.add_argument('--seconds', type=float, default=20.0, help='of each case; default: 20')
+    parser.add_argument('--seconds', type=float, default=20.0,
+                        help='duration of each case; default: 20')
     parser.add_argument('--case', type=case_of, action='append', metavar='CxRxD',
                         help='columns, rows and disparities of a case; default: '
                              f"{' and '.join('x'.join(map(str, case)) for case in CASES)}")
     parser.add_argument('--frames', type=int, default=10000,
-                        help='of the run for memory; default: 10000')
-    parser.add_argument('--output', metavar='FILE.md', help='write the section of this page too')
+                        help='number of frames of the memory run; default: 10000')
+    parser.add_argument('--output', metavar='FILE.md',
+                        help='also write the section of this page')
     parser.set_defaults(run=run)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     return run_cleanly(parser, argv)

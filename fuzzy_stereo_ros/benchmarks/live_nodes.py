@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The nodes that the live benchmark starts besides `disparity_node`: a plain one, and a probed one.
+The nodes of the live benchmark besides `disparity_node`: a plain and a probed one.
 
-The plain node, around OpenCV's 3WAY on all cores, is what it is compared with; the probed one
-tells how late is who wants a turn of its executor, and what a pair takes beyond its match.
+The plain node, around OpenCV's 3WAY on all cores, is the one to compare with. The probed node is
+`disparity_node` with a probe: how late its executor calls a timer, and the processor time that a
+pair takes beyond its match.
 """
 from array import array
 import sys
@@ -28,7 +29,7 @@ PERIOD = 0.005      # s, between two turns of the probe
 
 
 class PlainNode(Node):
-    """Matches pairs of bgr8 images with equal stamps as they come, in the executor's thread."""
+    """Matches pairs of bgr8 images with equal stamps, in the thread of the executor."""
 
     exit_code = 0
 
@@ -48,7 +49,7 @@ class PlainNode(Node):
             self.create_subscription(kind, topic, receive, qos_profile_sensor_data)
 
     def destroy_node(self):
-        """Destroy it; True, as no thread of its own goes on."""
+        """Destroy the node; return True, as it has no thread of its own."""
         super().destroy_node()
         return True
 
@@ -80,14 +81,15 @@ class PlainNode(Node):
 
 class ProbedNode(DisparityNode):
     """
-    Publishes three figures a second, all in ms, as `probe`.
+    Publishes three figures per second in ms, as `probe`.
 
-    By how much turns came late: 99th percentile, largest. Processor time of a pair beyond its
-    match, the probe's own turns included: with one thread, as others' time is not of the match.
+    The 99th percentile and the largest of the delays of a timer, and the processor time of a pair
+    beyond its match, with that of the probe itself. Needs one thread: the time of the match is
+    that of the thread that matches.
     """
 
     def __init__(self, **options):
-        """Start the node and the probes."""
+        """Start the node and the probe."""
         super().__init__(**options)
         self._late, self._before = [], None
         self._matching, self._pairs = 0.0, 0
@@ -110,7 +112,7 @@ class ProbedNode(DisparityNode):
             self._late.clear()
 
     def _count(self):
-        """Return the processor time beyond matches in s, and the pairs matched."""
+        """Return the processor time beyond matches in s, and the number of matched pairs."""
         return time.process_time() - self._matching, self._pairs
 
     def _time(self, pair):

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The page of benchmarks: each report has a section of its own, which the next run replaces.
+The page of benchmarks: each report has a section, which the next run replaces.
 
-Pictures, drawn by the suites from the tables of their reports, stand beside it as SVG.
+Pictures, which the suites draw from the tables of their reports, are SVG files beside the page.
 
 `python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md` renews the tables that
-pages quote, between `<!-- quote NAME: TITLE -->` and `<!-- end of quote -->`, NAME being the
-benchmark's; with `TITLE | WORDS` the rows alone that have these words.
+pages quote, between `<!-- quote NAME: TITLE -->` and `<!-- end of quote -->`. NAME is that of the
+benchmark; `TITLE | WORDS` quotes only the rows with these words.
 """
 from importlib.util import find_spec
 import io
@@ -35,9 +35,9 @@ QUOTE = re.compile('(<!-- quote (\\w+): (.+?) -->\n)(.*?)(<!-- end of quote -->)
 
 def write_section(path, report):
     """
-    Write a report into its section of a page, which is made where it does not exist.
+    Write a report into its section of a page, which is created if it does not exist.
 
-    Raises ValueError where the file is no page of benchmarks, OSError where it cannot be written.
+    Raises ValueError if the file is no page of benchmarks, OSError if it cannot be written.
     """
     check_page(path)
     page = Path(path).read_text(encoding='utf-8') if Path(path).exists() else HEADING
@@ -55,7 +55,7 @@ def write_section(path, report):
 
 
 def check_page(path):
-    """Raise ValueError where `write_section` would not write to a path."""
+    """Raise ValueError if `write_section` cannot write to a path."""
     path = Path(path)
     if path.suffix != '.md':
         raise ValueError(f"{path} has the suffix '{path.suffix}'; a page of benchmarks has .md")
@@ -65,16 +65,16 @@ def check_page(path):
 
 
 def requoted(text, page):
-    """Return a text with its quotes as the tables stand in the text of the page."""
+    """Return a text whose quoted tables are those of a page; text, page: the contents."""
     return QUOTE.sub(lambda found: found[1] + table_of(page, found[2], found[3]) + found[5], text)
 
 
 def table_of(page, name, title):
     """
-    Return the lines of a table in the section of a benchmark; both are found by their names.
+    Return the lines of a table in the section of a benchmark of a page.
 
-    title: of the table, or 'title | words' for its rows that have the words
-    Raises ValueError where the page has no such table.
+    title: of the table, or 'title | words' for the rows that have the words.
+    Raises ValueError if the page has no such table.
     """
     title, _, words = title.partition(' | ')
     section = re.search(f'<!-- begin of {name} -->\n(.*?)<!-- end of {name} -->', page, re.DOTALL)
@@ -89,9 +89,9 @@ def table_of(page, name, title):
 
 def as_svg(name, draw):
     """
-    Return {name: the picture as SVG}, and sentences on what is missing.
+    Return {name: content of an SVG file}, and sentences about what is missing.
 
-    name: of the file. draw: returns a matplotlib Figure; called only where there is matplotlib.
+    name: of the file. draw: returns a Figure; called only if matplotlib is installed.
     """
     if find_spec('matplotlib') is None:
         return {}, [f'{name}: matplotlib is not installed']
@@ -104,7 +104,7 @@ def as_svg(name, draw):
 
 
 def titled(tables, start):
-    """Return the one of some tables whose title starts so."""
+    """Return the first of the tables whose title starts with a text."""
     return next(table for table in tables if table.title.startswith(start))
 
 
@@ -125,7 +125,7 @@ def figure_of(width, height, title=''):
 
 
 def add_legend(figure, columns=3):
-    """Explain below a Figure what the marks of its first panel are."""
+    """Add a legend of the first panel below a Figure."""
     figure.legend(*figure.axes[0].get_legend_handles_labels(), loc='outside lower center',
                   ncols=columns, frameon=False)
 

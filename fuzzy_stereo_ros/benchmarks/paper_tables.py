@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The paper's figures beside what its algorithm and ours really reach.
+The figures of the paper beside the results of its algorithm and of ours here.
 
-Table I: bad-1 on four Middlebury pairs, and on others; what the text says of them. Beside it what
-each operator earns. Table II: the time of 10 generations of 50 individuals on `sawtooth` at half
-its size. Figure 4: teddy after 10 generations of 40 and 100 of 70.
+Table I: bad-1 on four Middlebury pairs, and on others, with the figures of the text; and what each
+operator earns. Table II: the time of 10 generations of 50 individuals on `sawtooth` at half its
+size. Figure 4: teddy after 10 generations of 40 individuals, and 100 generations of 70.
 """
 from dataclasses import replace
 from functools import partial
 
 import cv2
-from fuzzy_stereo_ros.benchmarks.accuracy import CONFIDENCES, judged
+from fuzzy_stereo_ros.benchmarks.accuracy import CONFIDENCES, wrong_and_confidence
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
@@ -30,7 +30,7 @@ LIMIT = 1.0  # px, of an error that counts in all of the paper's figures
 TABLE_I = {'tsukuba': 2.74, 'venus': 2.5, 'teddy': 14.7, 'cones': 7.78}
 BESIDE = 'bull', 'sawtooth', 'Aloe', 'Bowling1', 'Rocks1'    # scenes that the paper does not have
 SEEDS = 0, 1, 2
-TEXT = 15.3     # percent, what the paper says of the four pairs besides
+TEXT = 15.3     # percent, mean of the four pairs in the text of the paper
 TABLE_II = {'the paper': 3400, "Han's algorithm": 9700, "Dong's algorithm": 5000,
             "Nguyen's algorithm": 2700}  # milliseconds, on a dual core of 3 GHz
 TABLE_II_SIZE, TABLE_II_DISPARITIES = (217, 190), 11
@@ -42,7 +42,7 @@ LITERAL = {'reading': 'literal', 'neighbourhood': 5}
 
 
 def run(request):
-    """Return the `Report` of the paper's tables and of what is really reached."""
+    """Return the `Report` of the paper's figures beside the measured ones."""
     scenes, skipped = request.scenes()
     pairs = [scene for scene in scenes if scene.group == 'middv2']
     beside = [scene for scene in scenes if scene.name in BESIDE and scene.group != 'made']
@@ -65,7 +65,7 @@ def run(request):
                          'otherwise; dense; nothing is filled or smoothed',
         'literal': 'Eq. 1 to 4 and the operators as printed, N of 5 by 5',
         'uniform': 'what the words of the paper allow: docs/algorithm.md; N of 25 by 25',
-        'ours': f'{request.subject}, filled',
+        'ours': f'{request.ours.description}, filled',
         'left reference': 'official masks of the pixels that both cameras see (nonocc) where '
                           'there are some, and of all pixels; elsewhere truths cross-checked',
         'right reference': 'as the paper matches; pixels where the truths of both images agree; '
@@ -83,7 +83,7 @@ def run(request):
 
 
 def table_one(request, scene):
-    """Return a dict for each line of Table I of one scene: scene, line and `attempt`."""
+    """Return the lines of Table I of a scene, dicts: scene, line, and figures of `attempt`."""
     pair = scene.read()
     from_left = partial(paper_config, scene.disparities, reference='left')
     winners = {'initial_population': 'winner_takes_all'}
@@ -100,11 +100,11 @@ def table_one(request, scene):
         'strict, winner takes all': attempt(from_left(reading='strict', **winners), pair),
         'uniform, random, right reference': attempt(paper_config(scene.disparities),
                                                     from_right(scene)),
-        request.subject: attempt(request.ours.config(scene.disparities), pair)})
+        request.ours.description: attempt(request.ours.config(scene.disparities), pair)})
 
 
 def operators_table(scene):
-    """Return a dict for each variant of the operators on one scene: scene, line and `attempt`."""
+    """Return a dict for each variant of the operators: scene, line, and figures of `attempt`."""
     pair = scene.read()
     return _lines(scene, {variant.name: attempt(
         paper_config(scene.disparities, reference='left', **variant.changes), pair,
@@ -112,13 +112,14 @@ def operators_table(scene):
 
 
 def confidence_table(scenes):
-    """Return the table of how often pixels are right, by what the profile `paper` says."""
+    """Return the table of the percentage of correct pixels by confidence, profile `paper`."""
     counts = {}
     for scene in scenes:
         pair = scene.read()
         match = StereoMatcher(paper_config(scene.disparities, reference='left')).match(
             pair.left, pair.right)
-        counts.setdefault(scene.group, []).append(reliability(*judged(match, pair, scene)))
+        counts.setdefault(scene.group, []).append(
+            reliability(*wrong_and_confidence(match, pair, scene)))
     rows = {}
     for group, found in counts.items():
         number, right = np.sum(found, axis=0)
@@ -142,7 +143,7 @@ def table_two(request):
         f'literal, random, {size}': paper(**LITERAL),
         f'uniform, random, {size}': paper(),
         f'uniform, winner takes all, {size}': paper(initial_population='winner_takes_all'),
-        f'{request.subject}, as it is': request.ours.config(TABLE_II_DISPARITIES),
+        f'{request.ours.description}, as it is': request.ours.config(TABLE_II_DISPARITIES),
     }
     found = {line: attempt(config, pair, TABLE_II_TURNS) for line, config in configs.items()}
     disparity, milliseconds = fastest(
@@ -169,10 +170,11 @@ def paper_config(disparities, **changes):
 
 def attempt(config, pair, turns=1, stages=None):
     """
-    Return the figures of a cold match as a dict, the milliseconds the minimum of so many turns.
+    Return the figures of a cold match as a dict.
 
-    error, error_of_all: percent of the pixels that count, and of all with a truth, that are bad.
-    fitness, first_fitness: of the best, at the end and in the first generation.
+    error, error_of_all: percentage of bad pixels, of those that count and of all with a truth.
+    milliseconds: processor time, the minimum of so many turns. fitness, first_fitness: of the best
+    chromosome, in the last and the first generation.
     """
     matcher = StereoMatcher(config, stages)
     matcher.match(pair.left[:WARM_UP_ROWS], pair.right[:WARM_UP_ROWS])
@@ -189,9 +191,9 @@ def attempt(config, pair, turns=1, stages=None):
 
 def from_right(scene):
     """
-    Return the `GroundTruthPair` of a scene, its truth belonging to the right image.
+    Return the `GroundTruthPair` of a scene with the truth of its right image.
 
-    Without a groundtruth_right the left truth is warped, and what no left pixel meets is unknown.
+    Without a groundtruth_right.png the left truth is warped to the right image.
     """
     pair = scene.read()
     files = next(iter(scene.files.values()), None)
@@ -205,7 +207,7 @@ def half_sawtooth(data):
     """
     Return the `GroundTruthPair` of Table II and its name: sawtooth halved, or a synthetic pair.
 
-    The truth is halved too, and taken by nearest neighbour; all pixels with truth count.
+    The truth is halved too, by nearest neighbour; all pixels with truth count.
     """
     columns, rows = TABLE_II_SIZE
     scene = next((scene for scene in available_scenes(data)[0]
@@ -222,9 +224,9 @@ def half_sawtooth(data):
 
 def by_scene(found):
     """
-    Return a DataFrame with a row for each line: its errors on each scene, means, seconds a pair.
+    Return a DataFrame with a row for each line: errors on each scene, means, seconds per pair.
 
-    found: DataFrame of scene, line and figures of `attempt`.
+    found: DataFrame with the columns scene, line and those of `attempt`.
     """
     cells = found.error.map('{:.2f}'.format) + ' / ' + found.error_of_all.map('{:.2f}'.format)
     table = found.assign(cell=cells).pivot(index='line', columns='scene', values='cell').loc[

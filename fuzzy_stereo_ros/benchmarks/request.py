@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the suites share: the request, the report, figures of sequences, means of groups."""
+"""Shared parts of the suites: request, report, figures of sequences, means of groups."""
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -20,53 +20,38 @@ class Request:
     """
     The request of a benchmark.
 
-    profile, changes: the matcher under test, changes being {parameter: value}.
-    data: folder of the benchmark data, or None. only: a word that scenes must contain.
-    repeats: how often a time is taken. follow(items, title): iterates and shows progress.
-    quick: small and few, to see that all runs; the figures then say nothing.
+    ours: the matcher under test. data: folder of the benchmark data, or None. only: a word that
+    names of scenes must contain. repeats: number of measurements of a time. follow(items, title):
+    iterates and shows progress. quick: small and few scenes, to see that everything runs; the
+    figures then mean nothing.
     """
 
-    profile: str = 'realtime'
-    changes: dict = field(default_factory=dict)
+    ours: Ours = Ours('ours')
     data: Path | None = None
     only: str = ''
     repeats: int = 15
     follow: Callable = field(default=lambda items, title: items)
     quick: bool = False
 
-    @property
-    def ours(self):
-        """The matcher under test."""
-        return Ours('ours', self.profile, self.changes)
-
-    @property
-    def subject(self):
-        """The matcher under test in words."""
-        return self.ours.description
-
-    def matcher(self, disparities, **forced):
-        """Return a `StereoMatcher` under test: dense, from 0, on one thread unless forced."""
-        return self.ours.matcher(disparities, **forced)
-
     def each(self, items, title, work):
-        """Return [work(item)] of items in their order, OpenCV on one thread; progress is shown."""
+        """Return [work(item)] of items, with OpenCV on one thread; shows progress."""
         with opencv_threads(1):
             return [work(item) for item in self.follow(items, title)]
 
     def scenes(self):
-        """Return the scenes that are asked for and here, and sentences about those missing."""
+        """Return the requested scenes that are available, and sentences about missing ones."""
         return available_scenes(self.data, self.only, self.quick)
 
     def sequences(self, scenes):
-        """Return the sequences that can be made here, and sentences about those missing."""
+        """Return the available sequences, and sentences about missing ones."""
         return available_sequences(self.data, scenes, self.quick)
 
 
 def report_of(name, title, settings, tables, skipped, pictures=None, threads='one each'):
     """
-    Return the `Report` of a suite, with the machine among its settings.
+    Return the `Report` of a suite; adds the machine to its settings.
 
-    pictures: {name of a file: function that returns the Figure of tables}. threads: of matchers.
+    pictures: {name of a file: function from tables to a Figure}. threads: of the matchers.
     """
     drawn, missing = {}, []
     for file, draw in (pictures or {}).items():
@@ -79,10 +64,10 @@ def report_of(name, title, settings, tables, skipped, pictures=None, threads='on
 
 def figures_of_sequence(sequence, frames, maps):
     """
-    Return the error and the flicker of maps of the frames of a `Sequence`, in percent, as a dict.
+    Return {'error': percent, 'flicker': percent} of the maps of the frames of a `Sequence`.
 
-    error: mean of the scored frames with a truth; flicker: mean from the first scored frame on,
-    the pan taken out. NaN of none.
+    error: mean of the scored frames with a truth. flicker: mean from the first scored frame on,
+    with the pan removed. NaN if there are no such frames.
     """
     scored = [number for number in sequence.scored if frames[number].truth is not None]
     return {'error': mean(bad_percent(maps[number], frames[number], sequence.limit)
@@ -93,7 +78,7 @@ def figures_of_sequence(sequence, frames, maps):
 
 
 def counted(frame, group='group', one='scene'):
-    """Return a DataFrame with the number of scenes behind the names of groups; noise too."""
+    """Return a DataFrame whose names of groups end with the number of scenes, and the noise."""
     named = frame[group] + ' (' + frame.groupby(group)[one].transform('nunique').astype(str) + ')'
     if 'noise' in frame and frame.noise.nunique() > 1:
         named += ', noise ' + frame.noise.map('{:g}'.format)
@@ -101,12 +86,12 @@ def counted(frame, group='group', one='scene'):
 
 
 def means(frame, figure, names, name='matcher'):
-    """Return a DataFrame of the means of a figure: a row a group, a column for each of names."""
+    """Return a DataFrame of the means of a figure: a row per group, a column per name."""
     return counted(frame).pivot_table(figure, 'group', name, sort=False).reindex(columns=names)
 
 
 def halved(frame, name):
-    """Return rows of groups with more than one scene, with a column `half`: odd or even."""
+    """Return the rows of groups with several scenes, with a column `half`: odd or even."""
     several = frame[frame.groupby('group').scene.transform('nunique') > 1]
     place = several.groupby(['group', name]).cumcount()
     return several.assign(half=place.mod(2).map({0: 'odd', 1: 'even'}))

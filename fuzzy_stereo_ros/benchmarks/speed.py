@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Speed: our matcher, cold and warm, against OpenCV's, in turns in one run; deadlines, memory.
+Speed: our matcher, cold and warm, against OpenCV's in turns; deadlines, memory, first start.
 
-Other programs make times longer, never shorter: the minimum counts, and as all matchers take
-turns, ratios hold where times do not.
+Other programs make times longer, never shorter. So the minimum counts, and matchers take turns:
+ratios hold even if times do not.
 """
 import os
 import subprocess
@@ -31,13 +31,13 @@ COLD, WARM = 'ours, cold', 'ours, warm'
 ALONE = 'of the total, what one thread does alone'
 PREFERRED = ('midd2014', 'midd2006_half', 'middv2', 'made')
 SHARES = 0.5, 0.9, 0.95, 1.0, 1.1, 2.0      # deadlines, of the median time without one
-SETTLING = 12       # frames of a still scene until all that may run does
+SETTLING = 12       # frames of a still scene until all operators may run
 IMPORT = 'from fuzzy_stereo_ros.matching import StereoMatcher'
 WARM_UP = f'{IMPORT}; StereoMatcher().warm_up(480, 640)'
 
 
 def run(request):
-    """Return the `Report` of times at each size, with one and with two threads."""
+    """Return the `Report` of times at each size, with one and two threads."""
     scenes, _ = request.scenes()
     scene = min(scenes, key=lambda one: [*PREFERRED, one.group].index(one.group))
     pair, sizes = scene.read(), QUICK_SIZES if request.quick else SIZES
@@ -56,8 +56,8 @@ def run(request):
     if request.quick:
         skipped.append('the first start: it takes a minute')
     return report_of('speed', 'Speed', {
-        'ours': f'{request.subject}, filled: colour images in; disparity to sub-pixels, filled '
-                'and filtered, and confidence out',
+        'ours': f'{request.ours.description}, filled: colour images in; disparity to sub-pixels, '
+                'filled and filtered, and confidence out',
         'baselines': 'tuned for Middlebury, with their own speckle filter, on grey images of the '
                      'size as it is; without padding, conversion, filling and median',
         'pair': f'{scene.path}, resized, with fresh noise of {NOISE} grey levels in each frame',
@@ -69,7 +69,7 @@ def run(request):
 
 
 def race(request, pair, size, threads):
-    """Return what `take_turns` returns of all matchers, the size and the threads among it."""
+    """Return the turns of all matchers, dicts of `take_turns` with size and threads."""
     rows, columns, disparities = size
     frames = noisy_frames(pair, rows, columns)
     greys = [tuple(grey(image) for image in frame) for frame in frames]
@@ -82,7 +82,7 @@ def race(request, pair, size, threads):
 
 
 def noisy_frames(pair, rows, columns):
-    """Return (left, right) of a size, FRAMES times with fresh noise: uint8 (R, C, 3)."""
+    """Return FRAMES pairs (left, right) of a size, each with new noise: uint8 (R, C, 3)."""
     random = np.random.default_rng(0)
     images = [cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA)
               for image in (pair.left, pair.right)]
@@ -91,7 +91,7 @@ def noisy_frames(pair, rows, columns):
 
 def _ours(request, frames, disparities, threads, name):
     """Return a function that matches a frame, and returns {stage: milliseconds}."""
-    matcher = request.matcher(disparities, threads=threads, warm_start=True)
+    matcher = request.ours.matcher(disparities, threads=threads, warm_start=True)
     matcher.warm_up(*frames[0][0].shape[:2])
 
     def work(frame):
@@ -115,10 +115,10 @@ def _baseline(baseline, greys, disparities):
 
 def take_turns(works, turns):
     """
-    Return a dict for each turn of {matcher: function of a frame}, which take turns.
+    Call the functions of {matcher: function of a frame's number} in turns; return a dict per call.
 
-    Its keys: matcher; milliseconds; processor, the same of all threads together, not counting
-    while other programs ran; and the stages that the function returns. A first turn takes memory.
+    Its keys: matcher; milliseconds; processor, the processor time of all threads in ms; and the
+    stages that the function returns. A first turn, which allocates memory, does not count.
     """
     for work in works.values():
         work(0)
@@ -134,13 +134,13 @@ def take_turns(works, turns):
 
 
 def tables(turns):
-    """Return the tables of a DataFrame of what `race` returned."""
+    """Return the tables of a DataFrame of turns."""
     return [*(_race_table(f'{size}, {disparities} disparities', of_size) for (size, disparities),
               of_size in turns.groupby(['size', 'disparities'], sort=False)), _stage_table(turns)]
 
 
 def _race_table(title, turns):
-    """Return the table of one size: milliseconds and ratios to 3WAY for each matcher."""
+    """Return the table of a size: milliseconds of each matcher, and ratios to 3WAY."""
     names = turns.matcher.unique()
     grouped = turns.groupby(['matcher', 'threads'])
     best, typical, processor = (figure.unstack().loc[names] for figure in (
@@ -164,7 +164,7 @@ def _race_table(title, turns):
 
 
 def _stage_table(turns):
-    """Return the table of our stages, each at its fastest."""
+    """Return the table of our stages: the minimum of each."""
     ours = turns[turns.matcher.isin((COLD, WARM))]
     known = 'size', 'disparities', 'threads', 'matcher', 'milliseconds', 'processor', ALONE
     stages = ours.groupby(['size', 'threads', 'matcher'], sort=False)[
@@ -178,12 +178,12 @@ def _stage_table(turns):
 
 
 def deadline_table(request, pair, size):
-    """Return the table of warm frames of a scene that stands still, with and without deadlines."""
+    """Return the table of warm frames of a still scene, with and without deadlines."""
     rows, columns, disparities = size
     frames, found = noisy_frames(pair, rows, columns), {}
 
     def matches(deadline_ms):
-        matcher = request.matcher(disparities, warm_start=True, deadline_ms=deadline_ms)
+        matcher = request.ours.matcher(disparities, warm_start=True, deadline_ms=deadline_ms)
         return [matcher.match(*frames[number % FRAMES])
                 for number in range(SETTLING + request.repeats)][SETTLING:]
 
@@ -207,10 +207,10 @@ def deadline_table(request, pair, size):
 
 
 def memory_row(request, pair, size):
-    """Return the size in words, and what a matcher holds and takes more during a frame."""
+    """Return a row: the size, memory of a matcher between frames, and more during a frame."""
     rows, columns, disparities = size
     images = noisy_frames(pair, rows, columns)[0]
-    _match_twice(request, images, disparities)      # what is loaded once for all is no part of it
+    _match_twice(request, images, disparities)      # loads what all matchers share
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
@@ -228,14 +228,14 @@ def memory_row(request, pair, size):
 
 def _match_twice(request, images, disparities):
     """Return a matcher after a cold and a warm frame."""
-    matcher = request.matcher(disparities, warm_start=True)
+    matcher = request.ours.matcher(disparities, warm_start=True)
     for _ in range(2):
         matcher.match(*images)
     return matcher
 
 
 def first_start_table():
-    """Return the table of seconds until a new process could match its first frame."""
+    """Return the table of seconds until a new process can match its first frame."""
     with tempfile.TemporaryDirectory() as cache:
         rows = [('first ever: all kernels are compiled', process_seconds(WARM_UP, cache)),
                 ('again: kernels come from the cache', process_seconds(WARM_UP, cache)),
@@ -245,7 +245,7 @@ def first_start_table():
 
 
 def process_seconds(program, cache):
-    """Return how long a Python process takes for a program, its kernels kept in a folder."""
+    """Return the seconds that a Python process takes for a program; cache: of its kernels."""
     begun = time.perf_counter()
     subprocess.run([sys.executable, '-c', program], check=True,
                    env={**os.environ, 'NUMBA_CACHE_DIR': cache})

@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What fitness says of maps: whether a fitter one is better, and the truth fitter than the result.
+Fitness against error: whether a fitter map is better, and the truth fitter than the result.
 
-The distance between where evolution ends from the usual start and from the truth is what the
-fitness, and not the search, still owes.
+Evolution starts from the truth too, and its end is compared with the end from the usual start.
 """
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI
@@ -17,7 +16,7 @@ from scipy.stats import spearmanr
 
 GROUPS = 'middv2', 'midd2001', 'midd2006_third'     # whose truth is dense
 NEAR_THE_END = 0.25     # share of the chromosomes, the fittest, in which fitness matters most
-FEWEST = 4              # chromosomes that a correlation is worth printing of
+FEWEST = 4              # chromosomes for a correlation
 
 
 def run(request):
@@ -44,7 +43,7 @@ def run(request):
 
 
 def truth_row(scene):
-    """Return the row of a scene."""
+    """Return the row of a scene in the table of the truth beside the result."""
     pair = scene.read()
     matcher = Ours('quality', 'quality').matcher(scene.disparities)
     matcher.match(pair.left, pair.right)
@@ -61,9 +60,9 @@ def truth_row(scene):
 
 def genes_of(disparity, matcher):
     """
-    Return a map as a chromosome of a matcher of `realtime`: whole pixels, those it can have.
+    Return a map as a chromosome of profile `realtime`: in whole pixels, clipped to its range.
 
-    disparity: (R, C), px, from 0; matcher: a StereoMatcher that has matched a pair
+    disparity: (R, C), px, from 0. matcher: a StereoMatcher that has matched a pair.
     """
     genes = matcher.algorithm.population.genes
     return np.clip(np.rint(disparity), 0, matcher.config.disparities - 1).astype(genes.dtype)
@@ -71,13 +70,12 @@ def genes_of(disparity, matcher):
 
 def truth_beside_result(scene, pair, matcher):
     """
-    Return a dict: `truth`, the fitness of the ground truth, and `left`, the error it would leave.
+    Return {'truth': fitness of the ground truth, 'left': error after crossover with it}.
 
-    The truth is taken in whole pixels, and the fittest's genes where it is unknown. What it would
-    leave: the fittest is crossed with the truth of its wrong cells. NaN for KITTI, whose truth
-    has no regions.
-
-    scene: a `Scene`; pair: its `GroundTruthPair`; matcher: of `realtime`, that has just matched it
+    The truth is rounded to whole pixels; where it is unknown, genes are those of the fittest. For
+    `left` the fittest is crossed with the truth of its wrong cells. NaN for KITTI, whose truth is
+    too sparse. scene: a `Scene`. pair: its `GroundTruthPair`. matcher: a StereoMatcher of profile
+    `realtime` that has just matched the pair.
     """
     if scene.family == KITTI:
         return {'truth': np.nan, 'left': np.nan}
@@ -91,9 +89,9 @@ def truth_beside_result(scene, pair, matcher):
 
 def spearman(points):
     """
-    Return the rank correlation of fitness and -error: 1 where fitter is always better.
+    Return the rank correlation of fitness and -error: 1 if a fitter map is always better.
 
-    points: DataFrame with the columns fitness and error. NaN of few points, or of equal ones.
+    points: DataFrame with the columns fitness and error. NaN if they are few or equal.
     """
     if len(points) < FEWEST or points.fitness.nunique() < 2 or points.error.nunique() < 2:
         return float('nan')
@@ -101,16 +99,16 @@ def spearman(points):
 
 
 def fittest(points, share=NEAR_THE_END):
-    """Return the share of the points that are fittest, those of equal fitness by their error."""
+    """Return a share of the points, the fittest ones; ties go to the larger error."""
     return points.nlargest(int(np.ceil(share * len(points))), ['fitness', 'error'])
 
 
 def correlation_table(points, truths):
     """
-    Return the table of correlations by scene, their mean, and that of all scenes in one.
+    Return the table of correlations by scene, with their mean and that of all scenes together.
 
-    points: DataFrame of different chromosomes: scene, fitness, and error in percent.
-    truths: DataFrame of scenes, and what `truth_beside_result` returns of them.
+    points: DataFrame of chromosomes: scene, fitness, and error in percent.
+    truths: DataFrame of scenes with the figures of `truth_beside_result`.
     """
     rows = {}
     for scene, one in points.groupby('scene', sort=False):

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Each profile with single parts removed, or put back as the paper has them.
+Variants of the profiles for the ablation: parts removed, or replaced by those of the paper.
 
-A variant changes parameters, or exchanges a stage. Its parts are there to be compared with, and
-are slower than they need to be.
+A variant changes parameters or replaces stages. The replacements are written to be compared with,
+not to be fast.
 """
 from dataclasses import dataclass, field
 
@@ -32,9 +32,9 @@ class Variant:
     """
     A profile with a part removed or replaced.
 
-    changes: {parameter: value}; stages: those of the profile's matcher, None for its own. still,
-    moving: whether it is another matcher than the default on single scenes, and on sequences.
-    timed: its time tells. part: of the genetic algorithm, which is removed; '' for others.
+    changes: {parameter: value}. stages: of the profile's matcher, None = its own. still, moving:
+    whether it differs from the default on single scenes, and on sequences. timed: whether its
+    time is worth printing. part: the removed part of the genetic algorithm, '' if another one.
     """
 
     name: str
@@ -46,13 +46,13 @@ class Variant:
     part: str = ''
 
     def matcher(self, profile, disparities, changes=None):
-        """Return its `StereoMatcher`; changes: {parameter: value} of the one compared with."""
+        """Return its `StereoMatcher`; changes: {parameter: value} of the matcher under test."""
         return Ours(self.name, profile, {**(changes or {}), **self.changes}, self.stages).matcher(
             disparities)
 
 
 class WholeMember:
-    """No crossover of parts: the second parent is taken as a whole where it is fitter."""
+    """No crossover of parts: takes the second parent as a whole if it is fitter."""
 
     def __init__(self, rows, columns):
         """Need no memory."""
@@ -65,7 +65,7 @@ class WholeMember:
 
 
 class NoNoise:
-    """No estimate: all differences of grey count, as if they were no noise."""
+    """No estimate of noise: all differences of grey count."""
 
     level = 0.0
 
@@ -77,11 +77,11 @@ class NoNoise:
 
 
 def without_previous_best(warm_start, pool, state, half):
-    """Return no prior of the previous best."""
+    """Return no prior from the previous best."""
 
 
 class NothingComesOver(FrameEvolution):
-    """No evolution from frame to frame: the chromosome of planes is new in each frame."""
+    """No evolution from frame to frame: each frame starts with a new chromosome of planes."""
 
     def inherit(self, pool, previous, history):
         """Take nothing that has evolved before."""
@@ -99,20 +99,20 @@ class NoEvidence:
 
 
 class CameraNotFollowed(MovingCamera):
-    """The warm start as without a calibration."""
+    """Warm start without the camera, as if there were no calibration."""
 
     def follow(self, pool, previous, camera, half_grey, in_place):
-        """Follow no camera."""
+        """Ignore the camera."""
         return super().follow(pool, previous, None, half_grey, in_place)
 
 
 def describe_by_grey_classes(view, first, last):
     """
-    Write the paper's three grey classes in the place of census and gradient.
+    Write the paper's three grey classes instead of census and gradient.
 
-    A pixel's code has as many bits of a class as eighths of membership, Eq. 1. As the memberships
-    sum to about one, the Hamming distance of two codes is 16 (1 - possibility), that of Eq. 2 with
-    the bounded sum, not the maximum, as fuzzy OR.
+    The code of a pixel has a bit for each eighth of membership in each class, Eq. 1. Memberships
+    sum to about one, so the Hamming distance of two codes is 16 (1 - possibility) with the
+    possibility of Eq. 2, but with the bounded sum instead of the maximum as fuzzy OR.
     """
     View.describe(view, first, last)
     within = np.minimum(np.arange(view.census.shape[2]), view.columns - 1)
@@ -153,17 +153,17 @@ REALTIME = (
 
 
 def trust_everything(pool, disparity, other, lowest):
-    """Let all matches count in full: what result.consistent takes and returns."""
+    """Return full trust in all matches; replaces the left-right check of `quality`."""
     return np.ones(disparity.shape, np.bool_)
 
 
 def end_turn(population, random):
-    """Let the next chromosome have its turn, without crossing this one with the first."""
+    """Go on to the next chromosome without crossing this one with the first."""
     population.current = (population.current + 1) % len(population.fitness)
 
 
 def _quality_without(*names, **others):
-    """Return the stages of `quality` without operators of some names, and with others."""
+    """Return the stages of `quality` without the named operators, and with others."""
     kept = {name: operator for name, operator in OPERATORS.items() if name not in names}
     return QualityStages(operators={**kept, **others})
 
@@ -196,13 +196,13 @@ QUALITY = (
 
 @dataclass(frozen=True)
 class Repeated:
-    """An operator that does another one a number of times."""
+    """An operator that applies another one several times."""
 
     operator: object
     times: int
 
     def __call__(self, tools, population, random):
-        """Do it."""
+        """Apply the operator."""
         for turn in range(self.times):
             self.operator(tools, population, random.child(turn))
 
@@ -214,7 +214,7 @@ def select_from_all(tools, population, random):
 
 
 def select_blindly(tools, population, random):
-    """Retain as many as selection would, whoever they are; all of them are as likely to mate."""
+    """Retain as many chromosomes as selection would, chosen at random, as equal parents."""
     order = np.argsort(random.child(0).uniform(len(population.genes)))
     retained = order[:operators.elite_size(order.size, tools.config.elite)]
     others = order[retained.size:]
@@ -232,11 +232,11 @@ def cross_by_cut(tools, population, random):
 
 
 def no_mutation(tools, population, random):
-    """Leave the children as crossover made them."""
+    """Change nothing after crossover."""
 
 
 def _times_of_a_population():
-    """Return how many children of the default population mutate in a generation."""
+    """Return the number of children that mutate in a generation of the default population."""
     config = MatcherConfig.from_profile('paper')
     children = config.population - operators.elite_size(config.population, config.elite)
     return round(config.mutation_rate * children)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Warm start: the same matcher with and without its previous frame, error and flicker, and 3WAY.
+Warm start: error and flicker of the matcher with and without its previous frame, beside 3WAY.
 
-Cold means that the matcher forgets the frame before each one. And error over the frames of a
-sequence: how much a scene that stays, or pans, gets better.
+Cold means that the matcher is reset before each frame. Also the error over the frames of a scene
+that stays or pans.
 """
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ import pandas as pd
 COLD, WARM, BASELINE = 'cold', 'warm', '3WAY'
 MATCHERS = BASELINE, COLD, WARM
 MORE = 'warm - cold'
-MOST = 5        # sequences of the table of those where the warm start costs most
+MOST = 5        # rows of the table of sequences where the warm start costs most
 GROUPS = 'middv2', 'midd2006_third'     # whose scenes are matched over frames
 FRAMES, QUICK_FRAMES = (1, 2, 5, 10, 30), (1, 2)
 # {kind: (noise in grey levels, pan in px a frame)}
@@ -36,7 +36,7 @@ MARKS = {BASELINE: (ORANGE, '^', 'OpenCV 3WAY tuned'),
 
 
 class Walk(NamedTuple):
-    """A scene that is seen for some frames, which stays, or pans, in one of KINDS."""
+    """A scene that is seen for several frames, still or panning, in one of KINDS."""
 
     scene: Scene
     kind: str
@@ -54,7 +54,7 @@ def run(request):
     measured = request.each(sequences, 'warm', lambda sequence: measure(sequence, request))
     walked = request.each(walks(request, scenes), 'over frames', lambda one: walk(request, one))
     settings = {
-        'ours': f'{request.subject}, filled; cold: reset before each frame',
+        'ours': f'{request.ours.description}, filled; cold: reset before each frame',
         'baseline': '3WAY, tuned for the family, dense',
         'window': 'the classic pairs through a window that pans so many pixels per frame, with '
                   'fresh noise of so many grey levels (standard deviation, alike in the three '
@@ -74,13 +74,13 @@ def run(request):
 
 def measure(sequence, request):
     """
-    Return what was found on a sequence: {column: figure}, its kind and path among them.
+    Return the figures of a sequence as a dict: kind, path, and two figures of each matcher.
 
-    A matcher's name: percent, mean of the scored frames, NaN where none has a truth. 'flicker,'
-    and its name: percent of pixels that change by more than 1 px.
+    Name of the matcher: error in percent, NaN without truth. 'flicker, ' and the name: percentage
+    of pixels that change by more than 1 px.
     """
     frames, maps = sequence.read(), {name: [] for name in MATCHERS}
-    matchers = {name: request.matcher(sequence.disparities, warm_start=True)
+    matchers = {name: request.ours.matcher(sequence.disparities, warm_start=True)
                 for name in (COLD, WARM)}
     for known in frames:
         matchers[COLD].reset()
@@ -97,7 +97,7 @@ def measure(sequence, request):
 
 
 def tables(measured):
-    """Return the tables of what `measure` returned, a list."""
+    """Return the tables of a list of figures of `measure`."""
     found = pd.DataFrame(measured)
     found[MORE] = found[WARM] - found[COLD]
     costly = found.dropna(subset=MORE).sort_values([MORE, COLD, WARM, 'path'], ascending=False)
@@ -115,7 +115,7 @@ def tables(measured):
 
 
 def walks(request, scenes, kinds=KINDS):
-    """Return a `Walk` for each of some kinds and each scene of a request."""
+    """Return a `Walk` for each scene and each of the kinds."""
     classic = [scene for scene in scenes if scene.group in GROUPS] or [
         scene for scene in scenes if scene.family == MIDDLEBURY]
     return [Walk(scene, kind) for scene in (classic[:1] if request.quick else classic)
@@ -124,13 +124,12 @@ def walks(request, scenes, kinds=KINDS):
 
 def walk(request, one):
     """
-    Match the frames of a `Walk` warm, and return its group, scene, kind and errors as a dict.
+    Match the frames of a `Walk` warm; return a dict: group, scene, kind and errors in percent.
 
-    Errors in percent: of the frames that are shown, and of the profile `quality` on one frame
-    without noise.
+    Errors of the frames of FRAMES, and of the profile `quality` on one frame without noise.
     """
     shown, scene = QUICK_FRAMES if request.quick else FRAMES, one.scene
-    matcher = request.matcher(scene.disparities, warm_start=True)
+    matcher = request.ours.matcher(scene.disparities, warm_start=True)
     errors = {}
     for number, known in enumerate(window(scene, *KINDS[one.kind], shown[-1]), 1):
         match = matcher.match(known.left, known.right)
@@ -146,7 +145,7 @@ def walk(request, one):
 
 
 def frames_table(walked):
-    """Return the table of a list of what `walk` returned."""
+    """Return the table of a list of figures of `walk`."""
     found = pd.DataFrame(walked)
     found[QUALITY] = found.groupby('scene')[QUALITY].transform('first')
     errors = counted(found).groupby(['group', 'kind'], sort=False).mean(numeric_only=True)
@@ -154,7 +153,7 @@ def frames_table(walked):
 
 
 def draw_warm(tables):
-    """Return the Figure of the table of error and flicker: a line leads from cold to warm."""
+    """Return the Figure of the table of error and flicker: lines from cold to warm."""
     table = titled(tables, 'Error and flicker')
     kinds = [row[0] for row in table.rows]
     figure = figure_of(8.4, 1.7 + 0.24 * len(kinds), 'With and without the frame before: lower is '
@@ -180,7 +179,7 @@ def draw_warm(tables):
 
 
 def draw_over_frames(tables):
-    """Return the Figure of the table of error over frames: a panel a group, a line a kind."""
+    """Return the Figure of the table of error over frames: a panel per group, a line per kind."""
     found = titled(tables, OVER_FRAMES)
     frames = [int(name.split()[1]) for name in found.columns[1:-1]]
     groups = list(dict.fromkeys(row[0].split(',')[0] for row in found.rows))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo benchmark`: what is claimed, measured side by side with OpenCV's matchers."""
+"""`fuzzy-stereo benchmark`: measure the matcher side by side with OpenCV's."""
 from dataclasses import asdict, replace
 from functools import partial
 import json
@@ -21,19 +21,19 @@ DESCRIPTION = (
     'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
     '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
     '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads;\n'
-    '            whether frames are out before deadlines; memory, first start\n'
+    '            deadlines kept; memory, first start\n'
     '  warm      with and without the previous frame: error and flicker on sequences; error\n'
     '            over 30 frames that stay or pan\n'
-    '  paper     the tables and figure of the paper beside what is really reached\n'
-    '  truth     whether quality prefers the truth: its fitness, where evolution from it ends\n'
+    '  paper     the tables and figure of the paper beside the results of this package\n'
+    '  truth     fitness of the ground truth, and where evolution from it ends (quality)\n'
     '  ablation  each profile without population, crossover, mutation, previous best; each\n'
-    '            part removed or replaced: error, fitness, time; and whether a fitter map is\n'
-    '            a better one\n'
-    '  drift     a calibration that no longer holds: what is found, what that costs\n'
+    '            part removed or replaced: error, fitness, time; rank correlation of fitness\n'
+    '            and error\n'
+    '  drift     detection of a misaligned calibration, and its cost\n'
     '  all       all of these, one after the other\n\n'
-    'With --output each section of the page gets a picture of its figures beside it.\n\n'
-    "Scenes that every machine has are made, or come with scikit-image; Middlebury's and\n"
-    "KITTI's are read where --data has them, and said to be skipped where it has not.")
+    'With --output pictures of the figures are written beside the page.\n\n'
+    'Synthetic scenes and the pair of scikit-image need no data. Scenes of Middlebury and KITTI\n'
+    'are read from --data; the report names those that are missing there.')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo benchmark accuracy paper --data ../shared/data \\\n'
            '      --output docs/benchmarks.md\n'
@@ -46,28 +46,28 @@ def add_arguments(parser):
                         help=', '.join((*BENCHMARKS, ALL)))
     parser.add_argument('--data', metavar='DIR',
                         help='folder of the benchmark data; default: $FUZZY_STEREO_DATA, or '
-                             '../shared/data where that exists')
+                             '../shared/data if that exists')
     parser.add_argument('--only', metavar='WORD', default='',
-                        help='only scenes whose group/name contains this, for example made or '
-                             'middv2/teddy')
+                        help='only scenes whose group/name contains this word, for example '
+                             'made or middv2/teddy')
     parser.add_argument('--repeats', metavar='N', type=int,
-                        help='turns of which the fastest counts (speed); '
+                        help='runs, of which the fastest counts (speed); '
                              f'default: {REPEATS}, with --quick {QUICK_REPEATS}')
     parser.add_argument('--quick', action='store_true',
-                        help='small made scenes and few turns, to see that all runs: the figures '
-                             'then say nothing')
+                        help='small synthetic scenes and few runs, to see that everything runs: '
+                             'the figures then mean nothing')
     parser.add_argument('--output', metavar='FILE.md',
-                        help='write each benchmark into its section of this page too')
+                        help='also write each benchmark into its section of this page')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
     add_matcher_options(parser, left_out=DECIDED)
 
 
 def run(arguments, stream, progress_stream=None):
     """
-    Run the benchmarks that are named, one after the other, and print their reports.
+    Run the named benchmarks one after the other and print their reports.
 
-    stream, progress_stream: texts.
-    Raises ValueError and OSError for bad input, before anything is measured where possible.
+    stream, progress_stream: of text; progress_stream None = standard error.
+    Raises ValueError and OSError for bad input, if possible before anything is measured.
     """
     with libraries_needed():
         from fuzzy_stereo_ros.benchmarks import (
@@ -75,6 +75,7 @@ def run(arguments, stream, progress_stream=None):
         from fuzzy_stereo_ros.benchmarks.datasets import data_folder
         from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
         from fuzzy_stereo_ros.benchmarks.request import Request
+        from fuzzy_stereo_ros.evaluation.matchers import matcher_named, OURS
         from fuzzy_stereo_ros.evaluation.report import markdown
     suites = dict(zip(BENCHMARKS, (accuracy, speed, warm, paper_tables, truth, ablation,
                                    drift)))
@@ -86,11 +87,10 @@ def run(arguments, stream, progress_stream=None):
     if arguments.output is not None:
         check_page(arguments.output)
     request = Request(
-        arguments.profile, matcher_changes(arguments), data_folder(arguments.data),
-        arguments.only, repeats, partial(follow, stream=progress_stream or sys.stderr),
-        arguments.quick)
-    request.ours.config(disparities=16)
-    request.scenes()
+        matcher_named(OURS, arguments.profile, matcher_changes(arguments)),
+        data_folder(arguments.data), arguments.only, repeats,
+        partial(follow, stream=progress_stream or sys.stderr), arguments.quick)
+    request.scenes()        # bad input is found before the first benchmark
     reports = []
     for name in BENCHMARKS if ALL in arguments.names else dict.fromkeys(arguments.names):
         report = suites[name].run(request)

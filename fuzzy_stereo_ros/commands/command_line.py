@@ -3,10 +3,9 @@
 """
 The command `fuzzy-stereo`.
 
-Exit codes: 0 done; 1 a saved pair does not come out as it was; 2 bad input, said in one sentence
-on standard error, nothing written, but for a bag that is damaged, or a disk that is full, in the
-middle of a replay; 130 interrupted by the user; 141 nobody read what was printed to its end; 143
-terminated.
+Exit codes: 0 done; 1 the match of a saved pair differs from the saved one; 2 bad input, with one
+sentence on standard error and nothing written (a replay keeps what it wrote before a damaged bag
+or a full disk); 130 interrupted by the user; 141 broken pipe; 143 terminated.
 """
 import argparse
 from contextlib import contextmanager
@@ -18,17 +17,17 @@ import threading
 
 BAD_INPUT = 2
 INTERRUPTED = 130
-NO_READER = 141     # as of a process that a closed pipe ends
+BROKEN_PIPE = 141   # as of a process that SIGPIPE ends
 TERMINATED = 143
 WITHOUT_KERNELS = 'synthesise', 'convert'
 
 
 def main(argv=None):
-    """Run `fuzzy-stereo` with the arguments (None: those of the process); return its exit code."""
-    for name in ('stdout', 'stderr'):       # one that was closed swallows what is written
+    """Run `fuzzy-stereo` and return its exit code; argv: None = arguments of the process."""
+    for name in ('stdout', 'stderr'):       # closed streams ignore what is written
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))
-    with terminated_as_by_hand() as terminated:
+    with sigterm_as_sigint() as terminated:
         try:
             code = run_cleanly(_parser(), argv)
         except KeyboardInterrupt:
@@ -37,7 +36,7 @@ def main(argv=None):
 
 
 def commands():
-    """Return {name: module} of the commands, which take a second or two to be imported."""
+    """Return {name: module} of the commands; importing them takes a second or two."""
     from fuzzy_stereo_ros.commands import (
         benchmark, convert, evaluate, evolve, match, replay, synthesise, warm_up)
 
@@ -47,17 +46,17 @@ def commands():
 
 
 @contextmanager
-def terminated_as_by_hand():
+def sigterm_as_sigint():
     """
-    Let SIGTERM, as a service or a container is stopped by, do what Ctrl-C does.
+    Handle SIGTERM, which stops services and containers, like Ctrl-C.
 
-    Yields a function that returns whether it came. Where Ctrl-C does nothing, as in the
+    Yields a function that returns whether SIGTERM was received. If SIGINT is ignored, as in the
     background of a script, SIGTERM still ends the process at once.
     """
-    came = []
+    received = []
 
     def interrupt(number, frame):
-        came.append(number)
+        received.append(number)
         signal.raise_signal(signal.SIGINT)
 
     if (threading.current_thread() is not threading.main_thread()
@@ -66,7 +65,7 @@ def terminated_as_by_hand():
         return
     before = signal.signal(signal.SIGTERM, interrupt)
     try:
-        yield lambda: bool(came)
+        yield lambda: bool(received)
     finally:
         signal.signal(signal.SIGTERM, before)
 
@@ -87,22 +86,22 @@ def _parser():
 
 
 def _with_remarks(work, arguments):
-    """Call work(arguments), and tell before and after it what is done without."""
+    """Return work(arguments); print remarks on the cache of kernels before and after."""
     from fuzzy_stereo_ros.matching.kernels.compiled import remarks
 
-    def tell():
+    def print_remarks():
         for remark in remarks():
             print(f'fuzzy-stereo: {remark}', file=sys.stderr)
 
-    tell()
+    print_remarks()
     try:
         return work(arguments)
     finally:
-        tell()
+        print_remarks()
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that takes no abbreviations and reports an error in one line."""
+    """A parser without abbreviations that reports an error in one line."""
 
     def __init__(self, **options):
         super().__init__(allow_abbrev=False, **options)
@@ -111,7 +110,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f'{self.prog}: {message}\n')
 
     def waive(self, *names):
-        """Let arguments be left out that are required otherwise."""
+        """Make required arguments optional."""
         for action in self._actions:
             if action.dest in names:
                 action.required = False
@@ -119,23 +118,23 @@ class Parser(argparse.ArgumentParser):
 
 def run_cleanly(parser, argv):
     """
-    Parse the arguments, call what they set as `run`, and return the exit code.
+    Parse the arguments, call their `run`, and return the exit code.
 
-    A ValueError or OSError is bad input: its text is the one sentence the user reads.
+    A ValueError or OSError means bad input; its text is printed as one sentence.
     """
     try:
         try:
             arguments = parser.parse_args(argv)
             return arguments.run(arguments) or 0
-        finally:        # after --help, and words that are no options, too
+        finally:        # also after --help and unknown options
             try:
                 sys.stdout.flush()
             except OSError:
-                # Python tries once more at its end, and would tell of that at length.
+                # Python flushes again at exit, and would print a traceback.
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
                 raise
     except BrokenPipeError:
-        return NO_READER
+        return BROKEN_PIPE
     except (ValueError, OSError) as error:
         print(f'{parser.prog}: {_sentence(error)}', file=sys.stderr)
         return BAD_INPUT
@@ -145,14 +144,14 @@ def run_cleanly(parser, argv):
 
 def _sentence(error):
     """
-    Return what an exception says in a line, without the number an OSError of the system has.
+    Return the text of an exception in one line, without the errno of an OSError.
 
-    What a terminal would obey is escaped: it may stand in a file that is rejected.
+    Control characters, which may come from a rejected file, are escaped.
     """
-    said = str(error)
+    text = str(error)
     if getattr(error, 'errno', None) is not None:
-        said = error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
-    return ''.join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in said)
+        text = error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
+    return ''.join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
 
 
 if __name__ == '__main__':

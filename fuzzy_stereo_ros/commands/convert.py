@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo convert`: disparities, depth and point clouds from one file into another."""
+"""`fuzzy-stereo convert`: convert files of disparities and depth, also to point clouds."""
 import json
 from pathlib import Path
 
@@ -16,16 +16,16 @@ DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
 READ = {DISPARITY: read_disparity, DEPTH: read_depth}
 POINT_SUFFIX = '.ply'
 
-HELP = 'turn disparities, depth and point clouds into one another'
+HELP = 'convert disparities and depth, also to point clouds'
 DESCRIPTION = (
-    'Turn a file of disparities or depth into another format, or into the other of the two, or\n'
-    'into a point cloud. The suffix says the format; --from and --to say what is in it.\n\n'
+    'Convert a file of disparities or depth into another format, into the other quantity, or\n'
+    'into a point cloud. The suffix sets the format, --from and --to the quantities.\n\n'
     '             disparity, px              depth, m\n'
     '  .pfm       invalid: inf               invalid: NaN, too far: inf\n'
     '  .npy       invalid: NaN               invalid: NaN, too far: inf\n'
     '  .png       256ths of a pixel (KITTI)  millimetres; both: 16 bits, invalid: 0\n'
-    '  .ply                                  only out: points x right, y down, z forward, m\n\n'
-    'In come .npz with one array and pictures of other scales as well (--scale).')
+    '  .ply                                  output only: points x right, y down, z forward, m\n\n'
+    'INPUT may also be a .npz with one array, or a picture of another scale (--scale).')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo convert disparity.pfm disparity.png\n'
            '  fuzzy-stereo convert disparity.pfm depth.png --to depth --camera-info calib.txt\n'
@@ -38,15 +38,15 @@ def add_arguments(parser):
     parser.add_argument('input', metavar='INPUT', help='.pfm, .npy, .npz, or a picture')
     parser.add_argument('output', metavar='OUTPUT', help='.pfm, .npy, .png or .ply')
     parser.add_argument('--from', dest='source', choices=tuple(READ), default=DISPARITY,
-                        help=f'what INPUT holds; default: {DISPARITY}')
+                        help=f'quantity of INPUT; default: {DISPARITY}')
     parser.add_argument('--to', choices=(DISPARITY, DEPTH, POINTS),
-                        help=f'what OUTPUT shall hold; default: {POINTS} in a {POINT_SUFFIX}, '
-                             'else the same as INPUT')
+                        help=f'quantity of OUTPUT; default: {POINTS} for {POINT_SUFFIX}, else '
+                             'that of INPUT')
     parser.add_argument('--scale', type=float, metavar='NUMBER',
-                        help='grey levels per pixel of disparity, or per metre of depth, of an '
-                             'INPUT that is a picture; default for 16 bits: 256, or 1000')
+                        help='if INPUT is a picture: grey levels per pixel of disparity, or per '
+                             'metre of depth; default for 16 bits: 256, or 1000')
     parser.add_argument('--image', metavar='FILE',
-                        help=f'left image, for the colours of a {POINT_SUFFIX}')
+                        help=f'left image, for the colours of {POINT_SUFFIX}')
     parser.add_argument('--overwrite', action='store_true', help='replace OUTPUT where it exists')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     add_camera_options(parser)
@@ -54,9 +54,9 @@ def add_arguments(parser):
 
 def run(arguments, stream):
     """
-    Convert what the arguments name, and print what came out.
+    Convert a file and print the figures of the result.
 
-    Raises ValueError and OSError for bad input; everything is checked before anything is written.
+    Raises ValueError and OSError for bad input, before anything is written.
     """
     target = arguments.to or (POINTS if _is_points(arguments.output) else arguments.source)
     _check_output(arguments, target)
@@ -79,7 +79,7 @@ def run(arguments, stream):
         write_point_file(arguments.output, values, calibration.left, image)
     else:
         {DISPARITY: write_disparity, DEPTH: write_depth}[target](arguments.output, values)
-        values = READ[target](arguments.output)     # a format may keep less than it was given
+        values = READ[target](arguments.output)     # a format may be less precise
     figures = _figures(arguments, target, values)
     stream.write((json.dumps(figures, indent=2) if arguments.json else _sentence(figures)) + '\n')
 
@@ -89,18 +89,18 @@ def _is_points(path):
 
 
 def _check_output(arguments, target):
-    """Raise ValueError where the output cannot be written, or where its kind makes no sense."""
+    """Raise ValueError if the output cannot be written or its quantity makes no sense."""
     output = Path(arguments.output)
     if _is_points(arguments.input):
-        raise ValueError(f'{arguments.input} is a point cloud, which has no pixels any more; '
-                         'convert the disparities or the depth that it was made of')
+        raise ValueError(f'{arguments.input} is a point cloud, which has no pixels; convert the '
+                         'disparities or the depth that it was made from')
     if (target == POINTS) != _is_points(output):
-        raise ValueError(f'{output} cannot hold {target}: points, and only points, are stored '
-                         f'as {POINT_SUFFIX}')
+        raise ValueError(f'{output} cannot hold {target}: {POINT_SUFFIX} is for points, and only '
+                         'for them')
     if target != POINTS:
         check_map_suffix(output)
         if arguments.image is not None:
-            raise ValueError(f'--image gives colours to a {POINT_SUFFIX}, but {output} holds '
+            raise ValueError(f'--image is for the colours of {POINT_SUFFIX}, but {output} holds '
                              f'{target}; leave it out')
     for name in CAMERA:
         if target == arguments.source and getattr(arguments, name) is not None:
@@ -117,7 +117,7 @@ def _check_output(arguments, target):
 
 
 def _figures(arguments, target, values):
-    """Return what came out; low and high are None where nothing is valid."""
+    """Return the figures of the result for JSON; low, high: None if nothing is valid."""
     valid = values[np.isfinite(values)]
     return {
         'output': arguments.output, 'from': arguments.source, 'to': target,
@@ -128,7 +128,7 @@ def _figures(arguments, target, values):
 
 
 def _sentence(figures):
-    """Return the figures as a person reads them."""
+    """Return the figures as a sentence."""
     what = {DISPARITY: 'disparities', DEPTH: 'depths', POINTS: 'points'}[figures['to']]
     between = '' if figures['low'] is None else (
         f", from {figures['low']:.6g} to {figures['high']:.6g} {figures['unit']}"

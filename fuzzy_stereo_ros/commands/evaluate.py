@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo evaluate`: matchers on scenes with ground truth, side by side."""
+"""`fuzzy-stereo evaluate`: measure matchers side by side on scenes with ground truth."""
 from contextlib import contextmanager
 from functools import partial
 import json
@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_cha
 from fuzzy_stereo_ros.progress import follow
 
 REPEATS, PICTURES = 3, 60
-# Truths belong to the left image; both kinds of map, both starts and both fillings are measured.
+# Truths are of the left image; maps are measured as they come and filled, cold and warm.
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'warm_start', 'threads')
 SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
 STDOUT = '-'
@@ -28,7 +28,7 @@ DESCRIPTION = (
     'DIR is a scene or holds scenes at any depth: Middlebury v2, 2005, 2006, 2014 and later,\n'
     'KITTI 2012 and 2015 in their official structure, left.png and right.png with a\n'
     'groundtruth.png, .pfm, .npy or .npz, and numbered frames (left_07.png, right_07.png or\n'
-    'left/0007.png, right/0007.png), which are matched warm and cold too.\n\n'
+    'left/0007.png, right/0007.png), which are also matched as a sequence, warm and cold.\n\n'
     "matchers: ours, or ours:PROFILE; opencv:bm, :sgbm, :3way or :hh4 at stereo_image_proc's\n"
     'defaults, or tuned: opencv:bm:tuned.')
 EXAMPLE = ('examples:\n'
@@ -39,43 +39,43 @@ EXAMPLE = ('examples:\n'
 
 def add_arguments(parser):
     """Add the arguments of `evaluate`."""
-    parser.add_argument('folders', metavar='DIR', nargs='+', help='a scene, or what holds scenes')
+    parser.add_argument('folders', metavar='DIR', nargs='+', help='a scene, or a folder of scenes')
     parser.add_argument('--matcher', metavar='NAME', nargs='*', default=list(USUAL),
-                        help=f'who is measured; default: {" ".join(USUAL)}')
+                        help=f'matchers to measure; default: {" ".join(USUAL)}')
     parser.add_argument('--results', metavar='[NAME=]DIR', action='append', default=[],
-                        help='a folder in which another program left its disparities, named like '
-                             'the scenes: .pfm, .npy, .npz or .png (16 bits as KITTI); more than '
-                             'once for more programs')
+                        help='a folder with the disparities of another program, named like the '
+                             'scenes: .pfm, .npy, .npz or .png (16 bits as KITTI); repeat it for '
+                             'more programs')
     parser.add_argument('--only', metavar='WORD', default='',
-                        help='only scenes whose name contains this')
+                        help='only scenes whose name contains this word')
     parser.add_argument('--disparities', metavar='N', type=int, dest='searched',
-                        help='number of disparities searched from 0; default: what calib.txt or '
-                             'the name of the scene tells, else what the truth needs')
+                        help='number of disparities to search from 0; default: that of calib.txt, '
+                             'of the known scene, or what the truth needs')
     parser.add_argument('--truth-scale', metavar='NUMBER', type=float,
-                        help='grey levels per pixel of disparity in a truth of 8 bits that is '
-                             'not known')
+                        help='grey levels per pixel of disparity in truths of 8 bits whose scale '
+                             'is not known')
     parser.add_argument('--repeats', metavar='N', type=int, default=REPEATS,
-                        help=f'turns of which the fastest counts; default: {REPEATS}')
+                        help=f'runs, of which the fastest counts; default: {REPEATS}')
     parser.add_argument('--threads', metavar='N', type=int, default=1,
                         help='threads of each matcher, ours and those of OpenCV; default: 1')
-    written = parser.add_argument_group('what is written')
+    written = parser.add_argument_group('outputs')
     written.add_argument('--markdown', metavar='FILE.md', help='the tables')
     written.add_argument('--csv', metavar='FILE.csv',
                          help='a row for each scene, matcher, mask and kind of map')
     written.add_argument('--json', metavar='FILE.json', nargs='?', const=STDOUT,
-                         help='the same for programs; without FILE printed instead of the tables')
+                         help='the same as JSON; without FILE it is printed instead of the tables')
     written.add_argument('--html', metavar='FILE.html',
                          help='a page with tables and pictures, in one file')
     written.add_argument('--pictures', metavar='N', type=int, default=PICTURES,
-                         help='scenes of which the page has pictures, the best and the worst; '
-                              f'default: {PICTURES}')
+                         help='largest number of scenes with pictures on the page, the best and '
+                              f'the worst ones; default: {PICTURES}')
     written.add_argument('--overwrite', action='store_true', help='replace files that exist')
     add_matcher_options(parser, left_out=DECIDED)
 
 
 @contextmanager
 def libraries_needed():
-    """Raise ValueError where a library is missing that the block imports."""
+    """Raise ValueError if a library that the block imports is not installed."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -85,10 +85,10 @@ def libraries_needed():
 
 def run(arguments, stream, progress_stream=None):
     """
-    Measure what the arguments name, write the files, and print tables or JSON.
+    Measure the matchers, write the files, and print tables or JSON.
 
-    stream, progress_stream: texts.
-    Raises ValueError and OSError for bad input, before anything is measured where possible.
+    stream, progress_stream: of text; progress_stream None = standard error.
+    Raises ValueError and OSError for bad input, if possible before anything is measured.
     """
     with libraries_needed():
         from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
@@ -107,11 +107,11 @@ def run(arguments, stream, progress_stream=None):
                 for name in dict.fromkeys(arguments.matcher)]
     found = search([Path(folder) for folder in arguments.folders], arguments.truth_scale,
                    arguments.only)
-    matchers += _results(arguments.results, found, [each.name for each in matchers])
+    matchers += _result_files(arguments.results, found, [each.name for each in matchers])
     if not matchers:
         raise ValueError('no matcher is named: give --matcher NAME or --results DIR')
     gallery = Gallery(arguments.pictures, matchers[0].name)
-    results, sequences, skipped = _measured(
+    results, sequences, skipped = _measure_all(
         arguments, found, matchers, gallery.show if 'html' in outputs else None,
         partial(follow, stream=progress_stream or sys.stderr))
     means = mean_records(results, matchers)
@@ -131,15 +131,15 @@ def run(arguments, stream, progress_stream=None):
     stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
 
 
-def _measured(arguments, found, matchers, show, progress):
-    """Return the results of scenes, those of sequences, and sentences on what is left out."""
-    asked, skipped, sequences = (arguments.searched, arguments.repeats), [*found.skipped], []
+def _measure_all(arguments, found, matchers, show, progress):
+    """Return the `Result`s of scenes and of sequences, and sentences on what is skipped."""
+    options, skipped, sequences = (arguments.searched, arguments.repeats), [*found.skipped], []
     with opencv_threads(arguments.threads):
-        results = [measure(scene, matchers, *asked, show)
+        results = [measure(scene, matchers, *options, show)
                    for scene in progress(found.scenes, 'scenes')]
         for sequence in progress(found.sequences, 'sequences'):
             try:
-                sequences.append(measure(sequence, matchers, *asked))
+                sequences.append(measure(sequence, matchers, *options))
             except NoSequence as error:
                 skipped.append(str(error))
     if not results and not sequences:
@@ -147,8 +147,8 @@ def _measured(arguments, found, matchers, show, progress):
     return results, sequences, skipped
 
 
-def _results(words, found, taken):
-    """Return the `ResultFiles` that --results names, each file read once to see that it fits."""
+def _result_files(words, found, taken):
+    """Return the `ResultFiles` of --results; reads each file once to check it."""
     named = {name: files for subject in (*found.scenes, *found.sequences)
              for name, files in subject.named_files.items()}
     matchers = []
@@ -156,7 +156,7 @@ def _results(words, found, taken):
         label, folder = ('', word) if _is_folder_alone(word) else word.split('=', 1)
         label = label or Path(folder).resolve().name
         if label in taken:
-            raise ValueError(f"two matchers are called '{label}'; name one of them: "
+            raise ValueError(f"two matchers have the name '{label}'; give one of them another: "
                              '--results NAME=DIR')
         taken = [*taken, label]
         matcher = ResultFiles(label, folder, list(named))
@@ -168,16 +168,16 @@ def _results(words, found, taken):
 
 
 def _is_folder_alone(word):
-    """Return whether a word of --results has no name in front, even if its folder has an `=`."""
+    """Return whether a word of --results is a folder without a name; it may contain `=`."""
     return Path(word).is_dir() or '=' not in word
 
 
 def _checked_outputs(arguments):
-    """Return {option: path} of the files to write; ValueError where one cannot be written."""
+    """Return {option: path} of the output files; raises ValueError if one cannot be written."""
     def check(path, name):
         if path.suffix != SUFFIXES[name]:
             raise ValueError(f"--{name} is {path}, which has the suffix '{path.suffix}'; "
-                             f'it takes a file that ends with {SUFFIXES[name]}')
+                             f'allowed is {SUFFIXES[name]}')
 
     return checked_outputs(arguments, {name: partial(check, name=name) for name in SUFFIXES
                                        if getattr(arguments, name) != STDOUT})

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo evolve`: the generations of a match as numbers, a figure and an animation."""
+"""`fuzzy-stereo evolve`: show the generations of a match in numbers, figures and videos."""
 from dataclasses import asdict, replace
 from importlib.util import find_spec
 import json
@@ -8,7 +8,7 @@ from pathlib import Path
 import sys
 
 from fuzzy_stereo_ros.commands.parts import (
-    add_truth_options, checked_outputs, for_json, read_truth, warm_matcher)
+    add_truth_options, checked_outputs, for_json, truth_and_mask, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
@@ -19,13 +19,14 @@ from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match,
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
 from fuzzy_stereo_ros.views.video import check_video
 
-HELP = 'watch how disparities evolve'
+HELP = 'show how disparities evolve'
 DESCRIPTION = (
-    'Match a rectified pair and watch the population, generation by generation: the best\n'
-    'chromosome and its possibility, which parent its regions come from, what mutation changed,\n'
-    'and the fitness of the best, the mean and the worst. The result is that of match.\n\n'
-    'Of two folders the images are the frames of a sequence, in the order of their names: what\n'
-    'has evolved, where planes were proposed, and what each operator gained, frame by frame.')
+    'Match a rectified pair and show the population, generation by generation: the best\n'
+    'chromosome and its possibility, the parents of its genes, the mutated cells, and the best,\n'
+    'mean and worst fitness. The result is the one of the command match.\n\n'
+    'The images of two folders are the frames of a sequence, in the order of their names: it\n'
+    'shows what has evolved, where planes were proposed, and the gain of each operator, frame by\n'
+    'frame.')
 EXAMPLE = (
     'examples:\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --profile paper \\\n'
@@ -33,15 +34,15 @@ EXAMPLE = (
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --generations 8 \\\n'
     '      --video evolution.mp4\n'
     '  fuzzy-stereo evolve left_frames right_frames --disparities 60 --picture frames.png')
-LEFT_OUT = 'deadline_ms', 'warm_start'      # watching takes time, and there is no frame before
+LEFT_OUT = 'deadline_ms', 'warm_start'      # observing takes time; a pair has no previous frame
 
 
 def add_arguments(parser):
     """Add the arguments of `evolve`."""
     parser.add_argument('left', metavar='LEFT',
-                        help='left image, 8 or 16 bits, grey or colour; or a folder of such')
+                        help='left image, 8 or 16 bits, grey or colour; or a folder of them')
     parser.add_argument('right', metavar='RIGHT',
-                        help='right image, of the same size; or a folder of such')
+                        help='right image of the same size; or a folder of them')
     parser.add_argument('--picture', metavar='FILE',
                         help='some generations in one picture: .png, .svg or .pdf')
     parser.add_argument('--video', metavar='FILE',
@@ -55,9 +56,9 @@ def add_arguments(parser):
 
 def run(arguments, stream, progress_stream=None):
     """
-    Match what the arguments name, write the files, and print the figures to the stream.
+    Match a pair or two folders, write the files, and print the figures.
 
-    progress_stream: a text; a bar is shown where it is a terminal.
+    progress_stream: of text, for a bar if it is a terminal; None = standard error.
     Raises ValueError and OSError for bad input, before anything is written.
     """
     config = matcher_config(arguments)
@@ -71,7 +72,7 @@ def run(arguments, stream, progress_stream=None):
         _run_frames(arguments, config, outputs, stream, progress_stream)
         return
     left, right = read_pair(arguments.left, arguments.right)
-    truth, mask = read_truth(arguments, left.shape[:2])
+    truth, mask = truth_and_mask(arguments, left.shape[:2])
     warm_matcher(config, progress_stream or sys.stderr, left.shape[:2])
     convergence = Convergence(config, left if config.reference == 'left' else right, truth, mask)
     animation = EvolutionAnimation(outputs['video'], convergence) if 'video' in outputs else None
@@ -81,7 +82,7 @@ def run(arguments, stream, progress_stream=None):
             def observe(snapshot):
                 convergence.add(snapshot)
                 if animation is not None:
-                    animation.take(snapshot)
+                    animation.add(snapshot)
                 shown.update()
 
             match = observed_match(config, left, right, observe)
@@ -96,7 +97,7 @@ def run(arguments, stream, progress_stream=None):
 
 
 def _run_frames(arguments, config, outputs, stream, progress_stream):
-    """Match the frames of two folders one after the other, and tell how they evolve."""
+    """Match the frames of two folders and print how they evolve."""
     if config.algorithm != 'realtime':
         raise ValueError(f'{config.algorithm} does not evolve from frame to frame; '
                          'give --profile realtime, or two images')
@@ -108,7 +109,7 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
         raise ValueError(f'{arguments.left} holds {len(names[0])} files, {arguments.right} '
                          f'{len(names[1])}; give two folders of as many images')
     pairs = list(zip(*names))
-    truth, mask = read_truth(arguments, read_pair(*pairs[0])[0].shape[:2])
+    truth, mask = truth_and_mask(arguments, read_pair(*pairs[0])[0].shape[:2])
     frames = list(bar(progress_stream or sys.stderr, iterable=watched_frames(
         replace(config, warm_start=True), (read_pair(*pair) for pair in pairs), truth, mask),
         total=len(pairs), desc='frames'))
@@ -130,7 +131,7 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
 
 
 def _figures(arguments, outputs, convergence, match):
-    """Return what --json prints."""
+    """Return the figures for JSON."""
     config = convergence.config
     return {
         **{name: str(path) for name, path in outputs.items()},
@@ -149,7 +150,7 @@ def _figures(arguments, outputs, convergence, match):
 
 
 def _sentences(figures, convergence):
-    """Return the figures of some generations, and of the result, as a person reads them."""
+    """Return the figures of some generations and of the result as lines of text."""
     config = convergence.config
     lines = [f"{figures['columns']}x{figures['rows']} pixels of the {config.reference} image, "
              f"profile {figures['profile']}, population {config.population}",

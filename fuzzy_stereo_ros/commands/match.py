@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo match`: two image files in, a disparity file, a picture and figures out."""
+"""`fuzzy-stereo match`: match two image files and write a disparity file and a picture."""
 import argparse
 from dataclasses import asdict
 import json
@@ -9,7 +9,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.commands.parts import (
-    add_truth_options, checked_outputs, for_json, read_truth, warm_matcher)
+    add_truth_options, checked_outputs, for_json, truth_and_mask, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
@@ -21,16 +21,16 @@ from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 import numpy as np
 
 HELP = 'match two images'
-DESCRIPTION = ('Match a rectified pair of images. The disparities belong to the image that\n'
-               '--reference names; a pixel that was rejected is invalid (see --fill).\n'
-               'With --saved: match a saved pair as it was matched, and say whether the same\n'
-               'comes out, bit for bit.')
+DESCRIPTION = ('Match a rectified pair of images. The disparities are of the image that\n'
+               '--reference names; rejected pixels are invalid (see --fill).\n'
+               'With --saved: match a saved pair again, and report whether the result is the\n'
+               'same bit for bit.')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo match left.png right.png --disparities 64 --output disparity.pfm \\\n'
            '      --picture disparity.png\n'
            '  fuzzy-stereo match --saved report')
-BROUGHT = 'left', 'right', 'disparities'    # by a saved pair
-DIFFERENT = 1       # exit code: a saved pair does not come out as it was
+IN_SAVED_PAIR = 'left', 'right', 'disparities'
+DIFFERENT = 1       # exit code: the match differs from the saved one
 
 
 def add_arguments(parser):
@@ -38,43 +38,43 @@ def add_arguments(parser):
     parser.add_argument('left', metavar='LEFT', help='left image, 8 or 16 bits, grey or colour')
     parser.add_argument('right', metavar='RIGHT', help='right image, of the same size')
     parser.add_argument('--saved', metavar='FOLDER', action=_Saved,
-                        help='match the pair of this folder, with the parameters and the previous '
-                             'frame that are saved there, but without a deadline; no LEFT, RIGHT '
-                             'and --disparities then, and --output may be left out; other options '
-                             'change single parameters, --profile all but the range')
+                        help='match the pair of this folder with its saved parameters and '
+                             'previous frame, but without a deadline; replaces LEFT, RIGHT and '
+                             '--disparities, and makes --output optional; other options change '
+                             'single parameters, --profile all but the range')
     parser.add_argument('--output', metavar='FILE', required=True,
-                        help='where the disparities go: .pfm (invalid: inf), .npy (NaN) or .png '
-                             '(16 bits as KITTI, invalid: 0); an existing file is replaced')
+                        help='file of disparities: .pfm (invalid: inf), .npy (NaN) or .png (16 '
+                             'bits as KITTI, invalid: 0); an existing file is replaced')
     parser.add_argument('--picture', metavar='FILE',
-                        help='also a picture in colours, far blue and near red, invalid grey')
+                        help='picture in colours: far is blue, near red, invalid grey')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     add_truth_options(parser)
     add_matcher_options(parser, required=('disparities',))
-    parser.set_defaults(profile=None)       # a saved pair must know whether it is given
+    parser.set_defaults(profile=None)       # --saved depends on whether it is given
 
 
 class _Saved(argparse.Action):
-    """The option --saved: with it, what else is required may be left out."""
+    """The option --saved, which makes the other arguments optional."""
 
     def __call__(self, parser, namespace, values, option_string=None):
         setattr(namespace, self.dest, values)
-        parser.waive(*BROUGHT, 'output')
+        parser.waive(*IN_SAVED_PAIR, 'output')
 
 
 def run(arguments, stream):
     """
-    Match, write the files, print the figures to the stream, and return the exit code.
+    Match, write the files, print the figures, and return the exit code.
 
-    Raises ValueError and OSError for bad input; everything is checked before anything is written.
+    Raises ValueError and OSError for bad input, before anything is written.
     """
     saved, inputs, known = None, [arguments.ground_truth, arguments.mask], {}
     if arguments.saved is None:
         arguments.profile = arguments.profile or USUAL_PROFILE
         config = matcher_config(arguments)
         inputs += arguments.left, arguments.right
-    elif any(getattr(arguments, name, None) is not None for name in BROUGHT):
-        raise ValueError('--saved brings the images and the number of disparities; leave out '
-                         'LEFT, RIGHT and --disparities')
+    elif any(getattr(arguments, name, None) is not None for name in IN_SAVED_PAIR):
+        raise ValueError('--saved has the images and the number of disparities; leave out LEFT, '
+                         'RIGHT and --disparities')
     else:
         saved = read_saved_pair(arguments.saved)
         config = matcher_config(arguments, saved.repeatable)
@@ -85,7 +85,7 @@ def run(arguments, stream):
         arguments, {'output': check_map_suffix, 'picture': check_image_suffix}, inputs)
     if saved is None:
         left, right = read_pair(arguments.left, arguments.right)
-    truth, mask = read_truth(arguments, left.shape[:2])
+    truth, mask = truth_and_mask(arguments, left.shape[:2])
     matcher = warm_matcher(config, sys.stderr, left.shape[:2])
     if saved is not None:
         matcher.restore(saved.state)
@@ -127,7 +127,7 @@ def run(arguments, stream):
 
 
 def _sentences(figures):
-    """Return the figures as a person reads them."""
+    """Return the figures as lines of text."""
     saved = figures.get('saved')
     settings = f"profile {figures['profile']}" if saved is None else 'parameters as saved'
     if saved is not None and saved['changed']:

@@ -1,22 +1,23 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of several commands: options of ground truth, checks of outputs, figures as JSON."""
+"""Shared parts of commands: warm-up, ground truth, checks of outputs, figures for JSON."""
 from contextlib import ExitStack
 import math
 from pathlib import Path
 
+from fuzzy_stereo_ros.evaluation.ground_truth import read_mask
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
-from fuzzy_stereo_ros.pairs.image_files import read_image
+from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 from fuzzy_stereo_ros.progress import bar
 
 
 def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
     """
-    Return a StereoMatcher that is warm for images of a shape.
+    Return a StereoMatcher whose kernels are compiled for images of a shape.
 
-    A bar shows on a text stream what is compiled, where that is a terminal, or always.
+    stream: of text, for a progress bar if it is a terminal, or always.
     """
     matcher, bars = StereoMatcher(config), []
     with ExitStack() as opened:
@@ -32,22 +33,22 @@ def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
 
 
 def add_truth_options(parser):
-    """Add --ground-truth and what belongs to it, for read_truth."""
+    """Add the options of `truth_and_mask`."""
     truth = parser.add_argument_group('comparison with ground truth')
     truth.add_argument('--ground-truth', metavar='FILE',
                        help='disparities of the image that --reference names: .pfm, .npy, .npz, '
-                            'or a picture (0 is invalid)')
+                            'or a picture (invalid: 0)')
     truth.add_argument('--ground-truth-scale', metavar='NUMBER', type=float,
                        help='grey levels per pixel of disparity in a picture; default for '
                             '16 bits: 256')
     truth.add_argument('--mask', metavar='FILE', help='picture; only pixels of 255 count')
 
 
-def read_truth(arguments, shape):
+def truth_and_mask(arguments, shape):
     """
-    Return ground truth, float32 (R, C), and mask, bool (R, C), of parsed options.
+    Return ground truth, float32 (R, C), and mask, bool (R, C), of parsed options; None if absent.
 
-    None stands for what is not given. Raises ValueError where the size differs from the shape.
+    Raises ValueError if the size is not the shape, or a file cannot be read.
     """
     if arguments.ground_truth is None:
         for name in ('ground_truth_scale', 'mask'):
@@ -55,24 +56,22 @@ def read_truth(arguments, shape):
                 raise ValueError(f"--{name.replace('_', '-')} needs --ground-truth")
         return None, None
     truth = read_disparity(arguments.ground_truth, arguments.ground_truth_scale)
-    mask = None if arguments.mask is None else read_image(arguments.mask)
-    if mask is not None:
-        mask = (mask if mask.ndim == 2 else mask[:, :, 0]) == 255
+    mask = None if arguments.mask is None else read_mask(arguments.mask)
     for path, array in ((arguments.ground_truth, truth), (arguments.mask, mask)):
         if array is not None and array.shape != shape:
-            raise ValueError(f'{path} is {array.shape[1]}x{array.shape[0]}, the images are '
+            raise ValueError(f'{path} is {width_by_height(array)}, the images are '
                              f'{shape[1]}x{shape[0]}')
     return truth, mask
 
 
 def checked_outputs(arguments, checks, inputs=()):
     """
-    Return {option without --: Path} of the files that parsed arguments have written.
+    Return {option without --: Path} of the output files of parsed arguments.
 
-    checks: {option: function that raises ValueError for a path of a wrong kind}. inputs: paths;
-    None among them is ignored.
-    Raises ValueError where one has no folder, or is one, an input or another output; and where it
-    exists, if the command has --overwrite, and that is not given.
+    checks: {option: function that raises ValueError for a path with a wrong suffix}. inputs:
+    paths or None.
+    Raises ValueError if the folder of an output does not exist; if the output is a folder, an
+    input or another output; and if it exists and --overwrite, where the command has it, is absent.
     """
     outputs = {name: Path(getattr(arguments, name)) for name in checks
                if getattr(arguments, name) is not None}
@@ -83,7 +82,7 @@ def checked_outputs(arguments, checks, inputs=()):
         if path.is_dir():
             raise ValueError(f'--{name} is {path}, which is a folder; name a file')
         if path.resolve() in taken:
-            raise ValueError(f'--{name} is {path}, which is {taken[path.resolve()]} too')
+            raise ValueError(f'--{name} is {path}, which is also {taken[path.resolve()]}')
         taken[path.resolve()] = f'--{name}'
         checks[name](path)
         if path.exists() and not getattr(arguments, 'overwrite', True):
@@ -93,7 +92,7 @@ def checked_outputs(arguments, checks, inputs=()):
 
 
 def for_json(figures):
-    """Return figures as JSON can hold them: names as strings, NaN and infinite as null."""
+    """Return figures for JSON: keys as strings, NaN and infinity as None."""
     if isinstance(figures, dict):
         return {str(name): for_json(value) for name, value in figures.items()}
     if isinstance(figures, (list, tuple)):

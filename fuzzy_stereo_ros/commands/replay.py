@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo replay`: bags in, a bag of disparities or files out."""
+"""`fuzzy-stereo replay`: match bags and write a bag of disparities, files or a video."""
 from contextlib import ExitStack
 import json
 import sys
@@ -16,8 +16,8 @@ from fuzzy_stereo_ros.parameters.options import (
 from fuzzy_stereo_ros.parameters.table import profile_config
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
-    ALWAYS, BY_CHOICE, NO_BAG, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
-    VIEWER, WARM_PAIRS)
+    NO_BAG, OPTIONAL_RESULTS, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
+    USUAL_RESULTS, VIEWER, WARM_PAIRS)
 from fuzzy_stereo_ros.replay.report import (
     end_sentence, figures_of, no_pair_sentence, ProgressBar, sentences)
 from fuzzy_stereo_ros.replay.segments import match_in_segments, opened_cluster
@@ -30,8 +30,8 @@ SUFFIXES = 'npy', 'pfm', 'png'
 HELP = 'match the pairs of a bag'
 DESCRIPTION = (
     'Match every pair of one or more bags (ROS 1 .bag; ROS 2 .mcap, .db3 or a folder) as the\n'
-    'node does, and write a bag of disparities with a preview in colours, files, a video, or\n'
-    'show them.\n'
+    'node does. Write a bag of disparities with a coloured preview, files or a video, or show\n'
+    'the results in the Rerun viewer.\n'
     'The topics of the cameras are found by type and name (left and right, infra1 and infra2,\n'
     'cam0 and cam1), their camera_info in the same namespace.')
 EXAMPLE = ('examples:\n'
@@ -45,96 +45,98 @@ EXAMPLE = ('examples:\n'
 def add_arguments(parser):
     """Add the arguments of `replay`."""
     parser.add_argument('bags', metavar='BAG', nargs='+',
-                        help='bags; several are read as one, in the order of time')
+                        help='bags; several are read as one, in the order of their time')
     parser.add_argument('--output', metavar='DIR',
-                        help='folder that is made for the results: a bag of ROS 2; needed but '
-                             f'with --format {NO_BAG} and without --files')
+                        help='new folder for the results, a ROS 2 bag; required except with '
+                             f'--format {NO_BAG} and without --files')
     parser.add_argument('--format', dest='storage', choices=(*FORMATS, NO_BAG),
                         default=FORMATS[0],
-                        help=f'of the bag; {NO_BAG}: no bag, only what is asked for otherwise; '
-                             f'default: {FORMATS[0]}')
-    parser.add_argument('--with', dest='results', choices=BY_CHOICE, nargs='+', default=[],
-                        help=f"topics to be written besides {' and '.join(ALWAYS)}: "
-                             f"{', '.join(BY_CHOICE)}")
+                        help=f'storage of the bag; {NO_BAG}: no bag, only --files, --video and '
+                             f'--view; default: {FORMATS[0]}')
+    parser.add_argument('--with', dest='results', choices=OPTIONAL_RESULTS, nargs='+', default=[],
+                        help=f"topics to write besides {' and '.join(USUAL_RESULTS)}: "
+                             f"{', '.join(OPTIONAL_RESULTS)}")
     parser.add_argument('--keep', metavar='TOPIC', nargs='*',
-                        help='topics to be copied into the bag; without a name all of them')
+                        help='topics to copy into the bag; without a name all topics')
     parser.add_argument('--files', choices=SUFFIXES, nargs='+', default=[],
-                        help='also a file of disparities for each pair, in DIR/disparity, named '
-                             'by its stamp in ns (of several with one stamp the last): npy '
-                             '(invalid: NaN), pfm (inf) or png (16 bits as KITTI, 0); '
-                             'DIR/calibration.json makes metres of them')
+                        help='also write a disparity file for each pair, DIR/disparity/STAMP in '
+                             'ns (of pairs with one stamp the last): npy (invalid: NaN), pfm '
+                             '(inf) or png (16 bits as KITTI, 0); DIR/calibration.json has what '
+                             'turns disparities into metres')
     parser.add_argument('--overwrite', action='store_true',
                         help='replace what an earlier replay wrote to DIR, and the files of '
                              '--video and --view')
     parser.add_argument('--resume', action='store_true',
-                        help='go on after the last pair that an interrupted replay wrote to DIR, '
-                             'with the same options; a few pairs before it are matched again to '
-                             'warm up, so that later ones may differ a little from those of a '
-                             'replay in one go; with workers nothing differs')
+                        help='continue after the last pair that an interrupted replay wrote to '
+                             'DIR, with the same options; a few earlier pairs are matched again '
+                             'to warm up, so that results may differ a little from an '
+                             'uninterrupted replay; with workers they are equal')
     parser.add_argument('--progress', action='store_true',
-                        help='show a bar even where standard error is no terminal')
+                        help='show a progress bar even if standard error is no terminal')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     part = parser.add_argument_group('which pairs')
     part.add_argument('--start', metavar='SECONDS', type=float,
-                      help='leave out what was recorded earlier, from the begin of the bag')
-    part.add_argument('--duration', metavar='SECONDS', type=float, help='match only so much')
+                      help='time to skip at the beginning of the bag')
+    part.add_argument('--duration', metavar='SECONDS', type=float,
+                      help='time to match; default: to the end of the bag')
     part.add_argument('--every', metavar='N', type=int, default=1,
-                      help='match the first of so many pairs')
+                      help='match only each N-th pair; default: 1')
     cameras = parser.add_argument_group('which cameras')
     cameras.add_argument('--left', metavar='TOPIC', help='images of the left camera')
     cameras.add_argument('--right', metavar='TOPIC', help='images of the right camera')
-    views = parser.add_argument_group('what can be looked at')
+    views = parser.add_argument_group('videos and viewers')
     views.add_argument('--video', metavar='FILE',
-                       help=f"{' or '.join(CODECS)}: image, disparity and confidence beside each "
-                            'other, a frame for each pair')
+                       help=f"{' or '.join(CODECS)}: image, disparity and confidence side by "
+                            'side, a frame for each pair')
     views.add_argument('--video-rate', metavar='NUMBER', type=float,
-                       help='frames per second; default: as the stamps of the first pairs, so '
-                            'that it lasts as long as what was recorded')
+                       help='frames per second; default: the rate of the first stamps, so that '
+                            'the video is as long as the recording')
     views.add_argument('--view', metavar='FILE.rrd', nargs='?', const=VIEWER,
                        help='show image, disparity, confidence and points in the Rerun viewer, '
                             'or write a file for it; needs rerun-sdk')
     add_camera_options(parser)
     add_node_options(parser, 'how messages become pairs', (*SYNCHRONISING, *READING))
-    add_node_options(parser, 'what depth and points2 are like', RESULTS)
+    add_node_options(parser, 'depth and points2', RESULTS)
     workers = parser.add_argument_group(
-        'many at a time',
-        f'either cuts the bag into segments of {SEGMENT_PAIRS} pairs, each warmed over the '
-        f'{WARM_PAIRS} pairs before it: the result is the same for every number of workers, and '
-        'may differ a little from that without workers, which is one chain as in the node')
+        'in parallel',
+        f'both cut the bag into segments of {SEGMENT_PAIRS} pairs, each warmed up on the '
+        f'{WARM_PAIRS} pairs before it: results are the same for every number of workers, and '
+        'may differ a little from those without workers, where each pair follows the previous '
+        'one as in the node')
     workers.add_argument('--workers', metavar='N', type=int,
-                         help='match in so many processes of this machine, of one thread each '
-                              'unless --threads says otherwise')
+                         help='number of processes on this machine, of one thread each unless '
+                              '--threads is given')
     workers.add_argument('--scheduler', metavar='ADDRESS',
-                         help='match on the workers of a Dask cluster, as tcp://host:8786; they '
-                              'need fuzzy_stereo_ros of the same version, but not the bag')
+                         help='of a Dask cluster, such as tcp://host:8786, whose workers match; '
+                              'they need the same version of fuzzy_stereo_ros, but not the bag')
     add_matcher_options(parser, required=('disparities',), left_out=('reference',))
 
 
 def replay_options(arguments):
-    """Return the ReplayOptions of parsed arguments; ValueError where they make no sense."""
-    alike = ('output', 'storage', 'video', 'video_rate', 'view', 'overwrite', 'resume', 'left',
-             'right', 'start', 'duration', 'every', 'workers', 'scheduler')
+    """Return the ReplayOptions of parsed arguments; raises ValueError as these do."""
+    same_names = ('output', 'storage', 'video', 'video_rate', 'view', 'overwrite', 'resume',
+                  'left', 'right', 'start', 'duration', 'every', 'workers', 'scheduler')
     lists = 'bags', 'results', 'keep', 'files'
     return ReplayOptions(
         config=profile_config(arguments.profile, **matcher_changes(arguments)),
         settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)),
-        **{name: getattr(arguments, name) for name in (*alike, *CAMERA)},
+        **{name: getattr(arguments, name) for name in (*same_names, *CAMERA)},
         **{name: getattr(arguments, name) and tuple(getattr(arguments, name)) for name in lists})
 
 
 def run(arguments, stream, progress_stream=None):
     """
-    Replay bags and print how it went.
+    Replay bags and print the report.
 
-    stream, progress_stream: texts; standard error if None.
-    Raises ValueError and OSError for bad input, before anything is written, and for a damaged bag
-    or a full disk after everything so far is; KeyboardInterrupt likewise.
+    stream, progress_stream: of text; progress_stream None = standard error.
+    Raises ValueError and OSError for bad input before anything is written; ValueError for a
+    damaged bag or a full disk, and KeyboardInterrupt, after all results so far are written.
     """
     options = replay_options(arguments)
     with ExitStack() as opened:
         bags = opened.enter_context(BagReader(options.bags))
         source, copies = ReplaySource(options, bags), None
-        if options.keep is not None:    # which are read by the thread that writes
+        if options.keep is not None:    # a reader of its own, for the thread that writes
             copies = CopiedMessages(opened.enter_context(BagReader(options.bags)), options.keep,
                                     options.result_topics, source.start, source.stop)
         outputs = Outputs(options, source, copies)
@@ -143,9 +145,9 @@ def run(arguments, stream, progress_stream=None):
                          f'{source.calibration}\n')
             stream.flush()
         with ProgressBar(source.expected_pairs(), progress_stream, arguments.progress) as bar:
-            stats = _replayed(options, source, outputs, bar)
+            stats = _match_all(options, source, outputs, bar)
         if not stats.matched:
-            _end_without_pairs(bags.names, options, outputs, source, stats)
+            _check_no_pairs(bags.names, options, outputs, source, stats)
         figures = {'output': options.output, 'video': options.video, 'view': options.view,
                    'topics': source.topics._asdict(), 'calibration': source.calibration,
                    **figures_of(stats, source.synchroniser, bags.begin)}
@@ -161,13 +163,13 @@ def run(arguments, stream, progress_stream=None):
             raise KeyboardInterrupt
 
 
-def _replayed(options, source, outputs, bar):
-    """Match the pairs of a ReplaySource, here or on workers, and return the Stats."""
+def _match_all(options, source, outputs, bar):
+    """Match the pairs of a ReplaySource, here or on workers, write them, and return the Stats."""
     stats = Stats()
     stats.epipolar.warm_up()
     if source.topics.raw_by_name and not options.settings['rectify']:
-        stats.note(f'{source.topics.left} and {source.topics.right} are matched as they come: '
-                   'give --rectify unless they are rectified', bar.log)
+        stats.note(f'{source.topics.left} and {source.topics.right} are matched without '
+                   'rectification; give --rectify if they are raw images', bar.log)
     with ExitStack() as opened:
         if options.in_segments:
             cluster = opened.enter_context(opened_cluster(options, bar.log))
@@ -176,16 +178,16 @@ def _replayed(options, source, outputs, bar):
             matcher = StereoMatcher(options.scaled_config)
             warm_up(matcher, *WARM_UP_SIZE)
         stopped = opened.enter_context(interruption())
-        steps = source.steps(outputs.stamps_before())
-        results = (match_in_segments(steps, cluster, stats, stopped) if options.in_segments
-                   else match_in_order(steps, matcher))
+        items = source.items(outputs.written_stamps())
+        results = (match_in_segments(items, cluster, stats, stopped) if options.in_segments
+                   else match_in_order(items, matcher))
         replay(results, outputs, stats, stopped, bar.log, bar.step)
     return stats
 
 
-def _end_without_pairs(name, options, outputs, source, stats):
-    """Say why no new pair was matched; return where that is no fault."""
-    if stats.interrupted or (outputs.continued and source.resumed and stats.error is None):
+def _check_no_pairs(name, options, outputs, source, stats):
+    """Raise ValueError that says why no new pair was matched, unless none was left to match."""
+    if stats.interrupted or (outputs.continued and source.caught_up and stats.error is None):
         return
     if stats.error is not None:
         raise ValueError(f"{stats.error}; no {'new ' if outputs.continued else ''}pair could be "

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo synthesise`: a made stereo sequence with exact ground truth, as files or a bag."""
+"""`fuzzy-stereo synthesise`: write a synthetic stereo sequence with exact ground truth."""
 import json
 from pathlib import Path
 import shlex
@@ -22,11 +22,11 @@ import numpy as np
 FORMATS = 'images', 'bag'
 IMAGES = {'left', 'right', 'truth', 'visible', 'calib.txt', 'left.yaml', 'right.yaml'}
 
-HELP = 'make a stereo sequence with exact ground truth'
+HELP = 'make a synthetic stereo sequence with exact ground truth'
 DESCRIPTION = (
-    'Make a stereo sequence with exact ground truth: slanted textured surfaces, thin objects,\n'
-    'occlusion, moving cameras and objects, noise and exposure, each by an option. The same\n'
-    'options give the same bits, in both formats.\n\n'
+    'Make a synthetic stereo sequence with exact ground truth: slanted textured surfaces, thin\n'
+    'objects, occlusion, moving cameras and objects, noise and exposure, each by an option. The\n'
+    'same options give the same images in both formats.\n\n'
     '  images  left/0000.png, right/0000.png, truth/0000.pfm (disparities of the left image),\n'
     '          visible/0000.png (255 where both cameras see the same point), ..., and the\n'
     "          cameras: calib.txt as Middlebury 2014's, left.yaml and right.yaml for ROS\n"
@@ -39,21 +39,22 @@ EXAMPLE = ('examples:\n'
 def add_arguments(parser):
     """Add the arguments of `synthesise`."""
     parser.add_argument('--output', metavar='DIR', required=True,
-                        help='the folder to be made; it is there as a whole or not at all')
+                        help='new folder; it is written completely or not at all')
     parser.add_argument('--format', choices=FORMATS, default=FORMATS[0],
                         help=f'default: {FORMATS[0]}')
     parser.add_argument('--overwrite', action='store_true',
-                        help='replace DIR where it holds a made sequence')
-    parser.add_argument('--json', action='store_true', help='print what was made as JSON')
+                        help='replace DIR if it holds a synthetic sequence')
+    parser.add_argument('--json', action='store_true',
+                        help='print the options of the sequence as JSON')
     add_options(parser.add_argument_group('the scene and the cameras'), SCENE_PARAMETERS.values())
 
 
 def run(arguments, stream, progress_stream=None):
     """
-    Make the sequence that the arguments ask for and say what it is.
+    Write the sequence and print a description.
 
-    stream, progress_stream: texts. Raises ValueError for bad input and OSError for the
-    disk; then nothing is written.
+    stream, progress_stream: of text; progress_stream None = standard error. Raises ValueError for
+    bad input and OSError for the disk; then nothing is written.
     """
     values = option_values(arguments, SCENE_PARAMETERS.values())
     pairs = bar(progress_stream or sys.stderr, iterable=scene_pairs(values),
@@ -64,15 +65,15 @@ def run(arguments, stream, progress_stream=None):
     try:
         with tempfile.TemporaryDirectory(
                 prefix=f'.{target.name}.', suffix='.part', dir=target.parent) as part:
-            whole = Path(part) / target.name    # a folder with the usual permissions
-            write(whole, pairs, values)
+            complete = Path(part) / target.name     # a folder with the usual permissions
+            write(complete, pairs, values)
             if target.is_dir():
                 shutil.rmtree(target)
-            whole.replace(target)
+            complete.replace(target)
     except OSError as error:
         reason = text_of(error.__cause__ or error)      # a bag's error names the unfinished folder
-        raise OSError(f'{arguments.output} cannot be written: {reason}; give a folder in one that '
-                      'is there, has room, and may be written to') from error
+        raise OSError(f'{arguments.output} cannot be written: {reason}; give a writable folder on '
+                      'a disk with enough space') from error
     if arguments.json:
         stream.write(json.dumps({'output': arguments.output, 'format': arguments.format, **values},
                                 indent=2) + '\n')
@@ -81,7 +82,7 @@ def run(arguments, stream, progress_stream=None):
 
 
 def _check_target(name, target, overwrite):
-    """Raise ValueError unless a folder can be made there, or one like it may be replaced."""
+    """Raise ValueError unless the folder can be created or replaced."""
     if not target.parent.is_dir():
         raise ValueError(f'--output is {name}, but there is no folder {target.parent}')
     if target.exists() and not target.is_dir():
@@ -91,8 +92,8 @@ def _check_target(name, target, overwrite):
         raise ValueError(f'--output is {name}, which exists; give --overwrite to replace it, or '
                          'name another folder')
     if there and there != IMAGES and not is_sequence_bag(target):
-        raise ValueError(f'--output is {name}, which holds what is no made sequence; name '
-                         'another folder')
+        raise ValueError(f'--output is {name}, which holds other files than a synthetic sequence; '
+                         'name another folder')
 
 
 def _write_images(folder, pairs, values):
@@ -116,12 +117,12 @@ def _write_bag(folder, pairs, values):
 
 
 def _sentences(target, form, values):
-    """Return what was made as a person reads it, and what to do with it."""
+    """Return sentences: the description of the sequence, and how to use it."""
     made = (f"{target}: {values['frames']} pairs of {values['columns']}x{values['rows']} pixels, "
             f"{values['disparities']} disparities from {values['min_disparity']} px")
     if form == 'bag':
         return (f'{made}, at {values["rate"]:g} pairs/s\n'
-                'its truth: the same options with --format images')
+                'for its ground truth give the same options with --format images')
     left, right, truth, visible = (
         shlex.quote(f'{target}/{name}') for name in (
             'left/0000.png', 'right/0000.png', 'truth/0000.pfm', 'visible/0000.png'))

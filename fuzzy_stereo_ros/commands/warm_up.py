@@ -10,10 +10,9 @@ from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_con
 
 HELP = 'compile the kernels before they are needed'
 DESCRIPTION = (
-    'Compile the kernels that a matcher of these parameters needs, on all cores, and keep them\n'
-    'for every later start: of the node, of the commands, of Python. Which they are depends on\n'
-    'the profile, on more than 256 disparities, and on little else. What is there already is not\n'
-    'compiled again.')
+    'Compile the kernels of a matcher with these parameters on all cores, and keep them for\n'
+    'later starts of the node, the commands and Python. They depend on the profile, on whether\n'
+    'there are more than 256 disparities, and on little else. Existing ones are kept.')
 EXAMPLE = (
     'examples:\n'
     '  fuzzy-stereo warm-up\n'
@@ -27,15 +26,15 @@ def add_arguments(parser):
 
 def run(arguments, stream, progress_stream=None):
     """
-    Compile, and print to the stream where the kernels are kept.
+    Compile the kernels and print where they are kept.
 
-    progress_stream: a text for the bar, standard error if None.
-    Raises ValueError for bad parameters, and where no folder can keep what is compiled.
+    progress_stream: of text, for the bar; None = standard error.
+    Raises ValueError for bad parameters, and if no folder can keep the kernels.
     """
     config = matcher_config(arguments)
     if FOLDER is None:
-        raise ValueError('there is no folder to keep compiled kernels in; set NUMBA_CACHE_DIR to '
-                         'one that can be written to')
+        raise ValueError('there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a '
+                         'writable one')
     begun = time.monotonic()
     warm_matcher(config, progress_stream or sys.stderr, always=True)
     stream.write(f'the kernels of the profile {arguments.profile} are ready after '

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-OpenCV's matchers, as stereo_image_proc runs them and tuned, and the rule that makes maps dense.
+OpenCV's matchers, at the defaults of stereo_image_proc and tuned, and how their gaps are filled.
 
-All take grey images. A tuned baseline sees the left border of both images repeated to the left by
-its number of disparities, so that it matches there too; a default one runs as in the node of
+All take grey images. For a tuned baseline the left border of both images is padded by the number
+of disparities, so that it matches there too; a default one runs as in the node of
 stereo_image_proc. P1 and P2 are multiples of the square of the block's side.
 """
 from contextlib import contextmanager
@@ -23,7 +23,7 @@ MEDIAN = 5
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a baseline, in the words of stereo_image_proc; p1 and p2 are absolute."""
+    """Settings of a baseline; the defaults are those of stereo_image_proc."""
 
     block: int = 15
     p1: int = 200
@@ -41,7 +41,7 @@ class Baseline:
     """
     One of OpenCV's matchers, at the defaults of stereo_image_proc or tuned for a family of scenes.
 
-    rejects_zero: a disparity of 0 is invalid, too: better where nothing is infinitely far.
+    rejects_zero: whether a disparity of 0 is invalid: better if nothing is infinitely far.
     """
 
     name: str
@@ -50,12 +50,12 @@ class Baseline:
     rejects_zero: bool = False
 
     def settings(self, family):
-        """Return its `Settings` for a family; None where it was not tuned for it."""
+        """Return its `Settings` for a family, None if it was not tuned for that."""
         return TUNED_SETTINGS[family].get(self.algorithm) if self.tuned else Settings()
 
     def matcher(self, family, disparities):
-        """Return OpenCV's object; it searches the next multiple of 16 from 0 upwards."""
-        chosen, labels = self.settings(family), searched(disparities)
+        """Return OpenCV's matcher, which searches from 0 to the next multiple of 16."""
+        chosen, labels = self.settings(family), multiple_of_16(disparities)
         if self.algorithm != 'BM':
             return cv2.StereoSGBM_create(
                 0, labels, chosen.block, chosen.p1, chosen.p2, chosen.left_right, chosen.cap,
@@ -72,8 +72,8 @@ class Baseline:
         return matcher
 
     def match(self, left, right, family, disparities):
-        """Return the disparities that OpenCV finds: float32 (R, C), pixels, NaN = invalid."""
-        padding = searched(disparities) if self.tuned else 0
+        """Return the disparities of two images: float32 (R, C), pixels, NaN = invalid."""
+        padding = multiple_of_16(disparities) if self.tuned else 0
         left, right = (cv2.copyMakeBorder(grey(image), 0, 0, padding, 0, cv2.BORDER_REPLICATE)
                        for image in (left, right))
         found = self.matcher(family, disparities).compute(left, right)[:, padding:]
@@ -94,13 +94,13 @@ TUNED_SETTINGS = {
 }
 DEFAULT = [Baseline(f'{name} default', name) for name in ALGORITHMS]
 TUNED = [Baseline(f'{name} tuned', name, tuned=True) for name in ALGORITHMS]
-REFERENCE = Baseline('3WAY tuned', '3WAY', tuned=True)      # of benchmarks that take one
+REFERENCE = Baseline('3WAY tuned', '3WAY', tuned=True)      # of benchmarks with one baseline
 STRICTEST = Baseline('HH4 tuned, 0 rejected', 'HH4', tuned=True, rejects_zero=True)
 
 
 @contextmanager
 def opencv_threads(threads):
-    """Let OpenCV use so many threads inside the with block."""
+    """Set the number of OpenCV's threads for the with block."""
     before = cv2.getNumThreads()
     cv2.setNumThreads(threads)
     try:
@@ -114,17 +114,17 @@ def grey(image):
     return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
 
 
-def searched(disparities):
-    """Return how many disparities OpenCV searches when asked for a number: multiples of 16."""
+def multiple_of_16(disparities):
+    """Return the next multiple of 16: the number of disparities that OpenCV searches."""
     return -(-disparities // STEP) * STEP
 
 
 def dense(disparity):
     """
-    Return a disparity map without gaps: filled from the background side, then a 5x5 median.
+    Return a disparity map without gaps: filled from the background, then by a 5x5 median.
 
-    An invalid pixel takes the smaller of the nearest valid disparities to its left and right on
-    its row. A row without any takes the nearest row that has one; a map without any is 0.
+    An invalid pixel takes the smaller of the nearest valid disparities to its left and right. A
+    row without any takes the nearest row that has one; a map without any becomes 0.
     disparity: float32 (R, C), pixels, NaN = invalid.
     """
     filled = np.fmin(_last_valid(disparity), _last_valid(disparity[:, ::-1])[:, ::-1])

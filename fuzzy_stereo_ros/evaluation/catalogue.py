@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The catalogue of scenes and sequences, each recognised by what its folder holds.
+The catalogue of scenes and sequences, recognised by the files in their folders.
 
 To add a data set, add a line to LAYOUTS.
 """
@@ -28,7 +28,7 @@ MIDDLEBURY_FOLDERS = {
         'Rocks1': (3, 58), 'Wood1': (3, 73)},
     'midd2006_half': {'Cloth3': (2, 84)},
 }
-OF_2001 = {'barn1', 'barn2', 'bull', 'poster', 'sawtooth', 'venus'}     # 8 grey levels a pixel
+OF_2001 = {'barn1', 'barn2', 'bull', 'poster', 'sawtooth', 'venus'}     # 8 levels per pixel
 LEVELS_OF_2003 = {450: 4, 900: 2, 1800: 1}      # {columns: grey levels} of teddy and cones
 LEVELS_OF_2005 = {370: 3, 555: 2, 1110: 1}      # {rows: grey levels} of the sets of 2005, 2006
 BY_NAME = 'the name of the scene'
@@ -45,9 +45,10 @@ class Scene:
     """
     A pair with ground truth; `read()` returns its `GroundTruthPair`.
 
-    group: of the benchmarks, '' for others. family: whose tuned settings the baselines take.
-    disparities: searched from 0, None where nothing says it; told_by: who says it.
-    files: {number of a frame as it is written: its `PairFiles`}, empty for a synthetic scene.
+    group: of the benchmarks, '' for others. family: MIDDLEBURY or KITTI, whose tuned settings
+    the baselines take. disparities: number to search from 0, None = not known; source: of this
+    number, in words. files: {number of a frame, as in its file names: its `PairFiles`}, empty for
+    a synthetic scene.
     """
 
     group: str
@@ -55,23 +56,23 @@ class Scene:
     family: str
     disparities: int | None
     read: Callable
-    told_by: str = ''
+    source: str = ''
     layout: str = ''
     files: dict = field(default_factory=dict, hash=False)
 
     @property
     def limit(self):
-        """Errors above so many pixels are bad."""
+        """The error in pixels above which a disparity is bad."""
         return LIMITS[self.family]
 
     @property
     def path(self):
-        """Group and name, as they are written in tables."""
+        """Group and name, as tables show them."""
         return '/'.join(filter(None, (self.group, self.name)))
 
     @property
     def named_files(self):
-        """The `PairFiles` of its frames, as {path and number: files}."""
+        """The `PairFiles` of the frames, {path and number: files}."""
         return {'/'.join(filter(None, (self.path, number))): files
                 for number, files in self.files.items()}
 
@@ -79,12 +80,12 @@ class Scene:
 @dataclass(frozen=True)
 class Sequence(Scene):
     """
-    Frames in their order; `read()` returns an iterable of their `GroundTruthPair`s.
+    Consecutive frames; `read()` returns an iterable of their `GroundTruthPair`s.
 
-    group: sequences of one kind share a line of a table of the benchmarks; '' for others.
-    scored: numbers of the frames whose error counts, those without truth left out. pan: pixels
-    per frame that the window moves to the right. flickers: whether changes between frames tell
-    anything. camera: the `Camera`, where it moves in space; None where it is not known.
+    group: its kind in the tables of the benchmarks, '' for others. scored: numbers of the frames
+    whose error counts, if they have a truth. pan: pixels per frame by which the window moves to
+    the right. flickers: whether flicker is measured. camera: the `Camera` of a moving camera,
+    None = not known.
     """
 
     scored: range = range(0)
@@ -100,11 +101,10 @@ class Sequence(Scene):
 
 class Layout(NamedTuple):
     """
-    How the files of a folder are called.
+    The file names of a data set, without suffixes; * stands for the number of a frame.
 
-    left, right: images. pattern: of all other files. truths: of the left image, the first that is
-    there counts. right_truth: of the right image. A name has no suffix; * stands for the number of
-    a frame, {} in a pattern for the name.
+    left, right: images. pattern: of all other files, {} stands for the name. truths: names of the
+    truth of the left image, of which the first existing one counts. right_truth: of the right one.
     """
 
     name: str
@@ -118,7 +118,7 @@ class Layout(NamedTuple):
 ONE_PAIR = Layout('left, right and groundtruth', 'left', 'right')
 FRAMES = Layout('numbered frames', 'left_*', 'right_*', '{}_*')
 FRAMES_IN_FOLDERS = Layout('numbered frames', 'left/*', 'right/*', '{}/*')
-# Sets of 2001 hold an im0 and an im1 too, beside the pair that has a truth: these come later.
+# In this order: sets of 2001 have an im0 and an im1 too, which have no truth.
 LAYOUTS = (
     Layout('Middlebury v2', 'im2', 'im6', truths=('disp2',), right_truth='disp6'),
     Layout('Middlebury v2', 'view1', 'view5', truths=('disp1',), right_truth='disp5'),
@@ -132,11 +132,11 @@ KNOWN = '; '.join(f'{layout.name} ({layout.left}, {layout.right}, '
 
 
 class NoTruth(ValueError):
-    """A pair that is there, but without anything that its disparities could be scored with."""
+    """There are images, but no ground truth; the text is a sentence for the user."""
 
 
 class Search(NamedTuple):
-    """What a search found: named scenes and sequences, and sentences about what is left out."""
+    """The found scenes and sequences, and sentences about folders without a truth."""
 
     scenes: list
     sequences: list
@@ -145,12 +145,12 @@ class Search(NamedTuple):
 
 def search(folders, truth_scale=None, only=''):
     """
-    Return the `Search` below some folders (paths).
+    Return the `Search` of all scenes and sequences below some folders (paths).
 
-    truth_scale: grey levels per pixel of 8-bit truths that nothing else tells it of.
+    truth_scale: grey levels per pixel of 8-bit truths whose scale is not known otherwise.
     only: a word that names must contain.
-    Raises ValueError where a folder is not there, a scene is not whole, nothing is found, or the
-    scale of a truth is not known.
+    Raises ValueError if a folder does not exist, a right image is missing, nothing is found, or
+    the scale of a truth is not known.
     """
     found, skipped = {}, []
     for folder in folders:
@@ -159,7 +159,7 @@ def search(folders, truth_scale=None, only=''):
         below, without_truth = _below(folder, truth_scale, set())
         if not below:
             raise ValueError(without_truth[0] if without_truth else
-                             f'nothing below {folder} is a scene; known are {KNOWN}')
+                             f'there is no scene below {folder}; known layouts are {KNOWN}')
         found.update({(type(each), place.resolve()): (place, each) for place, each in below})
         skipped += without_truth
     places = [Path(os.path.abspath(place)) for place, _ in found.values()]
@@ -168,7 +168,7 @@ def search(folders, truth_scale=None, only=''):
              for place, (_, each) in zip(places, found.values())]
     named = [each for each in every if only in each.name]
     if not named:
-        raise ValueError(f"no scene is called like '{only}'; there are "
+        raise ValueError(f"--only is '{only}', which no scene has in its name; there are "
                          f'{", ".join(dict.fromkeys(each.name for each in every))}')
     sequences = [each for each in named if isinstance(each, Sequence)]
     scenes = [each for each in named if not isinstance(each, Sequence)]
@@ -178,8 +178,8 @@ def search(folders, truth_scale=None, only=''):
 
 
 def _below(folder, truth_scale, seen):
-    """Return [(place, scene or sequence)] in a folder, else below it, and what is left out."""
-    if folder.resolve() in seen:        # a link that leads back
+    """Return [(place, scene or sequence)] in a folder or else below it, and what is skipped."""
+    if folder.resolve() in seen:        # a link to a folder above
         return [], []
     seen.add(folder.resolve())
     try:
@@ -198,24 +198,24 @@ def _found(folder, layout, truth_scale):
     """
     Return [(place, scene or sequence)] of a layout in a folder.
 
-    A frame with a truth is a scene; frames that differ in their number alone are a sequence.
-    Raises NoTruth where there are images and neither, ValueError where a right image is missing.
+    A frame with a truth is a scene; frames that differ only in their numbers are a sequence.
+    Raises NoTruth if there are images but neither of these, ValueError without a right image.
     """
     found, runs = [], {}
     for number in _numbers(folder, layout):
-        files, told = files_of(folder, layout, number, truth_scale)
+        files, search_range = files_of(folder, layout, number, truth_scale)
         start, digits = NUMBER.fullmatch(number).groups() if number else ('', '')
         runs.setdefault(start, {})[digits] = files
         if files.truth is not None:
             found.append((folder / number, Scene(
                 '', '', files.family, read=files.read, layout=layout.name, files={'': files},
-                **told)))
+                **search_range)))
     for start, frames in runs.items():
         if len(frames) > 1:
             family = KITTI if any(one.family == KITTI for one in frames.values()) else MIDDLEBURY
             found.append((folder / start, Sequence(
                 '', '', family, read=lambda frames=frames: (one.read() for one in frames.values()),
-                layout=layout.name, files=frames, **told)))
+                layout=layout.name, files=frames, **search_range)))
     if runs and not found:
         truth = layout.pattern.format(layout.truths[0])
         raise NoTruth(f'{folder} has images but no ground truth: there is no {truth}')
@@ -223,7 +223,7 @@ def _found(folder, layout, truth_scale):
 
 
 def _numbers(folder, layout):
-    """Return what stands for * in the names of the left images, in order; '' without a *."""
+    """Return the numbers (*) of the left images in order, [''] of a layout without numbers."""
     start, star, _ = layout.left.partition('*')
     stems = {path.relative_to(folder).with_suffix('').as_posix().removeprefix(start)
              for path in folder.glob(f'{layout.left}.*') if path.suffix.lower() in PICTURES}
@@ -234,10 +234,10 @@ def _numbers(folder, layout):
 
 def files_of(folder, layout, number='', scale=None):
     """
-    Return the `PairFiles` of a layout in a folder, and the keywords disparities and told_by.
+    Return the `PairFiles` of a layout in a folder, and {'disparities': number, 'source': words}.
 
-    number: stands for *. scale: grey levels per pixel of an 8-bit truth that is not known.
-    Raises ValueError where there is no right image, or the disparities cannot be searched.
+    number: of the frame. scale: grey levels per pixel of an 8-bit truth, if not known otherwise.
+    Raises ValueError if the right image is missing, or calib.txt has a bad number of disparities.
     """
     def first(names, suffixes=PICTURES, pattern=layout.pattern):
         paths = (folder / (pattern.format(name).replace('*', number) + suffix)
@@ -250,36 +250,36 @@ def files_of(folder, layout, number='', scale=None):
         raise ValueError(f'{missing} is missing; {left} has no right image')
     truth = first(layout.truths, (*NUMBERS, *PICTURES))
     masks = {mask: path for mask, names in MASKS.items() if (path := first(names)) is not None}
-    levels, disparities, told_by = (scale, None, '') if number else scale_of(folder, left, scale)
+    levels, disparities, source = (scale, None, '') if number else scale_of(folder, left, scale)
     calibration = folder / 'calib.txt'
-    told = NDISP.search(calibration.read_text(encoding='utf-8', errors='replace')
+    line = NDISP.search(calibration.read_text(encoding='utf-8', errors='replace')
                         ) if calibration.is_file() else None
-    if told is not None:
-        disparities, told_by = int(told[1]), 'calib.txt'
+    if line is not None:
+        disparities, source = int(line[1]), 'calib.txt'
         try:
             MatcherConfig(disparities=disparities)
         except ValueError as error:
-            raise ValueError(f'{calibration} has {told[0]}: {error}; leave the line out, or the '
+            raise ValueError(f'{calibration} has {line[0]}: {error}; remove the line or the '
                              'scene') from None
     if truth is not None and truth in (first(EVERY), first(VISIBLE)):
         files = PairFiles(left, right, KITTI, truth, visible_truth=first(VISIBLE), masks=masks)
     else:
         files = PairFiles(left, right, MIDDLEBURY, truth, levels, masks=masks, right_truth=first(
             filter(None, [layout.right_truth]), (*NUMBERS, *PICTURES)))
-    return files, {'disparities': disparities, 'told_by': told_by}
+    return files, {'disparities': disparities, 'source': source}
 
 
 def scale_of(folder, left, given=None):
     """
-    Return (levels, disparities, told_by) of a folder: what its grey levels and its name tell.
+    Return (levels, disparities, source) of a folder, by its info.txt or its name.
 
-    levels: grey levels per pixel of disparity, given where nothing tells it, None = not known.
-    disparities: to search, None = not known; told_by: who says so. left: path of the left image,
-    whose size tells the scale of some.
+    levels: grey levels per pixel of disparity, given if not known. disparities: number to search,
+    None = not known; source: of this number, in words. left: path of the left image, whose size
+    identifies the scale of some sets.
     """
-    stated = folder / 'info.txt'
-    numbers = re.fullmatch(r'\s*(\d+)\s+(\d+)\s*', stated.read_text(
-        encoding='utf-8', errors='replace')) if stated.is_file() else None
+    info = folder / 'info.txt'
+    numbers = re.fullmatch(r'\s*(\d+)\s+(\d+)\s*', info.read_text(
+        encoding='utf-8', errors='replace')) if info.is_file() else None
     if numbers:     # grey levels, largest disparity
         return int(numbers[1]), int(numbers[2]) + 1, 'info.txt'
     group, name = ('', '', *folder.resolve().parts)[-2:]

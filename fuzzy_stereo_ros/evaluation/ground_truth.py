@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs with ground truth: their files, which pixels count, which both cameras see."""
+"""Pairs with ground truth: their files, their masks, and the pixels that both cameras see."""
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,8 +12,8 @@ import numpy as np
 
 MIDDLEBURY, KITTI = 'Middlebury', 'KITTI'
 LIMITS = {MIDDLEBURY: 1.0, KITTI: 3.0}      # px; an error above the limit of its family is bad
-NUMBERS = ('.pfm', '.npy', '.npz')          # suffixes of files that hold pixels, not grey levels
-MASKS = NONOCC, ALL, DISC = 'nonocc', 'all', 'disc'      # the one that counts most first
+NUMBERS = ('.pfm', '.npy', '.npz')          # suffixes of files in pixels, not grey levels
+MASKS = NONOCC, ALL, DISC = 'nonocc', 'all', 'disc'      # the most important one first
 WHOLE_PIXEL_TRUTH = {'tsukuba'}
 TOLERANCE = 1.0     # px between the truths of a pixel and of its match in the other image
 
@@ -21,12 +21,12 @@ TOLERANCE = 1.0     # px between the truths of a pixel and of its match in the o
 @dataclass(frozen=True)
 class GroundTruthPair:
     """
-    A pair whose disparities are known.
+    A stereo pair with ground truth.
 
     left, right: uint8 or uint16 (R, C) or (R, C, 3) BGR.
     truth: float32 (R, C), pixels, NaN = unknown; None = the frame has no truth.
-    counts: bool (R, C), the pixels that are scored; None = all with a truth.
-    whole_pixel: the truth has whole pixels only, so that a disparity is rounded before scoring.
+    counts: bool (R, C), the pixels to score; None = all with a truth.
+    whole_pixel: the truth has whole pixels only, and disparities are rounded before scoring.
     masks: {name of MASKS: bool (R, C)}, in the order of MASKS.
     """
 
@@ -38,19 +38,19 @@ class GroundTruthPair:
     masks: dict = field(default_factory=dict)
 
     def as_scored(self, disparity):
-        """Return a disparity map as it is scored: rounded where the truth is whole."""
+        """Return a disparity map as it is scored: rounded if the truth has whole pixels."""
         return np.rint(disparity) if self.whole_pixel else disparity
 
 
 @dataclass(frozen=True)
 class PairFiles:
     """
-    Where the files of a pair are.
+    The paths of the files of a pair.
 
-    family: KITTI's truth has gaps everywhere, so that nothing about hidden pixels follows from it.
-    truth: of the left image, None = there is none. scale: see `read_truth`.
+    family: MIDDLEBURY, or KITTI, whose truth is too sparse to derive occlusion from.
+    truth: of the left image, None = no truth. scale: see `read_truth`.
     visible_truth: the truth of the pixels that both cameras see. right_truth: of the right image.
-    masks: {name: path} of pictures in which 255 counts.
+    masks: {name: path} of pictures in which pixels of 255 count.
     """
 
     left: Path
@@ -69,23 +69,23 @@ class PairFiles:
 
     @property
     def derives_visibility(self):
-        """Whether the pixels that both cameras see are found from the truth itself."""
+        """Whether the mask of pixels that both cameras see is derived from the truth."""
         return (self.truth is not None and self.family != KITTI and NONOCC not in self.masks
                 and self.visible_truth is None)
 
     def check_scale(self):
-        """Raise ValueError where the truth is in grey levels whose scale is not known."""
+        """Raise ValueError if the truth is in grey levels of unknown scale."""
         grey = self.truth.suffix.lower() not in NUMBERS
         if (grey and self.family != KITTI and self.scale is None
                 and read_image(self.truth).dtype == np.uint8):
-            raise ValueError(f'{self.truth} has 8 bits: say with --truth-scale how many grey '
-                             'levels one pixel of disparity is')
+            raise ValueError(f'{self.truth} has 8 bits and no known scale: give --truth-scale, '
+                             'the grey levels per pixel of disparity')
 
     def read(self):
         """
-        Return the `GroundTruthPair`, with all masks that are known.
+        Return the `GroundTruthPair` with all available masks.
 
-        Raises ValueError where a file cannot be read, or is of another size than the images.
+        Raises ValueError if a file cannot be read, or its size is not that of the images.
         """
         left, right = read_pair(self.left, self.right)
         if self.truth is None:
@@ -115,9 +115,9 @@ class PairFiles:
 
 def bad_percent(disparity, pair, limit):
     """
-    Return the percent of the pixels that count which are off by more than limit, or invalid.
+    Return the percentage of scored pixels that are off by more than limit pixels, or invalid.
 
-    disparity: float (R, C), pixels, NaN = invalid; rounded first where the truth is whole.
+    disparity: float (R, C), pixels, NaN = invalid; rounded first if the truth has whole pixels.
     """
     return score(pair.as_scored(disparity), pair.truth, pair.counts, (limit,)).bad_dense[limit]
 
@@ -126,15 +126,15 @@ def read_truth(path, scale=None):
     """
     Return the disparities of a file: float32 (R, C), pixels, NaN = unknown.
 
-    scale: as of `read_disparity`, for a picture; files of other kinds do without.
-    Raises ValueError where the file cannot be read, or has 8 bits and no scale.
+    scale: grey levels per pixel of disparity of a picture, ignored for other files.
+    Raises ValueError if the file cannot be read, or has 8 bits and no scale.
     """
     return read_disparity(path, None if Path(path).suffix.lower() in NUMBERS else scale)
 
 
 def read_motorcycle():
     """Return the Motorcycle pair of scikit-image (Middlebury 2014, a quarter of its size)."""
-    from skimage.data import stereo_motorcycle  # takes a second: only where it is read
+    from skimage.data import stereo_motorcycle  # takes a second
 
     left, right, truth = stereo_motorcycle()
     truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
@@ -143,7 +143,7 @@ def read_motorcycle():
 
 
 def read_mask(path):
-    """Return which pixels of a picture are 255: bool (R, C)."""
+    """Return where a picture is 255: bool (R, C)."""
     levels = read_image(path)
     return (levels if levels.ndim == 2 else levels[:, :, 0]) == 255
 
@@ -152,7 +152,7 @@ def warped_to_right(truth):
     """
     Return a left-referenced truth warped to the right image; the nearest surface wins.
 
-    truth: float32 (R, C), pixels, NaN = unknown; so is the result, where no left pixel arrives.
+    truth and result: float32 (R, C), pixels, NaN = unknown, also where no left pixel is warped to.
     """
     rows, target, inside = _targets(truth)
     warped = np.full(truth.shape, -np.inf, np.float32)
@@ -162,10 +162,10 @@ def warped_to_right(truth):
 
 def seen_by_both(truth):
     """
-    Return where the right image shows the same point: bool (R, C).
+    Return which pixels of the left image both cameras see: bool (R, C).
 
-    A pixel counts where its truth is known, its match lies inside the right image, and no
-    surface nearer by more than a pixel is warped to the same place.
+    The truth of such a pixel is known, its match lies inside the right image, and no surface
+    that is nearer by more than a pixel is warped to the same place.
     """
     rows, target, inside = _targets(truth)
     nearest = warped_to_right(truth)
@@ -176,7 +176,7 @@ def seen_by_both(truth):
 
 def agreeing(truth, other):
     """
-    Return where the truths of the two images agree within a pixel: bool (R, C), left image.
+    Return where the truths of both images agree within a pixel: bool (R, C), of the left image.
 
     truth: float32 (R, C), pixels, NaN = unknown; other: the same of the right image.
     """
@@ -188,7 +188,7 @@ def agreeing(truth, other):
 
 def cross_checked(truth_right, truth_left):
     """
-    Return where the truths of the two images agree within a pixel: bool (R, C), right image.
+    Return where the truths of both images agree within a pixel: bool (R, C), of the right image.
 
     truth_right, truth_left: float32 (R, C), pixels, NaN = unknown.
     """
@@ -197,7 +197,7 @@ def cross_checked(truth_right, truth_left):
 
 
 def _targets(truth):
-    """Return row and matching right column of each pixel, and where that is inside."""
+    """Return the row and the matching right column of each pixel, and whether it is inside."""
     rows, columns = np.indices(truth.shape)
     target = columns - truth
     inside = np.isfinite(target) & (target >= 0) & (target <= truth.shape[1] - 1)

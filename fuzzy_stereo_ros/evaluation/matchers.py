@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The matchers under test: ours with its profiles, OpenCV's, and files that other programs wrote.
+The matchers under test: ours with its profiles, OpenCV's, and result files of other programs.
 
-A matcher has a name; starts, from each of which it runs through a sequence ('' where a frame never
-depends on the one before); and begin(task, start), which returns a function of the name of a frame
-and its `GroundTruthPair` that returns `Maps`, or None where the matcher has no result, and raises
-ValueError for a frame that cannot be matched.
+A matcher has a name; starts, the ways to run through a sequence: COLD, WARM, or '' if frames are
+independent; and begin(task, start). This returns a function match(name, pair) of the name of a
+frame and its `GroundTruthPair`, which returns `Maps`, or None if the matcher has no result, and
+raises ValueError for a frame that cannot be matched.
 """
 from dataclasses import dataclass, field
 import glob
@@ -27,15 +27,15 @@ OURS, OPENCV, TUNED = 'ours', 'opencv', 'tuned'
 USUAL = OURS, *(f'{OPENCV}:{name.lower()}:{TUNED}' for name in ALGORITHMS)
 ALLOWED = (OURS, *(f'{OURS}:{name}' for name in PROFILES),
            *(f'{OPENCV}:{name.lower()}{end}' for name in ALGORITHMS for end in ('', f':{TUNED}')))
-RESULT_SUFFIXES = ('.pfm', '.npy', '.npz', '.png')     # the first of a name counts
+RESULT_SUFFIXES = ('.pfm', '.npy', '.npz', '.png')     # the first existing one counts
 
 
 class Task(NamedTuple):
     """
-    What a matcher is asked for.
+    The task of a matcher.
 
-    family: whose tuned settings it takes. disparities: to search, from 0. size: rows and columns.
-    repeats: how often each frame is matched, to take the time.
+    family: MIDDLEBURY or KITTI, for tuned settings. disparities: number to search from 0. size:
+    rows and columns. repeats: number of runs on each frame, of which the fastest counts.
     """
 
     family: str
@@ -49,8 +49,8 @@ class Maps(NamedTuple):
     The result of a matcher on a frame.
 
     raw: float32 (R, C), pixels, NaN = invalid. filled: the same without gaps.
-    milliseconds: the fastest, from images to raw; None = not known.
-    confidence: float32 (R, C), of raw; None of matchers that have none.
+    milliseconds: of the fastest run, from images to raw; None = not known.
+    confidence: float32 (R, C), 0 to 1, of raw; None if the matcher has none.
     """
 
     raw: np.ndarray
@@ -62,10 +62,10 @@ class Maps(NamedTuple):
 @dataclass(frozen=True)
 class Ours:
     """
-    Our matcher: a profile, changed parameters {name: value}, and exchanged stages.
+    Our matcher: a profile, changed parameters {name: value}, and replaced stages.
 
-    It matches from the left image, to which truths belong; without gaps and on one thread, unless
-    changes say otherwise.
+    Its maps are of the left image, as truths are; filled and matched on one thread, unless changes
+    say otherwise.
     """
 
     name: str
@@ -74,13 +74,13 @@ class Ours:
     stages: object = None
 
     def config(self, disparities, **forced):
-        """Return the configuration; forced: {parameter: value}, before all others."""
+        """Return the `MatcherConfig`; forced: {parameter: value}, which override all others."""
         return MatcherConfig.from_profile(self.profile, **{
             'fill': True, 'threads': 1, **self.changes, 'reference': 'left',
             'disparities': disparities, **forced})
 
     def matcher(self, disparities, **forced):
-        """Return a `StereoMatcher` of the configuration."""
+        """Return a `StereoMatcher` of `config`."""
         return StereoMatcher(self.config(disparities, **forced), self.stages)
 
     @property
@@ -92,11 +92,11 @@ class Ours:
 
     @property
     def starts(self):
-        """Cold, and warm where the search leaves something for the next frame."""
+        """Cold, and for profiles that use the previous frame warm too."""
         return (COLD, WARM) if self.config(1).algorithm == 'realtime' else (COLD,)
 
     def begin(self, task, start):
-        """Return the function that matches frames, each by itself, or warm from the one before."""
+        """Return the function that matches a frame, cold or from the previous one."""
         raw, filling = (self.matcher(task.disparities, warm_start=start == WARM, fill=fill)
                         for fill in (False, True))
         raw.warm_up(*task.size)
@@ -116,12 +116,12 @@ class Ours:
 
 @dataclass(frozen=True)
 class OpenCV(Baseline):
-    """One of OpenCV's matchers, on grey images of 8 bits; a frame depends on no other."""
+    """One of OpenCV's matchers, on grey images of 8 bits; frames are independent."""
 
     starts = ('',)
 
     def begin(self, task, start):
-        """Return the function that matches frames; None where it has no settings."""
+        """Return the function that matches a frame; None if it has no settings of the family."""
         def match(_, pair):
             if self.settings(task.family) is None:
                 return None
@@ -139,18 +139,18 @@ class OpenCV(Baseline):
 
 class ResultFiles:
     """
-    Disparities of another program, in files named like scenes: FOLDER/scene.pfm, FOLDER/scene/*.
+    Disparity files of another program, named like scenes: FOLDER/scene.pfm, FOLDER/scene/*.
 
-    A scene may leave out the folders in its name where no other ends like it.
+    Folders in the name of a scene may be left out if its last part is unique.
     """
 
     starts = ('',)
 
     def __init__(self, name, folder, scenes):
         """
-        Look for the files of some scenes, given by their names.
+        Find the files of scenes, given by their names.
 
-        Raises ValueError where there is no folder, or nothing of any scene in it.
+        Raises ValueError if the folder does not exist, or has no file of any scene.
         """
         self.name, self.folder = name, Path(folder)
         if not self.folder.is_dir():
@@ -160,11 +160,11 @@ class ResultFiles:
             scene: self._file_of(scene) or (self._file_of(end) if ends.count(end) == 1 else None)
             for scene, end in zip(scenes, ends)}
         if not any(self.files.values()):
-            raise ValueError(f'{folder} has no result of any scene; the one of {scenes[0]} would '
-                             f'be {self.folder / ends[0]}.pfm, .npy or .png')
+            raise ValueError(f'{folder} has no result of any scene; name the one of {scenes[0]} '
+                             f'{self.folder / ends[0]}.pfm, .npy or .png')
 
     def begin(self, task, start):
-        """Return the function that reads the result of a frame; None where there is none."""
+        """Return the function that reads the result of a frame; None if it has none."""
         def match(name, pair):
             found = self.read(name, pair.left)
             if found is None:
@@ -176,8 +176,8 @@ class ResultFiles:
         """
         Return the disparities of a scene, float32 (R, C), px, NaN = invalid; None without a file.
 
-        image: (R, C, ...), of the scene. Raises ValueError where a file cannot be read or is of
-        another size.
+        image: (R, C, ...), of the scene. Raises ValueError if the file cannot be read, or its size
+        is not that of the image.
         """
         path = self.files.get(scene)
         if path is None:
@@ -192,7 +192,7 @@ class ResultFiles:
         return found
 
     def _file_of(self, name):
-        """Return the path of the result of a name, None if there is none."""
+        """Return the path of the result file of a name, None if there is none."""
         for end in ('', '/*'):
             for suffix in RESULT_SUFFIXES:
                 files = sorted(filter(Path.is_file, self.folder.glob(
@@ -207,9 +207,9 @@ class ResultFiles:
 
 def matcher_named(word, profile, changes):
     """
-    Return the matcher that a word names; profile and changes are those of ours.
+    Return the matcher of a word of ALLOWED; profile, changes: of `Ours`.
 
-    Raises ValueError for another word, and where a change is not allowed.
+    Raises ValueError for another word, and for a change that is not allowed.
     """
     if word not in ALLOWED:
         raise ValueError(f"matcher is '{word}'; allowed are {', '.join(ALLOWED)}")
@@ -222,7 +222,7 @@ def matcher_named(word, profile, changes):
 
 
 def in_eight_bits_alike(left, right):
-    """Return both images as uint8, as OpenCV's matchers want them; 16 bits by one factor."""
+    """Return both images as uint8 for OpenCV's matchers; scales 16 bits by a common factor."""
     if left.dtype == right.dtype == np.uint8:
         return left, right
     top = max(int(left.max()), int(right.max()), 1)
@@ -231,9 +231,9 @@ def in_eight_bits_alike(left, right):
 
 def fastest(work, repeats, processor=False):
     """
-    Return what a function returns, and the milliseconds of the fastest of some calls.
+    Return the result of a function, and the milliseconds of the fastest of several calls.
 
-    processor: whether they are of the processor, which does not run while other programs do.
+    processor: whether to measure processor time, which other programs do not add to.
     """
     times, clock = [], time.process_time_ns if processor else time.perf_counter_ns
     for _ in range(repeats):

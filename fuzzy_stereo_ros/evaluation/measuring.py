@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Matchers on scenes, each frame by itself, and on sequences, warm and cold: flat records."""
+"""Measure matchers on scenes, and on sequences warm and cold: flat records."""
 from dataclasses import dataclass
 import math
 
@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
 TRUTHS_LARGEST = "the truth's largest, rounded up"
-RAW, FILLED = WAYS = 'as it comes', 'filled'
+RAW, FILLED = MAPS = 'as it comes', 'filled'
 SCENE, SEQUENCE, MEAN = 'scene', 'sequence', 'mean'
 FIGURES = ('density', *(f'bad_{kind}_{limit:g}' for kind in ('sparse', 'dense')
                         for limit in THRESHOLDS),
@@ -26,7 +26,7 @@ COLUMNS = (
 
 
 class NoSequence(ValueError):
-    """Numbered frames that do not follow one another; a sentence."""
+    """Numbered frames are no sequence; the text is a sentence for the user."""
 
 
 @dataclass(frozen=True)
@@ -34,67 +34,68 @@ class Result:
     """
     The result of matchers on a scene or a sequence.
 
-    subject: the `Scene` or `Sequence`. size: rows and columns. disparities: that were searched,
-    from 0; told_by: who said how many. records: dicts whose keys are among COLUMNS, one for each
-    matcher, start, mask and map (as it comes, filled).
+    subject: the `Scene` or `Sequence`. size: rows and columns. disparities: number searched from
+    0; source: of this number, in words. records: dicts with keys of COLUMNS, one for each matcher,
+    start, mask and map of MAPS.
     """
 
     subject: object
     size: tuple
     disparities: int
-    told_by: str
+    source: str
     records: list
 
-    def record(self, name, way=FILLED):
-        """Return the record of a matcher in the mask that counts most, None without a result."""
-        return next((one for one in self.records if one['matcher'] == name and one['map'] == way),
-                    None)
+    def record(self, name, kind=FILLED):
+        """Return the record of a matcher in the most important mask, None without a result."""
+        return next((one for one in self.records
+                     if one['matcher'] == name and one['map'] == kind), None)
 
     def main_error(self, name):
-        """Return the percent that is off by more than the limit, filled; None as `record`."""
+        """Return the percentage of bad pixels of the filled map, None without a result."""
         record = self.record(name)
         return record and record[f'bad_dense_{self.subject.limit:g}']
 
 
 def measure(subject, matchers, disparities=None, repeats=1, show=None):
     """
-    Return the `Result` of a `Scene`, or of a `Sequence` from each start of each matcher.
+    Return the `Result` of matchers on a `Scene`, or from each start on a `Sequence`.
 
-    disparities: to search, from 0; None = as the scene says. repeats: to take the time.
+    disparities: number to search from 0, None = see `disparities_of`. repeats: see `Task`.
     show: called with the first `GroundTruthPair`, the `Result` and {matcher's name: last map}.
-    Raises NoSequence where the frames are not of one size, ValueError where one cannot be matched.
+    Raises NoSequence if the frames differ in size, ValueError if a frame cannot be matched.
     """
     files = subject.named_files
     single = len(files) == 1
     with_truth = [one for one in files.values() if one.truth is not None]
     first = next(iter(files.values())).read()
-    disparities, told_by = searched(
+    disparities, source = disparities_of(
         subject, (first.truth if single else one.read().truth for one in with_truth), disparities)
     task = Task(subject.family, disparities, first.left.shape[:2], repeats)
     shared = {'kind': SCENE if single else SEQUENCE, 'name': subject.path,
               'layout': subject.layout, 'family': subject.family, 'rows': task.size[0],
-              'columns': task.size[1], 'disparities': disparities, 'disparities_told_by': told_by,
+              'columns': task.size[1], 'disparities': disparities, 'disparities_told_by': source,
               'frames': len(files), 'truths': len(with_truth)}
     records, maps = [], {}
     for matcher in matchers:
         for start in matcher.starts[:1] if single else matcher.starts:
             frames = ((name, first if single else one.read()) for name, one in files.items())
-            found, last = _run(frames, matcher, start, task)
+            found, last = _match_frames(frames, matcher, start, task)
             records += [{**shared, 'matcher': matcher.name, 'start': start, **record}
                         for record in found]
             if last is not None:
                 maps[matcher.name] = last.raw
-    result = Result(subject, task.size, disparities, told_by, records)
+    result = Result(subject, task.size, disparities, source, records)
     if show is not None:
         show(first, result, maps)
     return result
 
 
-def _run(frames, matcher, start, task):
+def _match_frames(frames, matcher, start, task):
     """
-    Return a record for each mask and map of a matcher on (name, pair)s, and its last `Maps`.
+    Return the records of a matcher, one for each mask and map, and its last `Maps`.
 
-    No records and None where it has no result for one of them. A rejection names it and the frame.
+    frames: yields (name, `GroundTruthPair`). Returns no records and None if the matcher lacks a
+    result. Raises ValueError for a frame that cannot be matched.
     """
     match = matcher.begin(task, start)
     figures, times, covered, flickers, last = {}, [], [], [], None
@@ -102,9 +103,9 @@ def _run(frames, matcher, start, task):
     for name, pair in frames:
         if pair.left.shape[:2] != task.size:
             sequence, number = name.rsplit('/', 1)
-            raise NoSequence(f'the frames of {sequence} are no sequence: {number} is '
-                             f'{width_by_height(pair.left)}, the first {task.size[1]}x'
-                             f'{task.size[0]}')
+            raise NoSequence(f'the frames of {sequence} differ in size and are no sequence: '
+                             f'{number} is {width_by_height(pair.left)}, the first one '
+                             f'{task.size[1]}x{task.size[0]}')
         try:
             maps = match(name, pair)
         except ValueError as error:
@@ -112,8 +113,8 @@ def _run(frames, matcher, start, task):
         if maps is None:
             return [], None
         for mask, where in pair.masks.items():
-            for way, disparity in zip(WAYS, maps):
-                figures.setdefault((mask, way), []).append(
+            for kind, disparity in zip(MAPS, maps):
+                figures.setdefault((mask, kind), []).append(
                     figures_of(score(pair.as_scored(disparity), pair.truth, where)))
         if maps.confidence is not None:
             epipolar.look(pair.left, pair.right, maps.raw, maps.confidence)
@@ -123,17 +124,17 @@ def _run(frames, matcher, start, task):
             flickers.append([flicker(*two) for two in zip(last[:2], maps[:2])])
         last = maps
     milliseconds = None if None in times else float(np.mean(times))
-    tried = task.size[0] * task.size[1] * task.disparities
+    estimates = task.size[0] * task.size[1] * task.disparities
     shared = {'milliseconds': milliseconds,
-              'mde_per_second': milliseconds and tried / milliseconds / 1000}
+              'mde_per_second': milliseconds and estimates / milliseconds / 1000}
     found = epipolar.misalignment
     if found is not None:
         shared.update(zip(ROWS, (*found[1:4], max(found.doubts), found.advice)))
     records = []
     for mask in [mask for mask in MASKS if (mask, RAW) in figures] or ['']:
-        for place, way in enumerate(WAYS):
-            records.append({**shared, 'mask': mask, 'map': way,
-                            **mean_figures(figures.get((mask, way), []))})
+        for place, kind in enumerate(MAPS):
+            records.append({**shared, 'mask': mask, 'map': kind,
+                            **mean_figures(figures.get((mask, kind), []))})
             if flickers:
                 records[-1].update(covered=float(np.mean(covered)),
                                    flicker=float(np.mean(flickers, axis=0)[place]))
@@ -141,7 +142,7 @@ def _run(frames, matcher, start, task):
 
 
 def figures_of(one):
-    """Return the figures of a `Score` by the names of columns."""
+    """Return the figures of a `Score`, {name of a column: value}."""
     return {
         'pixels': one.pixels, 'density': one.density,
         **{f'bad_{kind}_{limit:g}': percent
@@ -152,7 +153,7 @@ def figures_of(one):
 
 
 def mean_figures(several):
-    """Return the means of figures, and the sum of their pixels; {} of none, NaN with a NaN."""
+    """Return the means of several figures and the sum of their pixels, {} of none."""
     if not several:
         return {}
     return {'pixels': sum(int(one['pixels']) for one in several),
@@ -161,9 +162,9 @@ def mean_figures(several):
 
 def mean_records(results, matchers):
     """
-    Return the mean records of `Result`s of scenes, by family, matcher, mask and map.
+    Return the mean records of `Result`s of scenes, one for each family, matcher, mask and map.
 
-    Of matchers that have a result on all scenes of the family; `frames` says how many scenes have
+    Only matchers with a result on all scenes of a family have one. `frames`: number of scenes with
     the mask.
     """
     records = []
@@ -174,41 +175,42 @@ def mean_records(results, matchers):
             if not all(every):
                 continue
             times = [one[0]['milliseconds'] for one in every]
-            tried = sum(result.size[0] * result.size[1] * result.disparities for result in those)
+            estimates = sum(result.size[0] * result.size[1] * result.disparities
+                            for result in those)
             known = None not in times
             shared = {'kind': MEAN, 'name': family, 'family': family, 'matcher': matcher.name,
                       'start': matcher.starts[0],
                       'milliseconds': float(np.mean(times)) if known else None,
-                      'mde_per_second': tried / sum(times) / 1000 if known else None}
+                      'mde_per_second': estimates / sum(times) / 1000 if known else None}
             for mask in MASKS:
-                for way in WAYS:
+                for kind in MAPS:
                     same = [one for scene in every for one in scene
-                            if (one['mask'], one['map']) == (mask, way)]
+                            if (one['mask'], one['map']) == (mask, kind)]
                     if same:
-                        records.append({**shared, 'frames': len(same), 'mask': mask, 'map': way,
+                        records.append({**shared, 'frames': len(same), 'mask': mask, 'map': kind,
                                         **mean_figures(same)})
     return records
 
 
 def by_family(results):
-    """Return {family: results}, in the order of their first scenes."""
+    """Return {family: its `Result`s}."""
     families = {}
     for result in results:
         families.setdefault(result.subject.family, []).append(result)
     return families
 
 
-def searched(subject, truths, given):
+def disparities_of(subject, truths, given):
     """
-    Return how many disparities are searched from 0 upwards, and who says it.
+    Return the number of disparities to search from 0, and its source in words.
 
-    truths: float32 (R, C), pixels, NaN = unknown; their largest counts where neither the user's
-    number, given, nor the scene's own is there.
+    This is the number that the user has given, or that of the scene, or what the largest of the
+    truths needs: float32 (R, C), pixels, NaN = unknown.
     """
     if given is not None:
         return given, '--disparities'
     if subject.disparities is not None:
-        return subject.disparities, subject.told_by
+        return subject.disparities, subject.source
     largest = max((float(np.nanmax(truth)) for truth in truths if np.isfinite(truth).any()),
                   default=None)
     if largest is None:

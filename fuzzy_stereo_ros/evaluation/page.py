@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The page of an evaluation: one HTML file with all its tables and pictures, for any browser."""
+"""The page of an evaluation: one self-contained HTML file with tables and pictures."""
 import base64
 import math
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 
 TEMPLATE = Path(__file__).with_name('page.html')
 WIDTH = 400             # px, of the widest picture
-THICK = 2.5             # px, half of a point's size where the truth has gaps everywhere
+RADIUS = 2.5            # px, of the points of a sparse truth
 UNKNOWN_GREY = 110      # no truth
 NO_DISPARITY = (190, 140, 0)    # BGR: a truth, but no disparity
 LOSSLESS = 101          # quality of WebP
@@ -31,18 +31,18 @@ class Pictures(NamedTuple):
 
 class Gallery:
     """
-    The pictures of scenes, kept while there are few; of many, those of the best and the worst.
+    The pictures of scenes; of too many scenes those of the best and the worst.
 
-    shown: {scene's name: `Pictures`}. ranked_by: name of the matcher that ranks the scenes.
+    shown: {name of a scene: `Pictures`}. ranked_by: name of the matcher that ranks the scenes.
     """
 
     def __init__(self, limit, ranked_by):
-        """limit: how many scenes."""
+        """limit: the largest number of scenes."""
         self._limit, self.ranked_by = limit, ranked_by
         self._errors, self.shown = {}, {}
 
     def show(self, pair, result, maps):
-        """Draw a `GroundTruthPair` with {matcher's name: map}; drop one if they are too many."""
+        """Draw a `GroundTruthPair` and {matcher's name: map}; drop a scene beyond the limit."""
         name = result.subject.path
         error = result.main_error(self.ranked_by)
         self._errors[name] = math.nan if error is None else error
@@ -54,7 +54,7 @@ class Gallery:
 
 
 def page_of(report, results, gallery):
-    """Return the text of an HTML page of a `Report`, `Result`s of scenes and their `Gallery`."""
+    """Return the HTML page of a `Report`, the `Result`s of its scenes and their `Gallery`."""
     shown = [result for result in results if result.subject.path in gallery.shown]
     marked = best_and_worst(shown, gallery.ranked_by)
     html = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
@@ -70,7 +70,7 @@ def page_of(report, results, gallery):
 
 
 def best_and_worst(results, name):
-    """Return {'Best' and 'Worst': `Result`} by the main error of a matcher, if two have one."""
+    """Return {'Best': `Result`, 'Worst': `Result`} by a matcher's error; {} if less than two."""
     ranked = sorted((result for result in results
                      if not math.isnan(result.main_error(name) or 0)
                      and result.record(name) is not None),
@@ -93,9 +93,9 @@ def pictures_of(pair, maps):
 
 def data_uri(image, interpolation=cv2.INTER_NEAREST):
     """
-    Return an image uint8, (R, C) or (R, C, 3) BGR, as the data URI of a reduced WebP file.
+    Return an image, uint8 (R, C) or (R, C, 3) BGR, as the data URI of a reduced WebP file.
 
-    Drawings leave pixels out, so that no colour is there that means nothing.
+    The default interpolation keeps the colours of maps, which have a meaning.
     """
     rows, columns = image.shape[:2]
     if columns > WIDTH:
@@ -107,10 +107,10 @@ def data_uri(image, interpolation=cv2.INTER_NEAREST):
 
 def colour_error(disparity, truth):
     """
-    Return how far off a map is, in the colours of Magma: uint8 (R, C, 3) BGR.
+    Return the error of a map in the colours of Magma: uint8 (R, C, 3) BGR.
 
-    disparity, truth: float (R, C), pixels, NaN = invalid. Black is right, the brightest off by
-    ERROR_LIMIT px or more; grey has no truth, blue a truth but no disparity.
+    disparity, truth: float (R, C), pixels, NaN = invalid. Black is no error, the brightest colour
+    one of ERROR_LIMIT px or more; grey has no truth, blue a truth but no disparity.
     """
     error = np.minimum(abs(disparity - truth), ERROR_LIMIT)
     levels = _thickened(np.where(np.isfinite(error), error, 2 * ERROR_LIMIT).astype(np.float32),
@@ -124,9 +124,9 @@ def colour_error(disparity, truth):
 
 def _thickened(values, there):
     """
-    Return values with points made thick where less than half are there; NaN where none is near.
+    Return a map whose points are discs of RADIUS if they are less than half of the pixels.
 
-    values: float32 (R, C); there: bool (R, C).
+    values: float32 (R, C); there: bool (R, C), the points. NaN = no point is near.
     """
     if np.count_nonzero(there) > there.size / 2 or not there.any():
         return np.where(there, values, np.float32(np.nan))
@@ -134,4 +134,4 @@ def _thickened(values, there):
         np.uint8(~there), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
     of_points = np.zeros(nearest.max() + 1, np.float32)
     of_points[nearest[there]] = values[there]
-    return np.where(distance <= THICK, of_points[nearest], np.float32(np.nan))
+    return np.where(distance <= RADIUS, of_points[nearest], np.float32(np.nan))

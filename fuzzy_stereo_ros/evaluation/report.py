@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Tables and reports: as Markdown, as cells of text, and the machine they were measured on."""
+"""Tables and reports: cells of text, Markdown, and the machine of the measurement."""
 from dataclasses import dataclass, field
 from importlib import metadata
 import math
@@ -17,9 +17,9 @@ import pandas as pd
 @dataclass(frozen=True)
 class Table:
     """
-    One table: the first column names, the others hold numbers or words; None prints as a dash.
+    A table: the first column has names, the others numbers or words; None prints as a dash.
 
-    digits: after the decimal point of every number that is not whole by type.
+    digits: after the decimal point of each float.
     """
 
     title: str
@@ -30,13 +30,13 @@ class Table:
 
     @classmethod
     def of(cls, title, frame, note='', digits=2):
-        """Return the table of a DataFrame, whose index names the rows."""
+        """Return the table of a DataFrame; its index becomes the first column."""
         frame = frame.astype(object).where(frame.notna(), None)
         return cls(title, ('', *frame.columns), list(frame.itertuples(name=None)), note, digits)
 
     @property
     def cells(self):
-        """The cells as they are printed: a DataFrame of texts."""
+        """A DataFrame of the cells as printed texts."""
         return pd.DataFrame([[cell(value, self.digits) for value in row] for row in self.rows],
                             columns=list(self.columns))
 
@@ -51,10 +51,10 @@ class Table:
 @dataclass(frozen=True)
 class Report:
     """
-    The result of one benchmark or evaluation.
+    The report of a benchmark or an evaluation.
 
-    settings: {what: how}, everything that the figures depend on. skipped: sentences.
-    pictures: {name of a file: its bytes}; they are written beside a page.
+    settings: {what: how} of everything that the figures depend on. skipped: sentences.
+    pictures: {name of a file: its bytes}, to be written beside a page.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Report:
 
 
 def environment(threads):
-    """Return the machine and the versions that figures were taken with, as {what: word}."""
+    """Return machine, versions, threads and load of a measurement, {what: words}."""
     versions = {'fuzzy_stereo_ros': 'fuzzy_stereo_ros', 'NumPy': 'numpy', 'numba': 'numba'}
     return {
         'machine': f'{_processor()}, {os.cpu_count()} cores, {platform.machine()}, '
@@ -93,14 +93,14 @@ def markdown(report):
 
 
 def cell(value, digits):
-    """Return one cell as it is printed."""
+    """Return the printed text of a cell."""
     if value is None or isinstance(value, float) and math.isnan(value):
         return '-'
     return f'{value:.{digits}f}' if isinstance(value, float) else str(value)
 
 
 def mean(values):
-    """Return the mean of the values that are known: float, NaN of none."""
+    """Return the mean of the values that are neither None nor NaN: float, NaN of none."""
     known = [value for value in values if value is not None and not math.isnan(value)]
     return float(np.mean(known)) if known else math.nan
 
@@ -115,7 +115,7 @@ def _list(sentences):
 
 
 def _processor():
-    """Return the processor's name where the system tells it."""
+    """Return the name of the processor."""
     try:
         found = re.search(r'^model name\s*:\s*(.+)$',
                           Path('/proc/cpuinfo').read_text(encoding='utf-8'), re.MULTILINE)

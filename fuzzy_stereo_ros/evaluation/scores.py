@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How good a disparity map is, against ground truth and against the frame before.
+Scores of disparity maps: errors against ground truth, flicker between frames.
 
-And whether its confidence tells what is wrong: sparsification, and how often it is right.
+And scores of confidence: sparsification and reliability.
 """
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,19 +17,19 @@ BINS = 0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1     # of confidence
 @dataclass(frozen=True)
 class Score:
     """
-    Figures of one map over the pixels that count: those with ground truth inside the mask.
+    Figures of a map over the scored pixels: those with ground truth inside the mask.
 
-    pixels: how many count.
-    density: percent of them that have a disparity.
-    bad_sparse: {threshold: percent} of those with a disparity that are off by more than
+    pixels: their number.
+    density: percentage of them with a disparity.
+    bad_sparse: {threshold: percentage} of those with a disparity that are off by more than
         threshold pixels.
-    bad_dense: {threshold: percent} of all that count, a pixel without a disparity being bad.
-    d1_sparse: percent of those with a disparity that are off by more than 3 px and 5 percent of
-        the truth (KITTI).
-    d1_dense: percent of all that count, a pixel without a disparity being bad.
-    average_error, rms_error: pixels, over those with a disparity.
+    bad_dense: {threshold: percentage} of all, where a pixel without a disparity is bad.
+    d1_sparse: percentage of those with a disparity that are off by more than 3 px and 5 percent
+        of the truth (KITTI).
+    d1_dense: percentage of all, where a pixel without a disparity is bad.
+    average_error, rms_error: pixels, of those with a disparity.
 
-    A figure over no pixel at all is NaN.
+    A figure of no pixels is NaN.
     """
 
     pixels: int
@@ -47,10 +47,10 @@ def score(disparity, truth, mask=None, thresholds=THRESHOLDS):
     Return the `Score` of a disparity map.
 
     disparity, truth: float (R, C), pixels, NaN or infinite = invalid, of the same camera.
-    mask: (R, C), true or not 0 = counts; None = all. Masks with a middle value (Middlebury's
-        `disc`) are given as `mask == 255`.
+    mask: (R, C), not 0 = counts; None = all. Give masks with a middle value (Middlebury's
+        `disc`) as `mask == 255`.
     thresholds: pixels.
-    Raises ValueError where the shapes differ.
+    Raises ValueError if the shapes differ.
     """
     for name, array in (('truth', truth), ('mask', mask)):
         if array is not None and array.shape != disparity.shape:
@@ -81,14 +81,14 @@ def error_map(disparity, truth):
 
 def flicker(before, after, shift=(0, 0), threshold=1.0, still=None):
     """
-    Return the percent of pixels that change by more than threshold pixels between two frames.
+    Return the percentage of pixels that change by more than threshold pixels between two frames.
 
-    Counted are the pixels with a disparity in both frames.
+    Only pixels with a disparity in both frames count.
     before, after: float (R, C), pixels, NaN = invalid.
     shift: whole rows and columns by which the scene moved from before to after; a window that
         pans to the right by 2 has (0, -2).
-    still: bool (R, C) over after, where the true disparity did not change; None = everywhere.
-    Raises ValueError where the shapes differ or the shift leaves nothing to compare.
+    still: bool (R, C) of after, where the true disparity did not change; None = everywhere.
+    Raises ValueError if the shapes differ, or the shift leaves no pixels.
     """
     if before.shape != after.shape or (still is not None and still.shape != after.shape):
         raise ValueError('the two disparity maps and the mask must have one shape')
@@ -105,10 +105,10 @@ def flicker(before, after, shift=(0, 0), threshold=1.0, still=None):
 
 class Sparsification(NamedTuple):
     """
-    What is left wrong when the least sure pixels are dropped first.
+    Errors that remain while the pixels of least confidence are removed first.
 
-    area: percent, the mean of the share of wrong pixels among those kept, over all shares kept.
-    at_80: percent wrong among the 80 percent most sure. at_100: percent wrong of all.
+    area: under the sparsification curve: the mean percentage of wrong pixels among those kept,
+    over all shares kept. at_80: percentage wrong of the 80 percent most confident. at_100: of all.
     """
 
     area: float
@@ -118,9 +118,9 @@ class Sparsification(NamedTuple):
 
 def sparsification(wrong, sureness):
     """
-    Return the `Sparsification` of pixels; pixels that are equally sure count as mixed.
+    Return the `Sparsification` of pixels; pixels of equal confidence count in proportion.
 
-    wrong: bool (N,). sureness: float (N,), higher is surer; NaN is the least sure.
+    wrong: bool (N,). sureness: float (N,), a confidence: higher is surer, NaN is the lowest.
     """
     if not wrong.size:
         return Sparsification(*(float('nan'),) * 3)
@@ -136,7 +136,7 @@ def sparsification(wrong, sureness):
 
 def left_right_sureness(left_map, right_map):
     """
-    Return minus the difference of two maps where they meet: float (R, C), NaN where they do not.
+    Return minus the left-right difference of two maps: float (R, C), NaN without a match.
 
     left_map: float (R, C), pixels, of the left image. right_map: of the right image.
     """
@@ -150,10 +150,10 @@ def left_right_sureness(left_map, right_map):
 
 def reliability(wrong, confidence):
     """
-    Return how many pixels a confidence has in each of its BINS, and how many of these are right.
+    Return the numbers of all and of correct pixels in each of the BINS: int64 (2, bins).
 
-    wrong: bool (N,); confidence: float (N,), 0 to 1; returns int64 (2, bins). Pixels of confidence
-    0 are invalid, and in no bin.
+    wrong: bool (N,); confidence: float (N,), 0 to 1. Pixels of confidence 0 are invalid and in no
+    bin.
     """
     valid = confidence > 0
     place = np.digitize(confidence[valid], BINS[1:-1])

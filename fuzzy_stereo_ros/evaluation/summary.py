@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The report of an evaluation: tables of families, times, scenes and sequences; its settings."""
+"""The report of an evaluation: tables of families, times, scenes, sequences, and settings."""
 from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.ground_truth import ALL, DISC, LIMITS, MASKS, NONOCC
@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.evaluation.measuring import by_family, FILLED, RAW, ROWS
 from fuzzy_stereo_ros.evaluation.report import environment, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import THRESHOLDS
 
-NAMED = 6       # scenes that a sentence still names
+NAMED = 6       # scenes that a sentence lists by name; of more it gives the number
 KINDS = {RAW: 'sparse', FILLED: 'dense'}
 HEADINGS = ('density [%]', *(f'bad-{limit:g} [%]' for limit in THRESHOLDS), 'D1 [%]',
             'average [px]', 'RMS [px]')
@@ -22,9 +22,9 @@ EXPLANATION = ('*sparse*: of the pixels that the matcher gives a disparity; *den
 
 def report_of(results, sequences, means, matchers, settings, skipped):
     """
-    Return the `Report` of `Result`s of scenes and of sequences, and of `mean_records`.
+    Return the `Report` of the `Result`s of scenes and sequences.
 
-    settings: {what: how} of the command; skipped: sentences.
+    means: of `mean_records`. settings: {what: how} of the command. skipped: sentences.
     """
     families = by_family(results)
     tables = [table for family in families for table in _means(
@@ -36,14 +36,14 @@ def report_of(results, sequences, means, matchers, settings, skipped):
     tables += [_scenes(those, matchers) for those in families.values()]
     if sequences:
         tables.append(_sequences(sequences))
-    tables += _rows([*results, *sequences])
+    tables += _row_offsets([*results, *sequences])
     return Report('evaluate', 'Evaluation', {
         **environment(settings['threads']), **_settings(results, sequences, matchers, settings)},
         tables, [*skipped, *_left_out(results, matchers, families)])
 
 
 def _means(means):
-    """Return a table for each mask that scenes of a family have, of the family's mean records."""
+    """Return the tables of the mean records of a family, one for each mask."""
     tables = []
     for mask in MASKS:
         records = [record for record in means if record['mask'] == mask]
@@ -57,7 +57,7 @@ def _means(means):
 
 
 def _figures(record):
-    """Return the figures of a record in the columns HEADINGS."""
+    """Return the figures of a record in the order of HEADINGS."""
     kind = KINDS[record['map']]
     return [record[name] for name in (
         'density', *(f'bad_{kind}_{limit:g}' for limit in THRESHOLDS), f'd1_{kind}',
@@ -79,13 +79,13 @@ def _times(families, means, matchers):
 
 
 def _present(matchers, results):
-    """Return the matchers that have a result on one of the scenes."""
+    """Return the matchers with a result on at least one scene."""
     return [matcher for matcher in matchers
             if any(result.record(matcher.name) for result in results)]
 
 
 def _scenes(results, matchers):
-    """Return the table with a line for each scene of a family."""
+    """Return the table of the scenes of a family, a row for each."""
     family = results[0].subject.family
     present = _present(matchers, results)
     return Table(
@@ -98,11 +98,11 @@ def _scenes(results, matchers):
 
 
 def _sequences(results):
-    """Return the table with a line for each start of each matcher on each sequence."""
+    """Return the table of sequences, a row for each matcher and start."""
     rows = []
     for result in results:
         limit, runs = result.subject.limit, {}
-        for record in result.records:      # the first two are of the mask that counts most
+        for record in result.records:      # the first two are of the most important mask
             runs.setdefault((record['matcher'], record['start']), []).append(record)
         for (name, start), (raw, filled, *_) in runs.items():
             rows.append((
@@ -119,8 +119,8 @@ def _sequences(results):
               'more than 1 px from frame to frame, those that really move among them.')
 
 
-def _rows(results):
-    """Return the table of row offsets, a line for each scene and sequence; [] of none."""
+def _row_offsets(results):
+    """Return [the table of row offsets], a row for each scene and sequence; [] without any."""
     measured = [(result.subject.path, record) for result in results for record in [next(
         (one for one in result.records if one.get(ROWS[0]) is not None), None)] if record]
     return [Table(
@@ -133,59 +133,60 @@ def _rows(results):
 
 
 def _settings(results, sequences, matchers, settings):
-    """Return {what: how}: what the figures depend on."""
-    told = {
+    """Return {what: how} of everything that the figures depend on."""
+    texts = {
         **settings,
         'scenes': ', '.join(f'{len(those)} {family}' for family, those in by_family(
             results).items()) or 'none',
-        'disparities': _told_by([*results, *sequences]),
+        'disparities': _sources([*results, *sequences]),
     }
     for matcher in matchers:
         if isinstance(matcher, Ours):
-            told[matcher.name] = (f'{matcher.description}, from the left image as it comes; fills '
-                                  'by itself')
+            texts[matcher.name] = (f'{matcher.description}, of the left image as it comes; fills '
+                                   'gaps itself')
         elif isinstance(matcher, ResultFiles):
-            told[matcher.name] = f'files of {matcher.folder}; gaps filled as those of OpenCV'
+            texts[matcher.name] = f'files of {matcher.folder}; gaps filled as those of OpenCV'
     if any(isinstance(matcher, OpenCV) for matcher in matchers):
-        told['opencv'] = (
+        texts['opencv'] = (
             "grey images, at the defaults of stereo_image_proc or tuned for the scenes' family "
             '(left border padded; settings in evaluation/baselines.py); gaps filled '
             'from the background side on their row, then a 5x5 median')
     derived = [one.subject.path for one in results if one.subject.files[''].derives_visibility]
     if derived:
-        told['nonocc'] = (f'found from the truth where no mask comes with it ({_some(derived)}): '
-                          'its match lies inside the right image, and nothing nearer hides it '
-                          'there')
+        texts['nonocc'] = (f'derived from the truth where there is no mask ({_listed(derived)}): '
+                           'the match lies inside the right image, and no nearer surface '
+                           'occludes it')
     whole = [one.subject.path for one in results if one.subject.files[''].whole_pixel]
     if whole:
-        told['rounded'] = f'{_some(whole)}: the truth has whole pixels'
-    return told
+        texts['rounded'] = f'{_listed(whole)}: the truth has whole pixels'
+    return texts
 
 
 def _left_out(results, matchers, families):
-    """Return the sentences about matchers that lack results."""
+    """Return sentences about matchers without settings or results."""
     sentences = []
     for matcher in matchers:
         if isinstance(matcher, OpenCV):
-            sentences += [f'{matcher.name} has no settings for {family}: it takes no part there'
+            sentences += [f'{matcher.name} has no settings for {family}: it is left out there'
                           for family in families if matcher.settings(family) is None]
         if isinstance(matcher, ResultFiles):
             missing = [one.subject.path for one in results if one.record(matcher.name) is None]
             if missing:
-                sentences.append(f'{matcher.folder} has no result of {_some(missing)}: no means '
+                sentences.append(f'{matcher.folder} has no result of {_listed(missing)}: no means '
                                  f'of {matcher.name} there')
     return sentences
 
 
-def _told_by(results):
-    """Return how many disparities were searched, and who says so."""
-    told = {}
+def _sources(results):
+    """Return the numbers of disparities and their sources as a sentence."""
+    by_source = {}
     for result in results:
-        told.setdefault(result.told_by, []).append(f'{result.subject.path}: {result.disparities}')
-    return 'searched from 0; how many is told by ' + '; '.join(
-        f'{who} ({_some(names)})' for who, names in told.items())
+        by_source.setdefault(result.source, []).append(
+            f'{result.subject.path}: {result.disparities}')
+    return 'searched from 0; their number is from ' + '; '.join(
+        f'{source} ({_listed(names)})' for source, names in by_source.items())
 
 
-def _some(names):
-    """Return names as a list of words, or how many they are."""
+def _listed(names):
+    """Return names as a list, or the number of scenes if there are many."""
     return ', '.join(names) if len(names) <= NAMED else f'{len(names)} scenes'

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The loop over a bag: every pair is matched, in order, and given to the sinks.
+The loop over a bag: match every pair in order and pass the results to the sinks.
 
-One thread reads the next pair and another writes the last one while a pair is matched.
+While a pair is matched, one thread reads the next pair and another writes the previous one.
 """
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
@@ -22,19 +22,20 @@ from fuzzy_stereo_ros.replay.source import Rejection, rejection_of
 @dataclass
 class Stats:
     """
-    How a replay went.
+    Statistics of a replay.
 
-    matched: pairs that are new; again: those matched to warm up. warm: of all these, how many
-    started from the pair before. rejected: by reason; first_rejection: its sentence. remarks: on
-    calibrations and files, by kind. milliseconds: of matching, of all. seconds: of the loop.
-    logged, stamp: ns, of the last pair that was matched; None before. interrupted: whether it was
-    stopped. error: what ended it, a DamagedBag, OSError or ValueError; or None. segments: how
-    many were matched; workers: how many matched them at the most, 0 where this process matched.
-    epipolar: whether the rows of the images fit. calibration: of the last pair.
+    matched: number of new pairs. rematched: number of pairs that were matched only to warm up.
+    warm: how many of both started from the previous pair. rejected: number of rejected pairs by
+    reason; first_rejection: sentence of the first one. remarks: on calibrations and files, by
+    kind. milliseconds: total time of matching. seconds: duration of the loop. logged, stamp: ns,
+    of the last matched pair, None before the first. interrupted: whether the user stopped the
+    replay. error: the DamagedBag, OSError or ValueError that ended it, or None. segments: number
+    of matched segments; workers: largest number of workers, 0 if this process matched.
+    epipolar: check of the rows of the images. calibration: of the last matched pair.
     """
 
     matched: int = 0
-    again: int = 0
+    rematched: int = 0
     warm: int = 0
     rejected: Counter = field(default_factory=Counter)
     first_rejection: str = ''
@@ -51,69 +52,73 @@ class Stats:
     calibration: Calibration | None = None
 
     def reject(self, rejection, what, log):
-        """Count and log the Rejection of what: a message, a pair, or the results of one."""
+        """Count and log a Rejection; what: the rejected thing in words, such as 'message'."""
         self.rejected[rejection.reason] += 1
         self.first_rejection = self.first_rejection or rejection.sentence
         log(f'{what} rejected: {rejection.sentence}')
 
     def note(self, remark, log):
-        """Keep and log a remark, the first of its kind."""
+        """Keep and log a remark if it is the first of its kind."""
         if self.remarks.setdefault(kind_of(remark), remark) is remark:
             log(remark)
 
 
-def match_in_order(steps, matcher):
+def match_in_order(items, matcher):
     """
-    Yield (Step, its Match, Rejection or None) of each Step, the next being read meanwhile.
+    Yield each Item with its Match, its Rejection, or None; the next Item is read meanwhile.
 
     matcher: a StereoMatcher.
     """
     with ThreadPoolExecutor(1, 'reader') as reader:
-        coming = reader.submit(next, steps, None)
-        while (step := coming.result()) is not None:
-            coming = reader.submit(next, steps, None)
-            if step.went_back:
+        next_item = reader.submit(next, items, None)
+        while (item := next_item.result()) is not None:
+            next_item = reader.submit(next, items, None)
+            if item.went_back:
                 matcher.reset()
-            yield step, match_or_reject(step.pair, matcher)
+            yield item, match_or_reject(item.pair, matcher)
 
 
 def match_or_reject(pair, matcher):
-    """Return the Match of a StereoPair by a StereoMatcher, or a Rejection; those as they are."""
+    """
+    Return the Match of a StereoPair by a StereoMatcher, or the Rejection of the pair.
+
+    pair: a StereoPair; a Rejection or None is returned unchanged.
+    """
     if pair is None or isinstance(pair, Rejection):
         return pair
     try:
         return matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))
     except ValueError as error:
         return rejection_of(error)
-    except Exception as error:          # noqa: B902  whatever it is, the next pair is matched
-        matcher.reset()                 # which may hold half of this pair
+    except Exception as error:          # noqa: B902  an internal error ends no replay
+        matcher.reset()                 # it may hold half of this pair
         return rejection_of(error)
 
 
 def replay(results, outputs, stats, stopped, log, on_pair):
     """
-    Write what was matched, until the end, an error, or until it is stopped.
+    Write the results of all pairs, until the end, an error, or an interruption.
 
-    results: yields (Step, Match, Rejection or None). outputs: Outputs, closed in any case. stats:
-    Stats to be filled. stopped(): whether to stop before the next pair. log(sentence): of each
-    rejected pair and each remark on a calibration. on_pair(): called after each pair.
-    stats.error is what a damaged bag or a full disk raised.
+    results: yields what `match_in_order` yields. outputs: Outputs, which are closed in any case.
+    stats: Stats to be filled; stats.error is set by a damaged bag or a full disk. stopped():
+    returns whether to stop before the next pair. log(sentence): logs rejected pairs and remarks
+    on calibrations. on_pair(): called after each pair.
     """
     started = time.perf_counter()
     with ThreadPoolExecutor(1, 'writer') as writer:
         writing = []
         try:
-            for step, outcome in results:
+            for item, outcome in results:
                 if stopped():
                     break
-                matched = _counted(step, outcome, outputs.config, stats, log)
+                matched = _count(item, outcome, outputs.config, stats, log)
                 while writing:
-                    _wait(writing.pop(), stats, log)
+                    _wait_for_write(writing.pop(), stats, log)
                 if stats.error is not None:
                     break
-                if matched is not None and not step.again:
-                    writing.append(writer.submit(outputs.put, matched, step.logged))
-                if step.stamp is not None:
+                if matched is not None and not item.written:
+                    writing.append(writer.submit(outputs.write, matched, item.logged))
+                if item.stamp is not None:
                     on_pair()
             if stats.error is None and not stopped():
                 writing.append(writer.submit(outputs.finish))
@@ -123,12 +128,12 @@ def replay(results, outputs, stats, stopped, log, on_pair):
             stats.interrupted = stopped()
             writing.append(writer.submit(outputs.close))
             for one in writing:
-                _wait(one, stats, log)
+                _wait_for_write(one, stats, log)
             stats.seconds = time.perf_counter() - started
 
 
-def _wait(writing, stats, log):
-    """Wait for what is being written; count a Rejection, keep the first error, log others."""
+def _wait_for_write(writing, stats, log):
+    """Wait for a Future of a write; count its Rejection, keep the first error, log later ones."""
     try:
         rejection = writing.result()
         if rejection is not None:
@@ -141,51 +146,51 @@ def _wait(writing, stats, log):
             log(str(error))
 
 
-def _counted(step, outcome, config, stats, log):
-    """Count a Step and return its MatchedPair, None where it was not matched."""
-    if step.went_back:
+def _count(item, outcome, config, stats, log):
+    """Add an Item and its outcome to Stats; return its MatchedPair, None if it has no Match."""
+    if item.went_back:
         log('timestamps jumped back; matcher reset')
     if isinstance(outcome, Rejection):
-        what = 'message' if step.stamp is None else f'pair {step.stamp / 1e9:.3f}'
+        what = 'message' if item.stamp is None else f'pair {item.stamp / 1e9:.3f}'
         stats.reject(outcome, what, log)
     if outcome is None or isinstance(outcome, Rejection):
         return None
-    for remark in step.pair.calibration.remarks:
+    for remark in item.pair.calibration.remarks:
         stats.note(remark, log)
-    calibration = replace(step.pair.calibration, remarks=())
+    calibration = replace(item.pair.calibration, remarks=())
     if calibration != (stats.calibration or calibration):
-        stats.note('the calibration changed: calibration.json, where there is one, is that of the '
-                   'last pairs', log)
+        stats.note('the calibration changed; calibration.json of --files is the one of the last '
+                   'pairs', log)
     stats.calibration = calibration
     stats.milliseconds += outcome.times['total']
     stats.warm += outcome.warm
-    stats.again += step.again
-    stats.matched += not step.again
-    stats.logged, stats.stamp = step.logged, step.stamp
-    match = without_missing(outcome, step.pair.missing)
-    stats.epipolar.watch(step.pair, match)
-    return MatchedPair(step.pair, match, config, None)
+    stats.rematched += item.written
+    stats.matched += not item.written
+    stats.logged, stats.stamp = item.logged, item.stamp
+    match = without_missing(outcome, item.pair.missing)
+    stats.epipolar.watch(item.pair, match)
+    return MatchedPair(item.pair, match, config, None)
 
 
 @contextmanager
 def interruption():
     """
-    Give a function that returns whether SIGINT has come; a second one raises KeyboardInterrupt.
+    Yield a function that returns whether SIGINT was received; a second raises KeyboardInterrupt.
 
-    Outside the main thread, where Python allows no handlers, nothing is noted.
+    Outside the main thread, where Python allows no signal handlers, it always returns False.
     """
-    came = []
+    received = []
 
-    def note(number, frame):
-        if came:
+    def handle(number, frame):
+        if received:
             raise KeyboardInterrupt
-        came.append(number)
+        received.append(number)
 
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
-    before = signal.signal(signal.SIGINT, note)
+    before = signal.signal(signal.SIGINT, handle)
     try:
-        yield lambda: bool(came)
+        yield lambda: bool(received)
     finally:
         signal.signal(signal.SIGINT, before)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The progress bar of a replay, and its report as figures and sentences."""
+"""The progress bar of a replay, and its report in figures and sentences."""
 import sys
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
@@ -8,18 +8,18 @@ from fuzzy_stereo_ros.pairs.result_messages import DISPARITY
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
 from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS
-from fuzzy_stereo_ros.replay.segments import ClusterFault
+from fuzzy_stereo_ros.replay.segments import ClusterError
 from fuzzy_stereo_ros.replay.source import SECOND
 
 
 class ProgressBar:
-    """A bar and sentences on standard error; a context manager."""
+    """A progress bar and log lines on one stream; a context manager."""
 
     def __init__(self, total, stream=None, always=False):
         """
-        Begin a bar where the stream is a terminal, or always.
+        Start the bar if the stream is a terminal, or always.
 
-        total: pairs that are expected, about. stream: a text, standard error if None.
+        total: estimated number of pairs. stream: of text, None = standard error.
         """
         self._stream, self._logged = stream or sys.stderr, set()
         self._bar = bar(self._stream, always, total=total, unit=' pairs', dynamic_ncols=True,
@@ -32,12 +32,12 @@ class ProgressBar:
         self._bar.close()
 
     def step(self):
-        """Count another pair."""
+        """Advance by a pair."""
         self._bar.set_description(refresh=False)
         self._bar.update()
 
     def log(self, sentence):
-        """Write a sentence; of those that differ only in numbers the first."""
+        """Write a sentence, unless one that differs only in its numbers was written."""
         if kind_of(sentence) not in self._logged:
             self._logged.add(kind_of(sentence))
             self._bar.write(sentence, file=self._stream)
@@ -50,14 +50,14 @@ def figures_of(stats, synchroniser, begin):
     begin: ns, when the first message of the bag was recorded.
     """
     seconds = max(stats.seconds, 1e-9)
-    pairs, misalignment = stats.matched + stats.again, stats.epipolar.misalignment
+    pairs, misalignment = stats.matched + stats.rematched, stats.epipolar.misalignment
     ended = 'interrupted' if stats.interrupted else 'finished'
     if stats.error is not None:
         ended = ('damaged bag' if isinstance(stats.error, DamagedBag) else
-                 'workers lost' if isinstance(stats.error, ClusterFault) else 'cannot be written')
+                 'workers lost' if isinstance(stats.error, ClusterError) else 'cannot be written')
     figures = {
         'ended': ended,
-        'pairs': {'matched': stats.matched, 'matched_again': stats.again, 'warm': stats.warm,
+        'pairs': {'matched': stats.matched, 'matched_again': stats.rematched, 'warm': stats.warm,
                   'rejected': dict(stats.rejected)},
         'messages': {'received': synchroniser.received, 'unmatched': synchroniser.unmatched},
         'remarks': list(stats.remarks.values()),
@@ -82,7 +82,7 @@ def sentences(figures, approximate):
     if 'segments' in figures:
         lines[0] += ', in {matched} segments on {workers} workers'.format(**figures['segments'])
     if pairs['matched_again']:
-        lines[0] += f", {pairs['matched_again']} were matched again to warm up"
+        lines[0] += f", {pairs['matched_again']} matched again to warm up"
     if pairs['rejected']:
         lines.append(f"{sum(pairs['rejected'].values())} rejected: " + ', '.join(
             f'{reason} {number}' for reason, number in sorted(pairs['rejected'].items())))
@@ -95,7 +95,7 @@ def sentences(figures, approximate):
         lines.append(f'to synchronise more of them, {_remedy(approximate)}')
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
-        f"pair; {100 * figures['share_not_matching']:.1f} % of the time was not matching")
+        f"pair; {100 * figures['share_not_matching']:.1f} % of the time spent on other work")
     if figures['misalignment'] is not None:
         lines.append(figures['misalignment']['sentence'])
     return '\n'.join(lines)
@@ -103,19 +103,19 @@ def sentences(figures, approximate):
 
 def no_pair_sentence(name, stats, synchroniser, approximate):
     """
-    Return why no pair of a bag was matched and what to do.
+    Return a sentence: why no pair of a bag was matched, and what to do.
 
     name: of the bag. approximate: whether stamps may differ.
     """
     rejected = sum(stats.rejected.values())
     if rejected:
-        return f'{name}: none of {rejected} pairs could be matched; the first: ' \
-               f'{stats.first_rejection}'
+        return (f'{name}: none of {rejected} pairs could be matched; the first: '
+                f'{stats.first_rejection}')
     counts = ', '.join(f'{topic} {number}' for topic, number in synchroniser.received.items())
     sentence = f'{name}: no messages were synchronised; received: {counts}'
     silent = [topic for topic, number in synchroniser.received.items() if not number]
     if silent:
-        return f"{sentence}; there is none of {', '.join(silent)} in what was chosen"
+        return f"{sentence}; the selected time has no messages of {', '.join(silent)}"
     difference = synchroniser.difference()
     if difference:
         sentence += f'; the latest stamps differ by up to {difference / 1e6:.3f} ms'
@@ -126,13 +126,13 @@ def _remedy(approximate):
     """Return which options synchronise more messages."""
     if approximate:
         return ('raise --tolerance or --queue-size, or give --cache-camera-info if camera_info '
-                'comes seldom')
+                'is published rarely')
     return ('give --approximate if the cameras do not stamp alike, --cache-camera-info if '
-            'camera_info comes seldom, or a larger --queue-size')
+            'camera_info is published rarely, or a larger --queue-size')
 
 
 def end_sentence(stats, outputs, options, begin):
-    """Return why a replay ended early, and how far it came; outputs: its Outputs, closed."""
+    """Return a sentence: why a replay ended early, and how far it got; outputs: closed."""
     where = options.output if options.can_be_resumed else ' and '.join(options.views)
     pairs, logged = outputs.written, outputs.logged
     far = f'{pairs} pairs were written to {where}'
@@ -145,9 +145,9 @@ def end_sentence(stats, outputs, options, begin):
     if stats.error is None:
         if not pairs:
             return 'interrupted before the first pair'
-        return f"interrupted: {far}{'; --resume goes on' if options.can_be_resumed else ''}"
+        return f"interrupted: {far}{'; --resume continues' if options.can_be_resumed else ''}"
     if outputs.sinks is None:
-        return f'{options.output} cannot be made: {text_of(stats.error)}'
+        return f'{options.output} cannot be created: {text_of(stats.error)}'
     if options.can_be_resumed or isinstance(stats.error, DamagedBag):
         return f'{text_of(stats.error)}; {far}'
-    return text_of(stats.error)     # a video or recording that failed is not there
+    return text_of(stats.error)     # a video or recording that failed does not exist

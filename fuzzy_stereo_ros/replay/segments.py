@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A replay cut into segments that Dask's workers match at the same time.
+Cut a replay into segments and match them in parallel on the workers of Dask.
 
-The results depend on where the segments begin, and on nothing else: neither on how many workers
-there are, nor on which of them dies, nor on whether the replay was interrupted. Where a worker
-dies, Dask gives its segment to another one; the scheduler keeps it until it is answered.
+The results depend only on where the segments begin: not on the number of workers, on workers that
+die, or on interruptions. If a worker dies, Dask gives its segment to another one; the scheduler
+keeps a segment until its result has arrived.
 """
 from collections import deque
 from contextlib import contextmanager, ExitStack
@@ -29,73 +29,72 @@ from fuzzy_stereo_ros.saved_pair import versions
 
 PACKAGE = 'fuzzy_stereo_ros'
 LOOPBACK = '127.0.0.1'
-DECISIVE = 'python', 'numpy', 'numba', 'opencv', 'processor'    # for the bits of a result
-AHEAD = 2               # segments on their way for each worker: one is matched, one lies ready
-ANSWER_SECONDS = 5      # that a scheduler has to answer, and its first worker to be there
-LOOK_SECONDS = 0.1      # between two looks whether to stop
-LOST_SECONDS = 30.0     # without any worker, after which the replay ends
+DECIDE_BITS = 'python', 'numpy', 'numba', 'opencv', 'processor'    # versions, see _check_workers
+SEGMENTS_PER_WORKER = 2     # submitted at a time: one is matched, the other one waits
+CONNECT_SECONDS = 5         # limit for a scheduler to answer, and for its first worker
+POLL_SECONDS = 0.1          # between two checks whether to stop
+NO_WORKER_SECONDS = 30.0    # without any worker, after which the replay ends
 
-_turn = Lock()          # a process matches one segment at a time, whatever threads it has
+_one_at_a_time = Lock()     # a process matches one segment, even if the worker has more threads
 
 
-class ClusterFault(OSError):
-    """Workers that are missing or cannot match; a sentence."""
+class ClusterError(OSError):
+    """Workers are missing or cannot match; the text is a sentence for the user."""
 
 
 class Segment(NamedTuple):
-    """Steps in a row: before, lists of those that warm up, and of those that count."""
+    """Consecutive Items: before, a list of those that only warm up; items, the others."""
 
     before: list
-    steps: list
+    items: list
 
     @property
     def new(self):
-        """Whether any of its pairs is not written yet."""
-        return any(isinstance(step.pair, StereoPair) and not step.again for step in self.steps)
+        """Whether the outputs lack any of its pairs."""
+        return any(isinstance(item.pair, StereoPair) and not item.written for item in self.items)
 
     def pairs(self):
-        """Return [(StereoPair, whether it starts anew)], and how many of them warm up."""
+        """Return [(StereoPair, whether the matcher is reset first)], and how many warm up."""
         pairs, warming, went_back = [], 0, False
-        for place, step in enumerate([*self.before, *self.steps]):
-            went_back |= step.went_back
-            if isinstance(step.pair, StereoPair):
-                pairs.append((step.pair, went_back))
+        for place, item in enumerate([*self.before, *self.items]):
+            went_back |= item.went_back
+            if isinstance(item.pair, StereoPair):
+                pairs.append((item.pair, went_back))
                 warming += place < len(self.before)
                 went_back = False
         return pairs, warming
 
 
-class SegmentAnswer(NamedTuple):
+class SegmentResult(NamedTuple):
     """
-    The outcomes of a segment.
+    The results of a segment.
 
-    warming: of the pairs that warmed up: (how many were matched, how many of these started from
-    the pair before, milliseconds of matching). outcomes: of each other pair the Match or the
-    Rejection.
+    warming: of the pairs that warmed up: (number of matches, how many of them started from the
+    previous pair, milliseconds of matching). outcomes: the Match or Rejection of each other pair.
     """
 
     warming: tuple
     outcomes: list
 
 
-def cut(steps):
+def cut_into_segments(items):
     """
-    Yield the Segments of Steps: SEGMENT_PAIRS numbers each, from a multiple of that on.
+    Yield the Segments of Items; each begins at a multiple of SEGMENT_PAIRS.
 
-    WARM_PAIRS numbers before them warm up. A DamagedBag is raised after the last Segment.
+    The WARM_PAIRS Items before it warm up. A DamagedBag is raised after the last Segment.
     """
     before, own, place = [], [], None
     try:
-        for step in steps:
-            if step.number is not None:
-                last, place = place, step.number // SEGMENT_PAIRS
+        for item in items:
+            if item.number is not None:
+                last, place = place, item.number // SEGMENT_PAIRS
                 if last not in (None, place):
                     yield Segment(before, own)
                     first = place * SEGMENT_PAIRS - WARM_PAIRS
                     before = [one for one in (*before, *own)
                               if one.number is not None and one.number >= first]
                     own = []
-            own.append(step)
+            own.append(item)
     except DamagedBag:
         if own:
             yield Segment(before, own)
@@ -104,19 +103,19 @@ def cut(steps):
         yield Segment(before, own)
 
 
-def match_in_segments(steps, cluster, stats, stopped):
+def match_in_segments(items, cluster, stats, stopped):
     """
-    Yield (Step, its Match, Rejection or None) of each Step, matched by a Cluster.
+    Yield each Item with its Match, its Rejection, or None, matched by a Cluster.
 
-    stats: Stats, in which segments, workers and warming up are counted. stopped(): whether to
-    end early. Raises DamagedBag, and ClusterFault where no worker answers.
+    stats: Stats, in which segments, workers and warm-up are counted. stopped(): returns whether to
+    end early. Raises DamagedBag, and ClusterError if no worker can match.
     """
     waiting, damage = deque(), None
     try:
-        for segment in cut(steps):
+        for segment in cut_into_segments(items):
             waiting.append((segment, cluster.submit(*segment.pairs()) if segment.new else None))
             stats.workers = max(stats.workers, cluster.workers)
-            while len(waiting) >= AHEAD * cluster.workers:
+            while len(waiting) >= SEGMENTS_PER_WORKER * cluster.workers:
                 yield from _outcomes(*waiting.popleft(), cluster, stats, stopped)
             if stopped():
                 return
@@ -129,98 +128,93 @@ def match_in_segments(steps, cluster, stats, stopped):
 
 
 def _outcomes(segment, future, cluster, stats, stopped):
-    """Yield what `match_in_segments` does, of one segment; nothing where it is stopped."""
-    if future is None:      # it is written already
-        yield from ((step, step.pair if isinstance(step.pair, Rejection) else None)
-                    for step in segment.steps)
+    """Yield what `match_in_segments` yields of one segment; nothing if it is stopped."""
+    if future is None:      # all of it is written already
+        yield from ((item, item.pair if isinstance(item.pair, Rejection) else None)
+                    for item in segment.items)
         return
-    answer = cluster.answer(future, stopped)
-    if answer is None:
+    result = cluster.result(future, stopped)
+    if result is None:
         return
-    again, warm, milliseconds = answer.warming
-    stats.segments, stats.again = stats.segments + 1, stats.again + again
+    rematched, warm, milliseconds = result.warming
+    stats.segments, stats.rematched = stats.segments + 1, stats.rematched + rematched
     stats.warm, stats.milliseconds = stats.warm + warm, stats.milliseconds + milliseconds
-    outcomes = iter(answer.outcomes)
-    for step in segment.steps:
-        yield step, next(outcomes) if isinstance(step.pair, StereoPair) else step.pair
+    outcomes = iter(result.outcomes)
+    for item in segment.items:
+        yield item, next(outcomes) if isinstance(item.pair, StereoPair) else item.pair
 
 
 class Cluster:
     """
-    Workers that match segments; a worker that dies loses nothing, as another does its work.
+    The workers of a Dask scheduler, which match segments; they may join, leave and die.
 
-    name: of the scheduler, for sentences. workers: how many there were when they were counted
-    last, 1 at least.
+    name: of the scheduler, for sentences. workers: their number at the last count, at least 1.
     """
 
     def __init__(self, client, name, config):
-        """Take the workers that there are; client: a distributed.Client; config: MatcherConfig."""
+        """Use the workers of a distributed.Client; config: MatcherConfig."""
         self._client, self.name, self._config = client, name, config
-        self.workers, self._there = 1, time.monotonic()
+        self.workers, self._last_seen = 1, time.monotonic()
         self._count_workers()
 
     def warm_up(self):
-        """Have each worker compile the kernels or load them from its cache; ClusterFault."""
+        """Let each worker compile or load the kernels; raises ClusterError."""
         for future in [self.submit([], 0, workers=[address], allow_other_workers=True)
                        for address in self._client.nthreads()]:
-            self.answer(future, lambda: False)
+            self.result(future, lambda: False)
 
     def submit(self, pairs, warming, **where):
-        """Have pairs matched, as `match_segment` does; return the Future that `answer` takes."""
+        """Submit pairs to `match_segment`; return the Future of the SegmentResult."""
         return self._client.submit(_match_on_worker, self._config, pairs, warming, pure=False,
                                    **where)
 
-    def answer(self, future, stopped):
-        """
-        Wait for a SegmentAnswer and return it; None where stopped() says so.
-
-        Raises ClusterFault where there will be none.
-        """
+    def result(self, future, stopped):
+        """Wait for a SegmentResult and return it, None if stopped(); raises ClusterError."""
         import distributed
         from distributed.scheduler import KilledWorker
 
         try:
             while True:
                 try:
-                    return future.result(LOOK_SECONDS)
+                    return future.result(POLL_SECONDS)
                 except distributed.TimeoutError:
                     if stopped():
                         return None
                     self._count_workers()
-        except ClusterFault:
+        except ClusterError:
             raise
         except KilledWorker as error:
-            raise ClusterFault(
-                f'worker after worker of {self.name} ended over the same pairs, '
-                f'{error.allowed_failures + 1} in all: see what they wrote last, and whether '
-                'they have enough memory') from error
-        except Exception as error:      # noqa: B902  whatever it is, it cannot match
-            raise ClusterFault(f'{self.name} cannot match ({text_of(error)}): install {PACKAGE} '
+            raise ClusterError(
+                f'workers of {self.name} died over the same pairs, '
+                f'{error.allowed_failures + 1} in all: check their logs and their memory'
+            ) from error
+        except Exception as error:      # noqa: B902  no worker can match
+            raise ClusterError(f'{self.name} cannot match ({text_of(error)}): install {PACKAGE} '
                                f'{versions()[PACKAGE]} there') from error
 
     def _count_workers(self):
-        """Count the workers; ClusterFault where there is none for long."""
+        """Count the workers; raises ClusterError after NO_WORKER_SECONDS without any."""
         now, found = time.monotonic(), len(self._client.nthreads())
         self.workers = max(1, found)
-        self._there = now if found else self._there
-        if now - self._there > LOST_SECONDS:
-            raise ClusterFault(f'{self.name} has had no worker for {LOST_SECONDS:.0f} s')
+        self._last_seen = now if found else self._last_seen
+        if now - self._last_seen > NO_WORKER_SECONDS:
+            raise ClusterError(f'{self.name} has had no worker for {NO_WORKER_SECONDS:.0f} s')
 
 
 @contextmanager
 def opened_cluster(options, log):
     """
-    Give the Cluster of ReplayOptions.
+    Yield the Cluster of ReplayOptions.
 
-    log(sentence): called where workers run on other versions of what decides about bits.
-    Raises ValueError without Dask, ClusterFault where no worker is there or one cannot match.
+    log(sentence): warns of workers whose versions may change bits. Raises ValueError if Dask is
+    not installed, ClusterError if there is no worker or one has another version of this package.
     """
     opened = ExitStack()
     try:
-        # Started by halves, Dask would leave processes or log of it at length.
-        with interruption() as came:
-            cluster = _cluster(options, log, opened)
-        if came():
+        # Interrupted while it starts, Dask would leave processes or print tracebacks.
+        with interruption() as interrupted:
+            cluster = _open_cluster(options, log, opened)
+        if interrupted():
             raise KeyboardInterrupt
         yield cluster
     finally:
@@ -228,18 +222,18 @@ def opened_cluster(options, log):
             opened.close()
 
 
-def _cluster(options, log, opened):
-    """Return the Cluster that is asked for, what it needs opened in an ExitStack."""
+def _open_cluster(options, log, opened):
+    """Return the Cluster of ReplayOptions; opened: the ExitStack that closes it."""
     try:
         import dask
         from distributed import Client
         from distributed.comm import get_address_host_port
         from distributed.utils import silence_logging_cmgr
     except ImportError:
-        raise ValueError('distributed, which shares work among processes, is not installed: '
-                         f"pip install '{PACKAGE}[cluster]'") from None
+        raise ValueError(f"distributed is not installed: pip install '{PACKAGE}[cluster]'"
+                         ) from None
     opened.enter_context(silence_logging_cmgr(logging.CRITICAL))
-    # Segments are large, and the scheduler is to keep them in case a worker dies.
+    # Segments are large on purpose: the scheduler keeps them in case a worker dies.
     opened.enter_context(
         dask.config.set({'distributed.admin.large-graph-warning-threshold': '1 PiB'}))
     if options.scheduler is None:
@@ -248,10 +242,10 @@ def _cluster(options, log, opened):
     else:
         name = options.scheduler
         try:
-            get_address_host_port(name)     # or else half a Client is left, which ends at length
-            client = Client(name, timeout=ANSWER_SECONDS, set_as_default=False)
+            get_address_host_port(name)     # a Client of a bad address would not close cleanly
+            client = Client(name, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError) as error:
-            raise ClusterFault(f'--scheduler is {name}, where no scheduler of Dask answers: '
+            raise ClusterError(f'--scheduler is {name}, where no Dask scheduler answers: '
                                f'{text_of(error)}') from error
     opened.enter_context(client)
     _check_workers(client, name, log)
@@ -260,15 +254,14 @@ def _cluster(options, log, opened):
 
 def _local_cluster(workers, opened):
     """
-    Return a LocalCluster of so many processes, opened in an ExitStack.
+    Return a LocalCluster of worker processes; opened: the ExitStack that closes it.
 
-    Ctrl-C does not reach them: what a thread blocks, the threads and processes that it starts
-    block too.
+    Ctrl-C does not reach them: threads and processes inherit the signal mask of their starter.
     """
     from distributed import LocalCluster
 
     folder = opened.enter_context(tempfile.TemporaryDirectory())
-    resource_tracker.ensure_running()       # started later, it lets the interrupts through again
+    resource_tracker.ensure_running()       # started later, it would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         return opened.enter_context(LocalCluster(
@@ -281,21 +274,21 @@ def _local_cluster(workers, opened):
 
 
 def _check_workers(client, name, log):
-    """Raise ClusterFault where there is no worker, or one without this version of ours."""
+    """Raise ClusterError if there is no worker, or one has another version of this package."""
     import distributed
 
     try:
-        client.wait_for_workers(1, timeout=ANSWER_SECONDS)
+        client.wait_for_workers(1, timeout=CONNECT_SECONDS)
     except distributed.TimeoutError:    # before Python 3.11 not the one of Python
-        raise ClusterFault(f'{name} has no workers: start some with `dask worker {name}`, where '
+        raise ClusterError(f'{name} has no workers: start some with `dask worker {name}` where '
                            f'{PACKAGE} is installed') from None
     here = versions()
     for address, there in client.run(versions, on_error='return').items():
         fault = text_of(there) if isinstance(there, Exception) else there[PACKAGE]
         if fault != here[PACKAGE]:
-            raise ClusterFault(f'the worker {address} is without {PACKAGE} {here[PACKAGE]} '
-                               f'(it has {fault}): install the same everywhere')
-        different = [f'{what} {there[what]} (here {here[what]})' for what in DECISIVE
+            raise ClusterError(f'the worker {address} lacks {PACKAGE} {here[PACKAGE]} (it has '
+                               f'{fault}): install the same version everywhere')
+        different = [f'{what} {there[what]} (here {here[what]})' for what in DECIDE_BITS
                      if there[what] != here[what]]
         if different:
             log(f"the worker {address} has {', '.join(different)}: the last bits of its results "
@@ -303,7 +296,7 @@ def _check_workers(client, name, log):
 
 
 def _match_on_worker(config, pairs, warming):
-    """Match a segment in a thread of a worker, with as many threads as are the worker's."""
+    """Return the SegmentResult of pairs, matched with the threads of this Dask worker."""
     from distributed import get_worker
 
     threads = config.threads or get_worker().state.nthreads
@@ -312,26 +305,26 @@ def _match_on_worker(config, pairs, warming):
 
 def match_segment(config, pairs, warming):
     """
-    Return the SegmentAnswer of pairs, which depends on nothing that was matched before.
+    Return the SegmentResult of pairs, independent of everything matched before.
 
-    config: MatcherConfig. pairs: [(StereoPair, whether it starts anew)]. warming: so many of
-    them, the first, only warm up.
+    config: MatcherConfig. pairs: [(StereoPair, whether the matcher is reset first)]. warming: the
+    number of pairs at the beginning that only warm up.
     """
-    with _turn:
+    with _one_at_a_time:
         matcher, outcomes = _warm_matcher(config), []
         matcher.reset()
-        for pair, starts_anew in pairs:
-            if starts_anew:
+        for pair, reset in pairs:
+            if reset:
                 matcher.reset()
             outcomes.append(match_or_reject(pair, matcher))
     warmed = [one for one in outcomes[:warming] if not isinstance(one, Rejection)]
-    return SegmentAnswer((len(warmed), sum(one.warm for one in warmed),
+    return SegmentResult((len(warmed), sum(one.warm for one in warmed),
                           sum(one.times['total'] for one in warmed)), outcomes[warming:])
 
 
 @lru_cache(maxsize=1)
 def _warm_matcher(config):
-    """Return the StereoMatcher of this process, its kernels compiled or loaded."""
+    """Return the StereoMatcher of this process with its kernels compiled or loaded."""
     matcher = StereoMatcher(config)
     matcher.warm_up(*WARM_UP_SIZE)
     return matcher

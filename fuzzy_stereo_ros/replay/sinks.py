@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where the results of a replay go: into a bag, files, a video, the viewer; and their folder.
+The sinks of a replay: a bag, files, a video, the Rerun viewer; and the folder they write to.
 
-A sink has take(matched, logged), with each MatchedPair in the order of the bag until it raises
-an exception, and close(), called in any case. All calls come from one thread, the one that made
-it. An OSError of a sink, as of a full disk, or a ValueError ends the replay.
+A sink has add(matched, logged), called with each MatchedPair in the order of the bag, and close(),
+called in any case. All calls come from the thread that made the sink. An OSError, as of a full
+disk, or a ValueError of a sink ends the replay.
 """
 from collections import Counter
 from contextlib import ExitStack, suppress
@@ -25,79 +25,79 @@ from fuzzy_stereo_ros.views.rerun_view import RerunSink
 from fuzzy_stereo_ros.views.video import RATES, VideoSink
 
 CALIBRATION = 'calibration.json'
-RECORD = 'replay.json'      # what the outputs were made of; it marks a folder as a replay's
-STAMP_DIGITS = 19           # of ns since 1970, so that names stand in the order of time
+RECORD = 'replay.json'      # the options of the outputs; it marks a folder as one of a replay
+STAMP_DIGITS = 19           # of ns since 1970, so that names sort by time
 
 
 class Outputs:
     """
-    The sinks, made by the thread that uses them when there is something for them; their folder.
+    The sinks of a replay and their folder; the thread that writes makes them with the first pair.
 
-    config: the MatcherConfig of the images as they are matched. path: of the folder; None where
-    no outputs go into one. continued: whether there are outputs in it that are to be continued.
-    sinks: a list; None while there are none. bag_sink: the BagSink among them, or None. written:
-    pairs that all of them took. logged: ns, of the last of these.
+    config: the MatcherConfig at the scale at which images are matched. path: of the folder, None
+    without one. continued: whether earlier outputs in it are continued. sinks: a list, None before
+    the first pair. bag_sink: the BagSink among them, or None. written: number of pairs that all
+    sinks took. logged: ns, of the last of these.
     """
 
     def __init__(self, options, source, copies):
         """
-        Check the folder of ReplayOptions, and begin the views; nothing else is made yet.
+        Check the folder of ReplayOptions and open the views; creates no other output yet.
 
         source: ReplaySource. copies: CopiedMessages or None.
-        Raises ValueError where the folder may not be used so, and as `opened_views`.
+        Raises ValueError if the folder cannot be used, and as `opened_views`.
         """
         self.config, self.sinks, self.bag_sink = options.scaled_config, None, None
         self.path = None if options.output is None else Path(options.output)
         self.continued, self.written, self.logged = False, 0, None
         self._options, self._source, self._copies = options, source, copies
-        # What the outputs are made of; with the same they can be continued.
+        # Everything the results depend on: --resume needs the same.
         self._record = json.loads(json.dumps({
             'bags': [Path(bag).name for bag in options.bags], **source.topics._asdict(),
             'calibration': source.calibration, 'start': options.start,
             'duration': options.duration, 'every': options.every, 'format': options.storage,
-            'results': options.words, 'kept': sorted(copies.topics) if copies else [],
+            'results': options.bag_results, 'kept': sorted(copies.topics) if copies else [],
             'files': options.files, **options.settings,
             'segments': SEGMENT_PAIRS if options.in_segments else None,
-            **asdict(replace(options.config, threads=0))}))     # they change no result
+            **asdict(replace(options.config, threads=0))}))     # threads change no result
         if self.path is not None:
             self._check()
         self._views = opened_views(options, source)
 
-    def put(self, matched, logged):
+    def write(self, matched, logged):
         """
-        Give a MatchedPair to the sinks; logged: ns, when its last message was recorded.
+        Pass a MatchedPair to all sinks; return None, or its Rejection after an internal error.
 
-        Returns the Rejection of a pair whose results cannot be made, None where they are written.
+        logged: ns, when the last message of the pair was recorded.
         """
         self._open()
         try:
             for sink in self.sinks:
-                sink.take(matched, logged)
+                sink.add(matched, logged)
         except (ValueError, OSError):
             raise
-        except Exception as error:      # noqa: B902  whatever it is, the next pair is written
+        except Exception as error:      # noqa: B902  an internal error ends no replay
             return rejection_of(error)
         self.written, self.logged = self.written + 1, logged
         return None
 
     def finish(self):
-        """Copy what stands behind the last pair, which may be of a replay before."""
-        if self.continued and self._source.resumed:
+        """Copy the messages after the last pair, which an earlier replay may have written."""
+        if self.continued and self._source.caught_up:
             self._open()
         if self.bag_sink is not None:
             self.bag_sink.copy()
 
     def close(self):
-        """Close all sinks, whatever one of them raises."""
+        """Close all sinks, even if one of them raises an exception."""
         with ExitStack() as closing:
             for sink in self.sinks or ():
                 closing.callback(sink.close)
 
-    def stamps_before(self):
+    def written_stamps(self):
         """
-        Return the stamps of the last few pairs that are written already, ns, in order.
+        Return the stamps of the last few pairs in the outputs to be continued: ns, in order.
 
-        They are in the bag, or else in files of the suffix that is written last.
+        They are read from the bag, or else from the files of the suffix that is written last.
         """
         count = WARM_PAIRS + (SEGMENT_PAIRS if self._options.in_segments else 0)
         if not self.continued:
@@ -123,13 +123,13 @@ class Outputs:
             write_whole(self.path / RECORD, (json.dumps(self._record, indent=2) + '\n').encode())
         self.sinks = [FileSink(self.path, suffix) for suffix in self._options.files]
         if self._options.writes_bag:
-            # After the files: --resume takes a pair for done that is in the bag.
+            # After the files: for --resume a pair is written when the bag has it.
             self.bag_sink = BagSink(self.path, self._options, self._copies)
             self.sinks.append(self.bag_sink)
         self.sinks += self._views
 
     def _clear(self):
-        """Remove what replays write, and nothing else; last the mark that it may be removed."""
+        """Remove what replays write and nothing else; last RECORD, which allows it."""
         parts = [part for suffix in SUFFIXES.values() for part in self.path.glob(f'*_*{suffix}')]
         names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, RECORD
         for path in (*parts, *(self.path / name for name in names)):
@@ -142,13 +142,12 @@ class Outputs:
         path, options = self.path, self._options
         if not path.parent.is_dir():
             raise ValueError(f'--output is {path}, but there is no folder {path.parent}')
-        whole = path.resolve()
         for bag in options.bags:
-            if whole in (Path(bag).resolve(), *Path(bag).resolve().parents):
+            if path.resolve() in (Path(bag).resolve(), *Path(bag).resolve().parents):
                 raise ValueError(f'--output is {path}, which holds the input {bag}')
         if not path.exists() or (path.is_dir() and not any(path.iterdir())):
             if options.resume:
-                raise ValueError(f'--resume finds nothing to continue in {path}')
+                raise ValueError(f'--resume finds nothing to continue in {path}; leave it out')
             return
         made_by_replay = (path / RECORD).is_file()
         if not made_by_replay and (options.overwrite or options.resume):
@@ -166,22 +165,21 @@ class Outputs:
         with suppress(ValueError):
             before = read_json(path)
         if not isinstance(before, dict):
-            raise ValueError(f'{path} is damaged; begin anew with --overwrite')
+            raise ValueError(f'{path} is damaged; start over with --overwrite')
         now = self._record
         different = [f'{name} ({before.get(name)}, now {now.get(name)})'
                      for name in {**before, **now} if before.get(name) != now.get(name)]
         if different:
-            raise ValueError('--resume goes on with the options of before; different are '
+            raise ValueError('--resume needs the options of the first run; different are '
                              + ', '.join(different))
 
 
 def opened_views(options, source):
     """
-    Return the sinks that show pairs; their files are begun with the first one.
+    Return the sinks of --video and --view; a file is created with the first pair.
 
-    options: ReplayOptions. source: the ReplaySource, whose stamps tell the rate of a video.
-    Raises ValueError for a file that cannot be written so, and where rerun-sdk or a display is
-    missing.
+    options: ReplayOptions. source: the ReplaySource, whose stamps give the rate of a video.
+    Raises ValueError if a file cannot be written, or rerun-sdk or a display is missing.
     """
     views = []
     if options.video is not None:
@@ -197,27 +195,27 @@ def opened_views(options, source):
 
 class BagSink:
     """
-    A bag with the results under the node's topics, and copies of other topics.
+    Writes a bag with the results under the node's topics, and copies of other topics.
 
     bag: the BagWriter.
     """
 
     def __init__(self, folder, options, copies):
         """
-        Begin or continue the bag of a folder.
+        Create or continue the bag of a folder.
 
         options: ReplayOptions. copies: CopiedMessages or None.
         """
         self.bag, self._copies = BagWriter(folder, options.storage), copies
         self._messages = Messages()
         self._results = ResultMessages(self._messages.make, options.settings)
-        self._topics = [one for word in TOPICS if word in options.words for one in TOPICS[word]]
-        self._there = Counter()     # copies of a replay before
-        if copies is not None:
-            self._there.update({topic: self.bag.counts[topic] for topic in copies.topics})
+        self._topics = [one for word in TOPICS if word in options.bag_results
+                        for one in TOPICS[word]]
+        self._copied = Counter({topic: self.bag.counts[topic] for topic in copies.topics}
+                               if copies else {})       # by the replay that is continued
 
-    def take(self, matched, logged):
-        """Write the results of a pair, behind the copies that stand before it."""
+    def add(self, matched, logged):
+        """Write the results of a pair after the copies of earlier messages."""
         results = [(topic, kind, self._results.of(topic, matched)) for topic, kind in self._topics]
         contents = [(topic, kind, self._messages.content(message))
                     for topic, kind, message in results if message is not None]
@@ -227,10 +225,10 @@ class BagSink:
         self.bag.commit()
 
     def copy(self, logged=None):
-        """Copy what was recorded until a time, ns, or all that is left."""
+        """Copy the messages that were recorded until a time in ns, None = all that are left."""
         for message, copying in self._copies.until(logged) if self._copies else ():
-            if self._there[message.topic] > 0:
-                self._there[message.topic] -= 1
+            if self._copied[message.topic] > 0:
+                self._copied[message.topic] -= 1
             else:
                 self.bag.write(message.topic, copying.kind, copying.typestore,
                                copying.converted(message.content), message.logged,
@@ -242,19 +240,19 @@ class BagSink:
 
 
 class FileSink:
-    """A file of disparities for each pair, named by its stamp in ns, and calibration.json."""
+    """Writes a disparity file for each pair, named by its stamp in ns, and calibration.json."""
 
     def __init__(self, folder, suffix):
         """
-        Make the folder `disparity` in a folder that is there.
+        Create the folder `disparity` in an existing folder.
 
-        suffix: 'npy', 'pfm' or 'png', as of pairs/disparity_files.py.
+        suffix: 'npy', 'pfm' or 'png', a format of pairs/disparity_files.py.
         """
         self._folder, self._suffix, self._calibration = folder, suffix, None
         self._place = folder / DISPARITY
         self._place.mkdir(exist_ok=True)
 
-    def take(self, matched, logged=None):
+    def add(self, matched, logged=None):
         """Write the disparities of a pair: float (R, C), px, not corrected by the offset."""
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration
@@ -266,4 +264,4 @@ class FileSink:
         write_disparity(path, matched.match.disparity)
 
     def close(self):
-        """Do nothing: each file is whole."""
+        """Do nothing: each file is complete."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The pairs of bags, in order: which topics they come from, which of them, and their cameras."""
+"""Read the pairs of bags in order: find the topics, synchronise, select, calibrate."""
 from contextlib import suppress
 from itertools import islice, pairwise
 import math
@@ -17,25 +17,26 @@ from fuzzy_stereo_ros.parameters.options import CAMERA, given_calibration
 from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
 SECOND = 1_000_000_000
-RATED_IMAGES = 31       # whose stamps tell the rate
-RATE_WITHOUT = 10.0     # pairs per second, where the stamps tell none
+RATED_IMAGES = 31       # images whose stamps give the rate
+USUAL_RATE = 10.0       # pairs per second, if the stamps give none
 
 
 class Rejection(NamedTuple):
-    """Why a pair is not matched: a word for counting, and a sentence."""
+    """Why a pair is not matched: the reason it is counted by, and a sentence."""
 
     reason: str
     sentence: str
 
 
-class Step(NamedTuple):
+class Item(NamedTuple):
     """
-    A pair, or a message that is damaged.
+    A pair of a bag, or a damaged message.
 
-    logged: ns, when the last message that led to it was recorded. stamp: ns, of the pair, None
-    where there is none; number: which of the selected pairs it is, from 0, likewise.
-    pair: the StereoPair, or the Rejection where it cannot be read. went_back: the stamp is smaller
-    than that of a pair before. again: a replay that is resumed wrote the pair already.
+    logged: ns, when the last of its messages was recorded. stamp: ns, of the pair; None for a
+    damaged message. number: of the selected pairs, from 0; None likewise. pair: the StereoPair,
+    or the Rejection of a pair or message that cannot be read. went_back: the stamp is smaller
+    than the one of an earlier pair. written: the replay that is resumed wrote the pair already;
+    it only warms up.
     """
 
     logged: int
@@ -43,30 +44,31 @@ class Step(NamedTuple):
     number: int | None = None
     pair: StereoPair | Rejection | None = None
     went_back: bool = False
-    again: bool = False
+    written: bool = False
 
 
 class ReplaySource:
     """
-    Reads the pairs of bags as the node reads topics; in one thread.
+    Reads the pairs of bags as the node reads topics; for one thread.
 
-    topics: StereoTopics. calibration: where it comes from, in words. start, stop: ns, when what is
-    read was recorded, None for no bound. synchroniser: the Synchroniser, whose counts are for
-    everybody to read. resumed: whether the pairs that are written already have come.
+    topics: StereoTopics. calibration: its origin in words. start, stop: ns, the recorded time that
+    is read, None = no bound. synchroniser: the Synchroniser, with its counts. caught_up: whether
+    all pairs that are written already have been read.
     """
 
     def __init__(self, options, bags):
         """
-        Choose what is read of a BagReader; nothing is read yet but an image where it is needed.
+        Choose topics, calibration and time; reads at most one image, for its size.
 
-        options: ReplayOptions. Raises ValueError where the bags have no such cameras or part.
+        options: ReplayOptions. bags: BagReader. Raises ValueError if the bags have no such
+        cameras, no calibration, or not this time.
         """
         self._options, self._bags, settings = options, bags, options.settings
         left, right = (name and slashed(name) for name in (options.left, options.right))
         self.topics = find_stereo_topics(bags.names, bags.topics, left, right,
                                          settings['rectify'])
         self._infos, self.calibration = _calibration(options, bags, self.topics)
-        self.start, self.stop = _part(options, bags)
+        self.start, self.stop = _time_range(options, bags)
         self._read = options.pair_reader().read
         queued, self._held = self.topics, ()
         if self._infos is not None:
@@ -76,10 +78,10 @@ class ReplaySource:
         self.synchroniser = Synchroniser(queued, settings['queue_size'],
                                          sync_tolerance(settings), self._held)
         self._selected, self._went_back = 0, False
-        self.resumed = True
+        self.caught_up = True
 
     def expected_pairs(self):
-        """Return about how many pairs are selected."""
+        """Return an estimate of the number of selected pairs."""
         first = self._bags.begin if self.start is None else self.start
         last = self._bags.end if self.stop is None else min(self.stop, self._bags.end)
         share = (last - first) / max(self._bags.end - self._bags.begin, 1)
@@ -87,22 +89,22 @@ class ReplaySource:
         return math.ceil(messages * min(max(share, 0), 1) / self._options.every)
 
     def rate(self):
-        """Return how many selected pairs come in a second, by the stamps of the left images."""
+        """Return the selected pairs per second, by the stamps of the first left images."""
         stamps = []
         with suppress(DamagedBag, BadPair):     # the replay reports it later
             for message in islice(self._messages([self.topics.left]), RATED_IMAGES):
                 stamps.append(read_stamped(message)[0])
-        steps = [after - before for before, after in pairwise(stamps) if after > before]
-        return SECOND / median(steps) / self._options.every if steps else RATE_WITHOUT
+        intervals = [after - before for before, after in pairwise(stamps) if after > before]
+        return SECOND / median(intervals) / self._options.every if intervals else USUAL_RATE
 
-    def steps(self, done=()):
+    def items(self, done=()):
         """
-        Yield each Step; DamagedBag where a bag can be read no further.
+        Yield each Item; raises DamagedBag if a bag can be read no further.
 
-        done: stamps, ns, of the last few pairs that are written already, in order. Those before
-        them are passed over; they are read again, so that new pairs start warm.
+        done: stamps, ns, of the last few pairs that are written already, in order. Earlier pairs
+        are skipped; these few are read again, so that new pairs start warm.
         """
-        self._done, self._waiting, self.resumed = done, bool(done), not done
+        self._done, self._skipping, self.caught_up = done, bool(done), not done
         for topic in self._held if self.start is not None else ():
             for message in self._bags.newest(topic, self.start):
                 self.synchroniser.add(topic, *read_stamped(message))
@@ -112,7 +114,7 @@ class ReplaySource:
             try:
                 found = self.synchroniser.add(message.topic, *read_stamped(message))
             except BadPair as bad:
-                yield Step(logged, pair=rejection_of(bad))
+                yield Item(logged, pair=rejection_of(bad))
                 continue
             yield from self._selected_of(logged, found)
         yield from self._selected_of(logged, self.synchroniser.finish())
@@ -122,20 +124,21 @@ class ReplaySource:
         return self._bags.messages(topics, self.start, self.stop)
 
     def _selected_of(self, logged, found):
-        """Yield the Step of each MatchedSet that is selected, and not passed over."""
+        """Yield the Item of each MatchedSet that is selected and not skipped."""
         for one in found:
             number, rest = divmod(self._selected, self._options.every)
             self._selected += 1
             self._went_back |= one.went_back
             if rest:
                 continue
-            again = not self.resumed
-            if again:
-                self._waiting = self._waiting and one.stamp != self._done[0]
-                self.resumed = not self._waiting and one.stamp == self._done[-1]
-                if self._waiting:
+            written = not self.caught_up
+            if written:
+                self._skipping = self._skipping and one.stamp != self._done[0]
+                self.caught_up = not self._skipping and one.stamp == self._done[-1]
+                if self._skipping:
                     continue
-            yield Step(logged, one.stamp, number, self._pair(one.messages), self._went_back, again)
+            yield Item(logged, one.stamp, number, self._pair(one.messages), self._went_back,
+                       written)
             self._went_back = False
 
     def _pair(self, messages):
@@ -144,12 +147,12 @@ class ReplaySource:
             messages = messages[0], self._infos[0], messages[1], self._infos[1]
         try:
             return self._read(*messages)
-        except Exception as error:      # noqa: B902  whatever it is, the next pair is read
+        except Exception as error:      # noqa: B902  an internal error ends no replay
             return rejection_of(error)
 
 
 def rejection_of(error):
-    """Return the Rejection of a pair at which an exception was raised."""
+    """Return the Rejection of a pair that raised an exception."""
     if isinstance(error, ValueError):
         return Rejection(getattr(error, 'reason', 'match'), str(error))
     return Rejection('internal error', f'internal error, {type(error).__name__}: {text_of(error)}')
@@ -157,10 +160,10 @@ def rejection_of(error):
 
 def _calibration(options, bags, topics):
     """
-    Return ((left, right), sentence): two CameraInfo for all pairs, and where they come from.
+    Return the CameraInfo of all pairs, (left, right), and their origin in words.
 
-    None instead of the two where they come by their topics. topics: StereoTopics of a BagReader.
-    Raises ValueError where there is no calibration, or none for what is asked.
+    None instead of the two if each pair has its own messages. topics: StereoTopics of a BagReader.
+    Raises ValueError if there is no calibration, or not the one that the options need.
     """
     missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
     if not missing and all(getattr(options, name) is None for name in CAMERA):
@@ -186,8 +189,8 @@ def _calibration(options, bags, topics):
            'at {:g}, {:g}'.format(*options.principal_point)))
 
 
-def _part(options, bags):
-    """Return from when on and before when messages are read, ns or None; ValueError."""
+def _time_range(options, bags):
+    """Return the recorded time that is read, (start, stop) in ns or None; raises ValueError."""
     length = (bags.end - bags.begin) / SECOND
     if options.start is not None and not 0 <= options.start <= length:
         raise ValueError(f'--start is {options.start:g}; {bags.names} is {length:.3f} s long')

@@ -3,9 +3,9 @@
 """
 Figures of an evolution and of a sequence, and an animation; all need matplotlib.
 
-Above stand the images and the convergence curves; below, a row for each of some generations: the
-best chromosome, its possibility, whose genes it has, what mutation did (Figures 4 and 5 of the
-paper, with what lies between). The animation has one such row, which changes.
+The first row has the images and the convergence curves. A row for each of some generations
+follows: the best chromosome, its possibility, the origin of its genes, the mutated cells (as
+Figures 4 and 5 of the paper, with more generations). The animation has one such row.
 """
 from fuzzy_stereo_ros.evaluation.scores import error_map
 from fuzzy_stereo_ros.views.evolution_record import (
@@ -22,23 +22,23 @@ ORIGIN_WORDS = {
     'quality': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
                 SECOND: 'from mutants and others'}}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
-NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no genes to tell of; no ground truth
+NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
 TRUTH_TITLE = 'ground truth; dark is unknown'
-WIDTH = 3.4         # inches of a panel with what is around it
+WIDTH = 3.4         # inches of a panel with its margins
 FRAME_HEIGHT = 2.7  # inches of a panel of a sequence
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
 AROUND = 0.5        # inches above and below a panel
-BELOW = 1.2         # inches that the title of all and the bars take
-DOTS = 100, 200     # fewest and most pixels an inch; between, a pixel is one of the images
+BELOW = 1.2         # inches of the title and the colour bars
+DOTS = 100, 200     # least and most dots per inch; between them a dot is a pixel of the images
 LIMITS = -4, 4      # powers of ten of the fitness beyond which its axis has a factor
-FEW = 12            # generations that are marked on a curve one by one
+FEW = 12            # generations up to which curves have markers
 DURATION = 10       # seconds of an animation
-RATES = 1, 10       # fewest and most generations a second
-STAY = 2            # seconds that the last one stays
+RATES = 1, 10       # least and most generations per second
+STAY = 2            # seconds for which the last frame stays
 
 
 def evolution_figure(convergence, match):
-    """Return the Figure of an evolution; convergence: the Convergence, at its end."""
+    """Return the Figure of an evolution; convergence: Convergence of all generations."""
     snapshots = convergence.shown()
     layout = _Layout(convergence, snapshots, match.disparity)
     layout.draw_curves()
@@ -47,28 +47,24 @@ def evolution_figure(convergence, match):
 
 class EvolutionAnimation(VideoFile):
     """
-    A video with a frame for each generation, drawn as it comes.
+    A video with a frame for each generation, drawn one by one.
 
-    rate: generations shown a second. figure: of the frames.
+    rate: generations per second. figure: of the frames.
     """
 
     def __init__(self, path, convergence):
-        """
-        Prepare for a Convergence whose first Snapshot is still to come.
-
-        Raises ValueError where the path is none of a VideoFile.
-        """
+        """Prepare for a Convergence without Snapshots; raises ValueError as VideoFile does."""
         rate = round(convergence.config.generations / DURATION)
         super().__init__(path, min(max(rate, RATES[0]), RATES[1]))
         self._convergence, self._layout, self.figure, self._last = convergence, None, None, None
 
-    def take(self, snapshot):
-        """Append the frame of the Snapshot that the Convergence took in last."""
+    def add(self, snapshot):
+        """Append the frame of the Snapshot that was added to the Convergence last."""
         self._last = self.frame(snapshot)
         self.write(self._last)
 
     def frame(self, snapshot):
-        """Return the frame of the Snapshot that the Convergence took in last: (R, C, 3) BGR."""
+        """Return the frame of the Snapshot that was added last: uint8 (R, C, 3) BGR."""
         if self._layout is None:
             self._layout = _Layout(self._convergence, [snapshot], dots=DOTS[0])
             self.figure = self._layout.figure
@@ -76,11 +72,11 @@ class EvolutionAnimation(VideoFile):
         self._layout.draw_curves()
         canvas = self.figure.canvas
         canvas.draw()
-        self.figure.set_layout_engine('none')   # what does not change stays where it is
+        self.figure.set_layout_engine('none')   # panels keep their places in the next frames
         return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, 2::-1])
 
     def close(self):
-        """Let the last generation stay for a while, and finish the file; see VideoFile.close."""
+        """Repeat the last frame for STAY seconds and finish the file; see VideoFile.close."""
         if self._last is not None:
             for _ in range(self.rate * STAY):
                 self.write(self._last)
@@ -88,13 +84,13 @@ class EvolutionAnimation(VideoFile):
 
 
 class _Layout:
-    """Panels and curves in a grid; figure: of matplotlib."""
+    """A grid of panels and curves; figure: the Figure."""
 
     def __init__(self, convergence, snapshots, result=None, dots=None):
         """
-        Draw what belongs to no single generation, and a row of panels for each Snapshot.
+        Draw the images, and a row of panels for each Snapshot.
 
-        result: float (R, C), px, of all. dots: pixels an inch.
+        result: float (R, C), px, of the match, or None. dots: per inch.
         """
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -124,7 +120,7 @@ class _Layout:
         self._places = self.figure.subplot_mosaic(mosaic)
         image = self._places['image']
         show_map(image, as_rgb(convergence.image), '')
-        image.set_anchor('N')       # below its title, which stands as high as its neighbours'
+        image.set_anchor('N')       # aligns the titles of a row
         image.set_title(f'{self._config.reference} image, the reference', size='small')
         for name, (values, title) in list(above.items())[1:]:
             self._bar('best', self._show(name, 'best', values, title), [self._places[name]])
@@ -132,7 +128,7 @@ class _Layout:
             self.draw(row, snapshot)
 
     def draw(self, row, snapshot):
-        """Draw the panels of a Snapshot into a row; what is explained below stands there once."""
+        """Draw the panels of a Snapshot into a row; the last row gets the legends."""
         for name, (values, title) in panels_of(snapshot, self._convergence).items():
             key = f'{name} {row}'
             if key in self._drawn:
@@ -144,7 +140,7 @@ class _Layout:
                 self._explain(name, self._drawn[key])
 
     def draw_curves(self):
-        """Draw fitness, and with truth the error of the best, of all generations so far."""
+        """Draw the curves of fitness and, with a truth, of the error of the best chromosome."""
         convergence, config = self._convergence, self._config
         scale = 'Eq. 3' if config.algorithm == 'paper' else '1 is perfect'
         place = self._places['fitness']
@@ -161,7 +157,7 @@ class _Layout:
             place.set_title('best: off by more than 1 px [%]', size='small')
             place.set_ylim(0, max(1.1 * max(row.bad_1 for row in convergence.rows), 1))
         lowest = config.min_disparity
-        most = 'at most ' if config.algorithm == 'realtime' else ''     # which converges
+        most = 'at most ' if config.algorithm == 'realtime' else ''     # it may converge earlier
         self.figure.suptitle(
             f'generation {convergence.rows[-1].number} of {most}{config.generations}, profile '
             f'{config.algorithm}, population {config.population}, disparities {lowest} to '
@@ -179,7 +175,7 @@ class _Layout:
         place.grid(alpha=0.3)
 
     def _show(self, place, name, values, title):
-        """Draw a map into its place, in the colours of a panel, and return what was drawn."""
+        """Draw a map in the colours of a panel; return its AxesImage."""
         drawn = show_map(self._places[place], values, '', bar=False,
                          **_colours(name, self._config))
         drawn.axes.set_title(title, size='small')
@@ -190,7 +186,7 @@ class _Layout:
         return drawn
 
     def _explain(self, name, drawn):
-        """Put below the panels of a name what their colours mean."""
+        """Add a legend or a colour bar below the panels of a name."""
         if name != 'origin':
             self._bar(name, drawn, [self._places[f'{name} {row}'] for row in range(self._rows)])
             return
@@ -205,7 +201,7 @@ class _Layout:
             ncols=2, loc='upper center', bbox_to_anchor=(0.5, 0), fontsize='small', frameon=False)
 
     def _bar(self, name, drawn, places):
-        """Explain the colours of a panel by a bar below its places."""
+        """Add a colour bar below the panels of a name."""
         unit = {'best': 'px', 'mutated': '% of the children',
                 'error': 'error in px; grey does not count'}.get(name, '')
         exceeded = name == 'error' or (name, self._config.algorithm) == ('mutated', 'paper')
@@ -217,9 +213,9 @@ class _Layout:
 
 def panels_of(snapshot, convergence):
     """
-    Return {name: (values, title)} of a Snapshot that the Convergence took in.
+    Return the panels of a Snapshot of a Convergence, {name: (values, title)}.
 
-    values: float (R, C), NaN where there is nothing.
+    values: float (R, C), NaN = nothing to show.
     """
     config, nothing = convergence.config, np.full(snapshot.best.shape, np.nan)
     generation = f'generation {snapshot.number}' if snapshot.number else 'initial population'
@@ -247,7 +243,7 @@ def panels_of(snapshot, convergence):
 
 
 def _colours(name, config):
-    """Return the keywords of `show_map` for the panel of this name."""
+    """Return the colour keywords of `show_map` for the panels of a name."""
     if name == 'best':
         lowest = config.min_disparity
         return {'cmap': 'turbo', 'vmin': lowest,
@@ -257,7 +253,7 @@ def _colours(name, config):
     if name == 'possibility':
         return {'cmap': 'viridis', 'vmin': 0, 'vmax': 1}
     if name == 'mutated':
-        # The paper's patches fall where they may: few cells change in half of the rate.
+        # Patches of the paper fall anywhere: few cells change in half of the children that mutate.
         top = max(50 * config.mutation_rate, 1) if config.algorithm == 'paper' else 100
         return {'cmap': 'magma', 'vmin': 0, 'vmax': top}
     from matplotlib.colors import ListedColormap
@@ -268,7 +264,7 @@ def _colours(name, config):
 
 
 def frames_figure(frames, config):
-    """Return the Figure of a sequence: best, where it evolved, where work was done; the gains."""
+    """Return the Figure of a sequence: disparity, evolved cells, proposed planes, and curves."""
     from matplotlib.figure import Figure
 
     shown = shown_frames(frames)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The record of an evolution: where genes came from, what mutation changed; and of a sequence.
+The record of an evolution, generation by generation, and of a sequence, frame by frame.
 
-Nothing here takes part in matching. Where genes came from follows from comparing a generation with
-the one before, and from the lineage that the paper's algorithm keeps.
+Matching does not depend on it. The origin of genes follows from comparing a generation with the
+previous one, and from the lineage that the paper's algorithm keeps.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -13,23 +13,23 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 import numpy as np
 
-ALIKE, FIRST, SECOND, MUTATED = range(4)        # where a gene came from
-SHOWN = 5           # generations of an evolution in one figure, at the most
-FRAMES_SHOWN = 4    # frames of a sequence, likewise
-LANDMARKS = '1', '2', '5'       # times powers of ten: of these a few are shown
+ALIKE, FIRST, SECOND, MUTATED = range(4)        # the origin of a gene, see Snapshot
+SHOWN = 5           # most generations of an evolution in a figure
+FRAMES_SHOWN = 4    # most frames of a sequence in a figure
+LANDMARKS = '1', '2', '5'       # generations 1, 2, 5, 10, 20, ... may be shown
 
 
 @dataclass(frozen=True)
 class Snapshot:
     """
-    One generation, the initial population being number 0; maps are of the reference image.
+    A generation; number 0 is the initial population. Maps are of the reference image.
 
     best: float32 (R, C), px, the fittest chromosome. possibility: float32 (R, C), 0 to 1, of it.
-    fitness: float64 (P,), of all, higher is fitter.
-    origin: uint8 (R, C), where the genes of one chromosome came from: of the fittest child in the
-    paper's algorithm, of the fittest itself in the others, whose fittest takes in what is fitter.
-    FIRST, SECOND: only this parent has the gene; ALIKE: all of them do; MUTATED: mutation made
-    it. None for the initial population.
+    fitness: float64 (P,), of all chromosomes, higher is fitter.
+    origin: uint8 (R, C), of the genes of one chromosome: of the fittest child in the paper's
+    algorithm, else of the fittest chromosome, into which fitter genes are crossed. FIRST, SECOND:
+    only this parent has the gene; ALIKE: all have it; MUTATED: from mutation. None for the initial
+    population.
     is_best: whether that chromosome is the fittest of all.
     mutated: float32 (R, C), 0 to 1, the share of the children that mutation changed there.
     """
@@ -45,11 +45,11 @@ class Snapshot:
 
 def observed_match(config, left, right, observe):
     """
-    Match a pair, cold, and return the Match: the same as without being observed.
+    Match a pair cold and return its Match, which observing does not change.
 
-    config: MatcherConfig, whose deadline is left aside, for observing takes time.
-    left, right: as StereoMatcher.match takes them. observe(snapshot): called with a Snapshot of
-    the initial population and of each generation. Raises ValueError where `match` does.
+    config: MatcherConfig; its deadline is ignored, as observing takes time.
+    left, right: images of StereoMatcher.match. observe(snapshot): called with the Snapshot of the
+    initial population and of each generation. Raises ValueError as StereoMatcher.match does.
     """
     config, former = replace(config, deadline_ms=0.0), None
 
@@ -66,30 +66,30 @@ def observed_match(config, left, right, observe):
 
 
 class Row(NamedTuple):
-    """The fitness of one generation, and how much of its best is off by more than 1 px."""
+    """The fitness of a generation, and the error of its best chromosome."""
 
     number: int
     best_fitness: float
     mean_fitness: float
     worst_fitness: float
-    bad_1: float | None         # percent of the pixels with ground truth, None without any
+    bad_1: float | None         # percentage off by more than 1 px, None without ground truth
 
 
 class Convergence:
     """
-    The generations of an evolution so far, for figures and pictures.
+    The convergence of an evolution: figures of all generations, Snapshots of some.
 
-    config: its MatcherConfig. image: the reference image as it was read. truth, mask: of it, as
-    `evaluation.score` takes them, or None. rows: a Row for each generation seen.
+    config: its MatcherConfig. image: the reference image. truth, mask: arguments of
+    `scores.score`, or None. rows: a Row for each generation so far.
     """
 
     def __init__(self, config, image, truth=None, mask=None):
-        """Start before the initial population."""
+        """Start without generations."""
         self.config, self.image, self.truth, self.mask = config, image, truth, mask
         self.rows, self._kept, self._last = [], {}, None
 
     def add(self, snapshot):
-        """Take in the next Snapshot."""
+        """Add the Snapshot of the next generation."""
         wrong = None if self.truth is None else score(
             snapshot.best, self.truth, self.mask).bad_dense[1.0]
         fitness = snapshot.fitness
@@ -100,7 +100,7 @@ class Convergence:
             self._kept[snapshot.number] = snapshot
 
     def shown(self):
-        """Return all of a few Snapshots; else 0, 1, the last, and two between by equal factors."""
+        """Return up to SHOWN Snapshots: 0, 1, the last, and two between them by equal factors."""
         last = self._last.number
         if last < SHOWN:
             return list(self._kept.values())
@@ -110,14 +110,14 @@ class Convergence:
 
 
 def mutates(config, number):
-    """Return whether the algorithm of a MatcherConfig may mutate in the generation of a number."""
+    """Return whether a MatcherConfig has mutation in the generation of a number."""
     return config.algorithm == 'paper' and number > 0
 
 
 def _snapshot(config, number, algorithm, former, population):
-    """Return the Snapshot of an algorithm that has come from a population to the next."""
+    """Return the Snapshot of an algorithm; former, population: (P, R, C) of two generations."""
     def upright(found):
-        """Return a map as the reference image has it: the right one is searched mirrored."""
+        """Return a map of the reference image: with the right one the search is mirrored."""
         return np.ascontiguousarray(found[:, ::-1 if config.reference == 'right' else 1])
 
     evolved, best = algorithm.population, population[algorithm.population.best]
@@ -138,10 +138,10 @@ def origin_of_fittest_child(former, population, fitness, lineage):
     """
     Return origin (R, C) and number of the fittest child of the paper's algorithm, and `mutated`.
 
-    Genes that both parents have count as the first one's.
+    Genes of both parents count as FIRST. Without children all genes of the fittest are FIRST.
 
-    former, population: (P, R, C) of two generations; fitness: float64 (P,) of the newer;
-    lineage: its Lineage. Without children the fittest has its own genes; see `Snapshot`.
+    former, population: (P, R, C) of two generations. fitness: float64 (P,) of the newer one.
+    lineage: its Lineage. For `mutated` see Snapshot.
     """
     shape = population.shape[1:]
     if not lineage.children.size:
@@ -160,12 +160,11 @@ def origin_of_fittest_child(former, population, fitness, lineage):
 
 def origin_of_improved_fittest(former, population):
     """
-    Return the origin, uint8 (R, C), of a fittest that was crossed in place.
+    Return the origin, uint8 (R, C), of a fittest chromosome that was crossed in place.
 
-    The first of a population is the fittest, the others are what it was crossed with: those
-    that are new where there are any. FIRST is then what it kept where another had a different
-    gene, and SECOND what it took over.
-    former, population: (P, R, C) of two generations
+    The first of a population is the fittest, and was crossed with the new ones of the others, or
+    all if none is new. FIRST: it kept its gene where another one differs. SECOND: it took the gene
+    over. former, population: (P, R, C) of two generations.
     """
     kept, fittest, others = former[0], population[0], population[1:]
     new = [other for slot, other in enumerate(others, start=1)
@@ -181,11 +180,11 @@ def origin_of_improved_fittest(former, population):
 @dataclass(frozen=True)
 class Frame:
     """
-    A frame of a sequence; maps are as the matcher has them: mirrored for the right reference.
+    A frame of a sequence; maps are those of the matcher: mirrored for the right reference.
 
-    number: from 1; disparity: float32 (R, C), px; evolved: uint8 (R / 2, C / 2), where a gene has
-    evolved; work: uint8 (R / 2, C / 2), planes proposed so far; gains: fitness by operator; warm:
-    see Match; wrong: percent off by more than 1 px, None without truth
+    number: from 1. disparity: float32 (R, C), px. evolved: uint8 (R / 2, C / 2), where a gene has
+    evolved. work: uint8 (R / 2, C / 2), number of planes proposed so far. gains: fitness by
+    operator. warm: see Match. wrong: percentage off by more than 1 px, None without truth.
     """
 
     number: int
@@ -198,16 +197,16 @@ class Frame:
 
     @property
     def figures(self):
-        """The frame without its maps, for JSON."""
+        """The figures of the frame for JSON."""
         return {'frame': self.number, 'warm': self.warm, 'gains': self.gains, 'bad_1': self.wrong,
                 'evolved': float(np.mean(self.evolved > 0))}
 
 
 def watched_frames(config, pairs, truth=None, mask=None):
     """
-    Yield a `Frame` for each of some pairs of images, matched one after the other.
+    Yield a `Frame` for each pair of images, matched one after the other.
 
-    config: MatcherConfig of the profile `realtime`, with warm_start; truth, mask: of all frames
+    config: MatcherConfig of the profile `realtime`, with warm_start. truth, mask: of all frames.
     """
     matcher = StereoMatcher(config)
     for number, (left, right) in enumerate(pairs, 1):
@@ -219,7 +218,7 @@ def watched_frames(config, pairs, truth=None, mask=None):
 
 
 def shown_frames(frames):
-    """Return the first of some frames, the last, and others between by equal factors."""
+    """Return up to FRAMES_SHOWN frames: the first, the last, others between by equal factors."""
     last = len(frames)
     numbers = sorted({round(last**(place / (FRAMES_SHOWN - 1))) for place in range(FRAMES_SHOWN)})
     return [frames[number - 1] for number in numbers]

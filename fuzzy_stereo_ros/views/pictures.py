@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A panel with everything about one match, as a picture to look at."""
+"""A picture of a match: image, disparity, confidence, and with ground truth the error."""
 import io
 from pathlib import Path
 
@@ -14,7 +14,7 @@ PANEL_SUFFIXES = ('.png', '.pdf', '.svg')
 
 
 def check_panel_suffix(path):
-    """Raise ValueError unless `write_panel` knows the suffix of the path."""
+    """Raise ValueError unless the suffix of a path is one of PANEL_SUFFIXES."""
     if Path(path).suffix not in PANEL_SUFFIXES:
         raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; "
                          f"allowed are {', '.join(PANEL_SUFFIXES)}")
@@ -22,15 +22,15 @@ def check_panel_suffix(path):
 
 def write_panel(path, left, disparity, confidence, truth=None, *, low, high, title=''):
     """
-    Write a panel: left image, disparity and confidence; with truth also it and the error.
+    Write a picture: left image, disparity and confidence; with a truth also truth and error.
 
     left: uint8 or uint16 (R, C) or (R, C, 3) BGR. confidence: float (R, C), 0 to 1.
-    disparity, truth: float (R, C), pixels, NaN or infinite = invalid, which is dark grey.
-    low, high: pixels, the ends of the disparities' colours.
-    The path's suffix chooses the format: .png, .pdf or .svg. Needs matplotlib.
-    Raises ValueError for another suffix, OSError where the file cannot be written.
+    disparity, truth: float (R, C), pixels, NaN or infinite = invalid, dark grey in the picture.
+    low, high: pixels, the range of the colours of disparities.
+    The suffix of the path sets the format: .png, .pdf or .svg. Needs matplotlib.
+    Raises ValueError for another suffix, OSError if the file cannot be written.
     """
-    from matplotlib.figure import Figure  # takes 0.3 s: not for those who draw no panel
+    from matplotlib.figure import Figure  # takes 0.3 s
 
     check_panel_suffix(path)
     down, across = (1, 3) if truth is None else (2, 3)
@@ -48,13 +48,13 @@ def write_panel(path, left, disparity, confidence, truth=None, *, low, high, tit
     if truth is not None:
         error = error_map(disparity, truth)
         show_map(places.pop(0), error, 'error', cmap='magma', vmin=0, vmax=ERROR_LIMIT, unit='px')
-        _show_worth_of_confidence(places.pop(0), error, confidence,
-                                  np.count_nonzero(np.isfinite(truth)))
+        _show_sparsification(places.pop(0), error, confidence,
+                             np.count_nonzero(np.isfinite(truth)))
     write_figure(path, figure)
 
 
 def write_figure(path, figure):
-    """Write a Figure of matplotlib; the path's suffix chooses the format."""
+    """Write a Figure; the suffix of the path sets the format."""
     check_panel_suffix(path)
     content = io.BytesIO()
     figure.savefig(content, format=Path(path).suffix[1:])
@@ -63,10 +63,10 @@ def write_figure(path, figure):
 
 def show_map(place, values, title, unit='', bar=True, **colours):
     """
-    Draw one picture into its place, Axes of matplotlib, and return what was drawn.
+    Draw an image or a map into Axes and return its AxesImage.
 
-    values: (R, C, 3) RGB, or with colours given, keywords of imshow, float (R, C), NaN = invalid;
-    bar: whether a bar explains the colours, with the unit.
+    values: (R, C, 3) RGB; with colours, keywords of imshow, a map: float (R, C), NaN = invalid.
+    bar: whether to add a colour bar, with the unit.
     """
     place.set_title(title)
     place.set_axis_off()
@@ -83,9 +83,9 @@ def show_map(place, values, title, unit='', bar=True, **colours):
     return shown
 
 
-def _show_worth_of_confidence(place, error, confidence, known_pixels):
-    """Draw how wrong what remains is when the least confident pixels are left out."""
-    place.set_title('does confidence tell?')
+def _show_sparsification(place, error, confidence, known_pixels):
+    """Draw the error that remains while the pixels of least confidence are removed."""
+    place.set_title('sparsification by confidence')
     place.set_xlabel('pixels with ground truth, the most confident first [%]')
     place.set_ylabel('of them off by more than 1 px [%]')
     found = np.isfinite(error)
@@ -99,6 +99,6 @@ def _show_worth_of_confidence(place, error, confidence, known_pixels):
 
 
 def as_rgb(image):
-    """Return an image of any allowed kind as uint8 (R, C, 3) RGB; 16 bits by their largest."""
+    """Return an image, uint8 or uint16, grey or BGR, as uint8 (R, C, 3) RGB."""
     image = in_eight_bits(image)
     return cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB)

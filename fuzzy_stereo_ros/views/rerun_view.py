@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Matched pairs for the Rerun viewer: image, disparity, confidence and points by stamp."""
+"""Show matched pairs in the Rerun viewer: image, disparity, confidence and points by stamp."""
 import math
 import os
 from pathlib import Path
@@ -11,8 +11,8 @@ from fuzzy_stereo_ros.pairs.calibration import depth_of, write_points
 from fuzzy_stereo_ros.pairs.image_files import check_place, in_eight_bits
 import numpy as np
 
-NEAREST_TO_ENDLESS = 1.0    # px; points of smaller disparities are left out, they lie anywhere
-MOST_POINTS = 100_000       # of a frame; of larger images every second, third, ... row and column
+LEAST_DISPARITY = 1.0       # px; points of smaller disparities are too uncertain to show
+MOST_POINTS = 100_000       # per frame; of larger images every second, third, ... row and column
 POINT_SIZE = 1.5            # in the viewer, px
 JPEG_QUALITY = 92
 
@@ -22,11 +22,10 @@ class RerunSink:
 
     def __init__(self, path=None):
         """
-        Start the viewer, or prepare a file `.rrd`, which is begun with the first pair.
+        Start the viewer, or prepare a file `.rrd`, which is created with the first pair.
 
-        path: None starts the viewer; an existing file is replaced at the end.
-        Raises ValueError where rerun-sdk is missing, there is no display to start the viewer on,
-        or a file cannot be written so.
+        path: None = start the viewer; an existing file is replaced at the end.
+        Raises ValueError if rerun-sdk or a display is missing, or the file cannot be written.
         """
         self._path = None if path is None else Path(path)
         if self._path is not None and self._path.suffix != '.rrd':
@@ -42,19 +41,19 @@ class RerunSink:
         if self._path is None:
             self._begin()
 
-    def take(self, matched, logged=None):
+    def add(self, matched, logged=None):
         """
         Show a MatchedPair at its stamp.
 
-        The points lie in the optical frame of the reference image's camera, metres.
-        Raises OSError where a file cannot be begun.
+        Points are in the optical frame of the camera of the reference image, in metres.
+        Raises OSError if the file cannot be created.
         """
         if self._stream is None:
             self._begin()
         pair, match, config = matched.pair, matched.match, matched.config
         rerun, stream = self._rerun, self._stream
         image = in_eight_bits(getattr(pair, config.reference))
-        camera = camera_of(pair.calibration, config.reference)
+        camera = reference_projection(pair.calibration, config.reference)
         lowest = config.min_disparity
         stream.set_time('stamp', timestamp=np.datetime64(pair.stamp, 'ns'))
         stream.log('rig/camera', rerun.Pinhole(
@@ -75,15 +74,15 @@ class RerunSink:
 
     def close(self):
         """
-        Finish: a file has its name then, without a pair there is none; the viewer stays open.
+        Finish the file and give it its name, if it has pairs; the viewer stays open.
 
-        Raises OSError where the file did not become whole, and leaves nothing then.
+        Raises OSError if the file is incomplete, and removes it.
         """
         stream, self._stream = self._stream, None
         if stream is None:
             return
         if self._path is None:
-            stream.disconnect()     # a flush would wait for ever where the viewer was closed
+            stream.disconnect()     # a flush would wait forever if the user has closed the viewer
             return
         try:
             try:
@@ -92,13 +91,13 @@ class RerunSink:
                 stream.disconnect()
             self._part.replace(self._path)
         except RuntimeError as error:
-            raise OSError(f'{self._path} could not be written whole: {error}; is the disk '
+            raise OSError(f'{self._path} is incomplete and was removed: {error}; is the disk '
                           'full?') from error
         finally:
             self._part.unlink(missing_ok=True)
 
     def _begin(self):
-        """Start a stream, into the viewer or into a file that is not finished."""
+        """Start a stream into the viewer or into the temporary file."""
         stream = self._rerun.RecordingStream('fuzzy_stereo_ros')
         if self._path is None:
             _start_viewer(stream)
@@ -107,16 +106,16 @@ class RerunSink:
             try:
                 stream.save(self._part, default_blueprint=_blueprint())
             except RuntimeError as error:
-                raise OSError(f'{self._path} cannot be begun: {error}') from error
+                raise OSError(f'{self._path} cannot be created: {error}') from error
         stream.log('rig', self._rerun.ViewCoordinates.RDF, static=True)
         self._stream = stream
 
 
 def points_of(disparity, image, calibration, camera):
     """
-    Return the points of pixels that have one: float32 (N, 3), metres, and uint8 (N, 3) RGB.
+    Return the points of valid pixels, float32 (N, 3), metres, and their colours, uint8 (N, 3) RGB.
 
-    Pixels are left out evenly where there are more than MOST_POINTS.
+    Larger images are subsampled to MOST_POINTS.
 
     disparity: float32 (R, C), px, NaN = invalid. image: uint8 (R, C) or (R, C, 3) BGR.
     calibration: a Calibration. camera: Projection of the camera that the disparities belong to.
@@ -126,29 +125,29 @@ def points_of(disparity, image, calibration, camera):
     every = math.ceil(math.sqrt(disparity.size / MOST_POINTS))
     there = np.zeros(disparity.shape, bool)
     there[::every, ::every] = (
-        disparity[::every, ::every] - np.float32(calibration.offset) >= NEAREST_TO_ENDLESS)
+        disparity[::every, ::every] - np.float32(calibration.offset) >= LEAST_DISPARITY)
     colours = cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB)
     return points[there], colours[there]
 
 
-def camera_of(calibration, reference):
-    """Return the Projection of the camera that the disparities belong to."""
+def reference_projection(calibration, reference):
+    """Return the Projection of the camera of the reference image."""
     left = calibration.left
     return left if reference == 'left' else left._replace(cx=left.cx - calibration.offset)
 
 
 def has_display():
-    """Return whether a window can be opened: on Linux a display must be named."""
+    """Return whether a window can be opened: Linux needs $DISPLAY or $WAYLAND_DISPLAY."""
     return sys.platform != 'linux' or any(
         os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY'))
 
 
 def _start_viewer(stream):
-    """Start the viewer, or join the one that runs; ValueError with why where that cannot be."""
+    """Start the viewer or connect to a running one; raises ValueError with the reason."""
     if not has_display():
-        raise ValueError('the Rerun viewer cannot be started, for there is no display; write '
-                         'a file .rrd and open it where there is one: rerun FILE.rrd')
-    # The viewer is looked for in PATH, which need not name the virtual environment it is in.
+        raise ValueError('the Rerun viewer cannot be started: there is no display; write a file '
+                         '.rrd and open it on a machine with one: rerun FILE.rrd')
+    # Rerun searches PATH for the viewer, which may lack the virtual environment.
     path = os.environ.get('PATH', '')
     os.environ['PATH'] = os.pathsep.join([path, str(Path(sys.executable).parent)])
     try:
@@ -162,7 +161,7 @@ def _start_viewer(stream):
 
 
 def _blueprint():
-    """Return what the viewer shows where: points beside image, disparity and confidence."""
+    """Return the layout of the viewer: points beside image, disparity and confidence."""
     from rerun import blueprint
 
     return blueprint.Blueprint(blueprint.Horizontal(

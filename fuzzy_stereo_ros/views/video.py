@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Videos by OpenCV's writer: of any frames, and of matched pairs, their maps side by side."""
+"""Write videos by OpenCV: of any frames, and of matched pairs with their maps side by side."""
 import os
 from pathlib import Path
 
@@ -11,17 +11,17 @@ import numpy as np
 
 CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
 RATES = 0.1, 240.0      # frames per second
-LARGEST = 4096, 2304    # width and height of a frame in pixels; players and encoders have limits
-PANEL = 320, 1280       # narrowest and widest picture beside another, px
-HEAD = 52               # height of the titles above, px
-MARGIN = 8              # px between what stands in the head
-BAR = 10                # height of a bar of colours, px
-LETTERS = 0.5           # size of the letters, as OpenCV counts it
+LARGEST = 4096, 2304    # width and height of a frame in px: limits of players and encoders
+PANEL = 320, 1280       # least and largest width of a panel, px
+HEAD = 52               # height of the titles, px
+MARGIN = 8              # between texts, px
+BAR = 10                # height of a colour bar, px
+LETTERS = 0.5           # font scale of OpenCV
 WHITE = 235, 235, 235
 
 
 def check_video(path, rate=RATES[0]):
-    """Raise ValueError, with a sentence that says why, where a video cannot be written so."""
+    """Raise ValueError if a video cannot be written to a path, or the rate is not allowed."""
     path = Path(path)
     if path.suffix not in CODECS:
         raise ValueError(f"{path} has the suffix '{path.suffix}'; allowed are "
@@ -34,22 +34,22 @@ def check_video(path, rate=RATES[0]):
 
 class VideoFile:
     """
-    A video that is there as a whole, under its name, once it is closed.
+    A video file, which gets its name when it is closed and complete.
 
-    The first frame decides the size, made even and not larger than LARGEST; a larger one is
-    reduced, and what remains free of a smaller one is dark.
+    The first frame sets the size, rounded to even numbers and at most LARGEST. Larger frames are
+    reduced, smaller ones get a dark border.
     """
 
     def __init__(self, path, rate):
         """
-        Prepare; the file is begun with the first frame. An existing one is replaced at the end.
+        Prepare a file, which is created with the first frame; an existing one is replaced.
 
         path: .mp4 (MPEG-4) or .avi (Motion JPEG). rate: frames per second.
-        Raises ValueError for another suffix or rate, and where there is no such folder.
+        Raises ValueError for another suffix or rate, or if the folder does not exist.
         """
         check_video(path, rate)
         self._path, self.rate = Path(path), rate
-        # With a slash in front: what stands before a colon is a protocol to FFmpeg.
+        # An absolute path: FFmpeg takes a name before a colon as a protocol.
         self._part = self._path.absolute().with_name(
             f'.{self._path.stem}.{os.getpid()}.part{self._path.suffix}')
         self._writer, self._size, self._frames = None, None, 0
@@ -58,7 +58,7 @@ class VideoFile:
         """
         Append a frame: uint8 (R, C, 3) BGR.
 
-        Raises ValueError where this OpenCV cannot encode such a video.
+        Raises ValueError if this OpenCV has no encoder.
         """
         if self._writer is None:
             self._begin(*frame.shape[:2])
@@ -67,27 +67,27 @@ class VideoFile:
 
     def close(self):
         """
-        Finish the file and give it its name; without a frame there is none. Closes once.
+        Finish the file and give it its name, if it has frames; does nothing when called again.
 
-        Raises OSError where the file did not become whole, and leaves nothing then.
+        Raises OSError if the file is incomplete, and removes it.
         """
         writer, self._writer = self._writer, None
         if writer is None:
             return
         writer.release()
         try:
-            video = cv2.VideoCapture(str(self._part))   # the writer tells of no error
+            video = cv2.VideoCapture(str(self._part))   # the writer reports no error
             kept = int(video.get(cv2.CAP_PROP_FRAME_COUNT)) if video.isOpened() else 0
             video.release()
             if kept < self._frames:
-                raise OSError(f'{self._path} could not be written whole, {kept} of '
-                              f'{self._frames} frames; is the disk full?')
+                raise OSError(f'{self._path} is incomplete, {kept} of {self._frames} frames, and '
+                              'was removed; is the disk full?')
             self._part.replace(self._path)
         finally:
             self._part.unlink(missing_ok=True)
 
     def _begin(self, rows, columns):
-        """Open the writer for frames of a size; OpenCV says by isOpened whether it can."""
+        """Open the writer for frames of a size; raises ValueError if OpenCV cannot."""
         shrink = min(1.0, LARGEST[0] / columns, LARGEST[1] / rows)
         reduced = [max(1, round(side * shrink)) for side in (rows, columns)]
         self._size = tuple(side + side % 2 for side in reduced)
@@ -98,13 +98,14 @@ class VideoFile:
             writer.release()
             self._part.unlink(missing_ok=True)
             others = ' or '.join(suffix for suffix in CODECS if suffix != self._path.suffix)
-            raise ValueError(f'{self._path} cannot be begun: this OpenCV has no encoder {codec}, '
-                             f'or the folder is not writable; take {others}, or another folder')
+            raise ValueError(f'{self._path} cannot be created: this OpenCV has no encoder '
+                             f'{codec}, or the folder is not writable; use {others}, or another '
+                             'folder')
         self._writer = writer
 
 
 def _fitted(frame, rows, columns):
-    """Return a frame, uint8 (R, C, 3), as one of (rows, columns): reduced, and dark beside it."""
+    """Return a frame, uint8 (R, C, 3), fitted to (rows, columns): reduced, with a dark border."""
     scale = min(1.0, rows / frame.shape[0], columns / frame.shape[1])
     if scale < 1:
         frame = cv2.resize(frame, [max(1, round(side * scale)) for side in frame.shape[1::-1]],
@@ -118,21 +119,20 @@ class VideoSink(VideoFile):
     """A video of matched pairs: reference image, disparity in colours and confidence."""
 
     def __init__(self, path, rate, low, high):
-        """Prepare as a VideoFile does; low, high: px, the ends of the disparities' colours."""
+        """Prepare a VideoFile; low, high: px, the range of the colours of disparities."""
         super().__init__(path, rate)
         self._range = low, high
 
-    def take(self, matched, logged=None):
+    def add(self, matched, logged=None):
         """Append the frame of a MatchedPair; raises ValueError as `write` does."""
         self.write(side_by_side(matched, *self._range))
 
 
 def side_by_side(matched, low, high):
     """
-    Return the reference image, the disparity and the confidence of a pair beside each other.
+    Return reference image, disparity and confidence side by side: uint8 (R, C, 3) BGR.
 
-    Titles stand above, with bars that explain the colours. The picture is uint8 (R, C, 3) BGR.
-    low, high: px, the ends of the disparities' colours.
+    Titles and colour bars are above them. low, high: px, the range of the colours of disparities.
     """
     pair, match, config = matched.pair, matched.match, matched.config
     image = in_eight_bits(getattr(pair, config.reference))
@@ -148,7 +148,7 @@ def side_by_side(matched, low, high):
 
 
 def _sized(picture):
-    """Return a picture wide enough for its title, and not too wide to stand beside two others."""
+    """Return a picture enlarged or reduced to a width within PANEL."""
     narrowest, widest = PANEL
     rows, columns = picture.shape[:2]
     if columns < narrowest:
@@ -161,7 +161,7 @@ def _sized(picture):
 
 
 def _headed(picture, title, begin, end, colours):
-    """Return a picture with a head: a title and a line, or a bar of colours with its two ends."""
+    """Return a picture below a head: a title, and a text or a colour bar with its ends."""
     head = np.full((HEAD, picture.shape[1], 3), INVALID_GREY, np.uint8)
     _write(head, title, MARGIN, 20)
     first = _write(head, begin, MARGIN, 42)
@@ -175,7 +175,7 @@ def _headed(picture, title, begin, end, colours):
 
 
 def _write(head, text, column, row):
-    """Write text from a column on, standing on a row; return the column behind it."""
+    """Write text at a column and a baseline row; return the column after it."""
     cv2.putText(head, text, (column, row), cv2.FONT_HERSHEY_SIMPLEX, LETTERS, WHITE, 1,
                 cv2.LINE_AA)
     width = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, LETTERS, 1)[0][0]

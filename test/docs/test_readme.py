@@ -66,8 +66,8 @@ def test_make_has_every_target_that_is_named():
 
 
 def test_segments_are_as_long_as_the_page_says():
-    assert (f'segments of {SEGMENT_PAIRS} pairs, each warmed over the {WARM_PAIRS} before it'
-            in ' '.join(BAGS.split()))
+    assert (f'segments of {SEGMENT_PAIRS} pairs, each warmed up on the {WARM_PAIRS} pairs before '
+            'it') in ' '.join(BAGS.split())
 
 
 @pytest.mark.parametrize('page', [README, ALGORITHM], ids=['README.md', 'algorithm.md'])

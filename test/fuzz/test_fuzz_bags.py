@@ -89,7 +89,7 @@ def test_pairs_of_types_that_the_bag_defines_otherwise_are_rejected(bags, tmp_pa
     with BagReader([path]) as bag:
         source = ReplaySource(ReplayOptions(
             bags=(path,), config=MatcherConfig(), output='out', settings=SETTINGS), bag)
-        assert {type(step.pair) for step in source.steps()} == {Rejection}
+        assert {type(item.pair) for item in source.items()} == {Rejection}
 
 
 @pytest.mark.parametrize('form', FORMATS)

@@ -66,14 +66,14 @@ def chain(pairs, first):
 
 @pytest.mark.parametrize(('storage', 'number', 'code'), [
     ('mcap', signal.SIGINT, INTERRUPTED), ('sqlite3', signal.SIGTERM, TERMINATED)])
-def test_an_interrupted_replay_is_a_bag_and_goes_on_to_the_same_bits(
+def test_an_interrupted_replay_is_a_bag_and_continues_to_the_same_bits(
         folder, capsys, interrupt, storage, number, code):
     write_bag(folder / 'bag', pairs=scene(8), more=chatter)
     options = ['--format', storage, '--keep', '/chatter', '--with', 'confidence']
     assert replay('bag', output='whole', options=options) == 0
     interrupt(5, number)
     assert replay('bag', options=options) == code
-    assert 'interrupted: out holds 5 pairs, up to 0.140 s into the bag; --resume goes on' in \
+    assert 'interrupted: out holds 5 pairs, up to 0.140 s into the bag; --resume continues' in \
         capsys.readouterr().err
     whole = disparities(folder / 'whole')
     assert equal(disparities(folder / 'out'), {stamp: whole[stamp] for stamp in stamps(5)})
@@ -94,7 +94,7 @@ def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interr
     assert replay('bag') == INTERRUPTED
     interrupt(None)
     assert replay('bag', options=['--resume']) == 0
-    assert f'4 pairs matched, {WARM_PAIRS} were matched again to warm up' in \
+    assert f'4 pairs matched, {WARM_PAIRS} matched again to warm up' in \
         capsys.readouterr().out
     found = disparities(folder / 'out')
     assert list(found) == stamps(len(pairs))
@@ -102,7 +102,7 @@ def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interr
         np.testing.assert_array_equal(values, expected)
 
 
-def test_every_third_pair_stays_every_third_when_it_goes_on(folder, capsys, interrupt):
+def test_every_third_pair_is_still_every_third_after_resume(folder, capsys, interrupt):
     write_bag(folder / 'bag', pairs=scene(14))
     options = ['--every', 3, '--start', STEP / 1e9]
     assert replay('bag', output='whole', options=options) == 0
@@ -174,18 +174,18 @@ def test_a_second_interruption_ends_at_once_and_leaves_a_bag(folder, capsys, mon
 
 def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkeypatch):
     write_bag(folder / 'bag')
-    take, taken = BagSink.take, []
+    add, added = BagSink.add, []
 
     def interrupting(sink, matched, logged):
-        taken.append(None)
-        if len(taken) >= 3:
+        added.append(None)
+        if len(added) >= 3:
             os.kill(os.getpid(), signal.SIGINT)
-        take(sink, matched, logged)
+        add(sink, matched, logged)
 
-    monkeypatch.setattr(BagSink, 'take', interrupting)
+    monkeypatch.setattr(BagSink, 'add', interrupting)
     assert replay('bag') == INTERRUPTED
     assert not (folder / 'out' / UNFINISHED).exists()
-    assert list(disparities(folder / 'out')) == stamps(len(taken))
+    assert list(disparities(folder / 'out')) == stamps(len(added))
 
 
 def test_a_termination_where_ctrl_c_is_ignored_ends_the_replay_at_once(folder):
@@ -253,7 +253,7 @@ main(sys.argv[2:])
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(
+def test_a_full_disk_is_reported_and_the_replay_continues_later(
         folder, capsys, monkeypatch, storage):
     write, written = BagWriter._write, []
 
@@ -280,7 +280,7 @@ def test_where_the_disk_is_full_it_says_what_is_there_and_goes_on_later(
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_a_replay_that_was_killed_soon_goes_on_too(folder, storage):
+def test_a_replay_that_was_killed_early_continues(folder, storage):
     write_bag(folder / 'bag')
     options = ['--format', storage]
     assert run(KILLED, 3, 'bag', *options).returncode == -signal.SIGKILL
@@ -289,7 +289,7 @@ def test_a_replay_that_was_killed_soon_goes_on_too(folder, storage):
     assert list(disparities(folder / 'out')) == stamps(6)
 
 
-def test_a_killed_replay_goes_on_after_what_was_whole(folder, capsys):
+def test_a_killed_replay_continues_after_its_last_complete_part(folder, capsys):
     pairs = scene(30, rows=120, columns=240)
     write_bag(folder / 'bag', pairs=pairs, more=chatter)
     assert run(KILLED, 20, 'bag', '--keep', '/chatter').returncode == -signal.SIGKILL
@@ -333,10 +333,10 @@ def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, 
         f'{stamp:019d}' for stamp in stamps()]
 
 
-def test_a_folder_that_cannot_be_made_is_told_as_that(folder, capsys):
+def test_a_folder_that_cannot_be_created_is_reported(folder, capsys):
     write_bag(folder / 'bag')
     assert rejection(capsys, 'bag', output='/proc/out') == (
-        '/proc/out cannot be made: No such file or directory')
+        '/proc/out cannot be created: No such file or directory')
 
 
 def test_options_that_differ_from_those_of_before_are_rejected(folder, capsys, interrupt):
@@ -345,7 +345,7 @@ def test_options_that_differ_from_those_of_before_are_rejected(folder, capsys, i
     assert replay('bag') == INTERRUPTED
     interrupt(None)
     sentence = rejection(capsys, 'bag', disparities=20, options=['--resume', '--every', 2])
-    assert sentence == ('--resume goes on with the options of before; different are every (1, '
+    assert sentence == ('--resume needs the options of the first run; different are every (1, '
                         'now 2), disparities (16, now 20)')
     assert figures(capsys, 'bag', options=['--resume', '--threads', 1])['pairs']['matched'] == 3
 
@@ -415,7 +415,7 @@ def test_an_output_may_be_the_folder_one_is_in_or_a_link(folder, capsys, monkeyp
         assert list(disparities(folder / 'place')) == stamps()
 
 
-def test_an_output_never_replaces_what_is_read(folder, capsys):
+def test_an_output_never_replaces_an_input(folder, capsys):
     write_bag(folder / 'bag')
     assert replay('bag', options=['--keep']) == 0
     assert rejection(capsys, 'out', options=['--overwrite']) == (
@@ -429,11 +429,11 @@ def test_a_damaged_record_is_rejected(folder, capsys, content):
     write_bag(folder / 'bag')
     assert replay('bag') == 0
     (folder / 'out' / 'replay.json').write_text(content)
-    assert 'replay.json is damaged; begin anew with --overwrite' in rejection(
+    assert 'replay.json is damaged; start over with --overwrite' in rejection(
         capsys, 'bag', options=['--resume'])
 
 
-def test_the_record_says_what_the_output_was_made_of(folder, capsys):
+def test_the_record_has_everything_that_the_results_depend_on(folder, capsys):
     write_bag(folder / 'bag')
     assert replay('bag', options=['--queue-size', 9]) == 0
     record = json.loads((folder / 'out' / 'replay.json').read_text())

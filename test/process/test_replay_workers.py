@@ -106,7 +106,7 @@ def test_a_cluster_finds_what_a_matcher_finds_in_segments(
     assert found['pairs']['warm'] == PAIRS + 2 * WARM_PAIRS - 3
     assert 0 < found['share_not_matching'] < 1
     assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
-    assert f'{PAIRS} pairs matched, in 3 segments on 2 workers, {2 * WARM_PAIRS} were matched ' \
+    assert f'{PAIRS} pairs matched, in 3 segments on 2 workers, {2 * WARM_PAIRS} matched ' \
         'again to warm up' in capsys.readouterr().out
 
 
@@ -138,7 +138,7 @@ def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys
     assert f'pair {times[nonsense] / 1e9:.3f} rejected: left image: encoding is' in told
 
 
-def test_what_is_chosen_and_copied_is_where_it_is_without_workers(folder, cluster):
+def test_selected_pairs_and_copies_are_the_same_as_without_workers(folder, cluster):
     def more(bag, number, logged):
         for part in range(2):
             bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
@@ -177,18 +177,18 @@ def run(*arguments):
         start_new_session=True, env={**os.environ, 'PYTHONPATH': str(ROOT)})
 
 
-def test_two_workers_that_are_interrupted_and_one_that_goes_on_find_the_same(folder, capsys):
+def test_one_worker_continues_two_interrupted_ones_to_the_same_bits(folder, capsys):
     pairs, later = scene(PAIRS), 12
     write_bag(folder / 'bag', pairs=pairs)
     ended = run(SEGMENT_PAIRS + later, 'replay', 'bag', '--workers', 2)
     assert ended.returncode == INTERRUPTED
     assert ended.stderr.splitlines() == [
         f'interrupted: out holds {SEGMENT_PAIRS + later} pairs, up to '
-        f'{((SEGMENT_PAIRS + later - 1) * STEP + 3) / 1e9:.3f} s into the bag; --resume goes on']
+        f'{((SEGMENT_PAIRS + later - 1) * STEP + 3) / 1e9:.3f} s into the bag; --resume continues']
     expected = in_segments(pairs)
     assert_same(written(folder / 'out'), expected[:SEGMENT_PAIRS + later])
     assert rejection(capsys, 'bag', options=['--resume']) == (
-        '--resume goes on with the options of before; different are segments '
+        '--resume needs the options of the first run; different are segments '
         f'({SEGMENT_PAIRS}, now None)')
     found = figures(capsys, 'bag', options=['--workers', 1, '--resume'])
     assert found['segments'] == {'matched': 2, 'pairs': SEGMENT_PAIRS, 'workers': 1}

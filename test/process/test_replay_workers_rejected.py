@@ -32,7 +32,7 @@ segments.match_or_reject = lambda pair, matcher: os._exit(1)
 def folder(tmp_path, monkeypatch):
     """Work in a folder with a bag, where schedulers answer soon or not at all."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(segments, 'ANSWER_SECONDS', 1)
+    monkeypatch.setattr(segments, 'CONNECT_SECONDS', 1)
     write_bag(tmp_path / 'bag')
     return tmp_path
 
@@ -51,20 +51,20 @@ def rejected(folder, capfd):
 def test_options_that_ask_for_no_workers_are_rejected(rejected):
     assert rejected('--workers', 0) == '--workers is 0; allowed are whole numbers from 1'
     assert rejected('--workers', 2, '--scheduler', 'tcp://127.0.0.1:1') == (
-        '--workers starts workers and --scheduler takes others: give one of them')
+        '--workers starts workers, --scheduler uses those of a cluster: give one of them')
 
 
-def test_without_dask_it_says_what_to_install(rejected, monkeypatch):
+def test_without_dask_the_sentence_says_what_to_install(rejected, monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
     assert rejected('--workers', 2) == (
-        'distributed, which shares work among processes, is not installed: '
+        'distributed is not installed: '
         "pip install 'fuzzy_stereo_ros[cluster]'")
 
 
 @pytest.mark.parametrize('address', ['tcp://127.0.0.1:1', 'nothing', 'foo://bar:1'])
 def test_an_address_without_scheduler_is_rejected(rejected, address):
     assert rejected('--scheduler', address).startswith(
-        f'--scheduler is {address}, where no scheduler of Dask answers: ')
+        f'--scheduler is {address}, where no Dask scheduler answers: ')
 
 
 def test_an_address_that_is_none_leaves_nothing_that_ends_at_length(folder):
@@ -78,13 +78,13 @@ def test_workers_that_cannot_match_are_rejected(folder, rejected, tmp_path_facto
         name = processes.address
         options = '--scheduler', name
         assert rejected(*options) == (
-            f'{name} has no workers: start some with `dask worker {name}`, where '
+            f'{name} has no workers: start some with `dask worker {name}` where '
             'fuzzy_stereo_ros is installed')
         for before, found in (
                 (OTHER_VERSION, '0.0.7)'), (WITHOUT_PACKAGE, 'ModuleNotFoundError(')):
             _, address = processes.worker(before)
             assert rejected(*options).startswith(
-                f'the worker {address} is without fuzzy_stereo_ros {__version__} (it has {found}')
+                f'the worker {address} lacks fuzzy_stereo_ros {__version__} (it has {found}')
             processes.client.retire_workers([address])
         processes.worker(OTHER_OPENCV)
         assert replay('bag', options=options) == 0
@@ -105,14 +105,13 @@ def test_pairs_that_kill_worker_after_worker_end_it(rejected, tmp_path_factory):
                         DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES='0') as processes:
         processes.worker(DEADLY)
         assert rejected('--scheduler', processes.address) == (
-            f'worker after worker of {processes.address} ended over the same pairs, 1 in all: '
-            'see what they wrote last, and whether they have enough memory; no pair could be '
-            'matched before that')
+            f'workers of {processes.address} died over the same pairs, 1 in all: check their logs '
+            'and their memory; no pair could be matched before that')
 
 
 def test_where_no_worker_is_left_it_does_not_wait_for_ever(
         rejected, tmp_path_factory, monkeypatch):
-    monkeypatch.setattr(segments, 'LOST_SECONDS', 1)
+    monkeypatch.setattr(segments, 'NO_WORKER_SECONDS', 1)
     with dask_processes(tmp_path_factory.mktemp('dask')) as processes:
         processes.worker(DEADLY)
         assert rejected('--scheduler', processes.address) == (
@@ -120,7 +119,7 @@ def test_where_no_worker_is_left_it_does_not_wait_for_ever(
             'that')
 
 
-def test_an_interruption_while_workers_start_ends_when_they_are_there(
+def test_an_interruption_while_workers_start_ends_after_their_start(
         folder, capfd, monkeypatch):
     events = []
 
@@ -133,7 +132,7 @@ def test_an_interruption_while_workers_start_ends_when_they_are_there(
         os.kill(os.getpid(), signal.SIGINT)
         events.append('closed')
 
-    monkeypatch.setattr(segments, '_cluster', cluster)
+    monkeypatch.setattr(segments, '_open_cluster', cluster)
     handler = signal.getsignal(signal.SIGINT)
     assert replay('bag', options=['--workers', 1]) == INTERRUPTED
     assert events == ['started', 'closed']

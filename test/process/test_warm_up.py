@@ -92,8 +92,8 @@ def test_the_command_says_so_where_nothing_can_be_kept(tmp_path):
         text=True, capture_output=True)
     assert (done.returncode, done.stdout) == (2, '')
     assert done.stderr.splitlines()[-1] == (
-        'fuzzy-stereo: there is no folder to keep compiled kernels in; set NUMBA_CACHE_DIR to one '
-        'that can be written to')
+        'fuzzy-stereo: there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a '
+        'writable one')
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])

@@ -61,7 +61,7 @@ WHOLE, LINE, CUT = CROSSOVERS = [one.stages.crossover for one in REALTIME if one
 
 
 @pytest.mark.parametrize('crossover', CROSSOVERS)
-def test_a_child_is_no_less_fit_than_its_parents_and_what_it_gained_is_told(crossover):
+def test_a_child_is_no_less_fit_than_its_parents_and_its_gain_is_reported(crossover):
     seeds = matched(generations=0)[0].algorithm.population.genes
     matcher, match = matched(Stages(crossover=crossover, mutation=None))
     fitness_of = matcher.algorithm.fitness_of
@@ -268,7 +268,7 @@ def test_all_parts_are_measured_on_single_and_still_pairs_the_previous_best_wher
         one.name for one in REALTIME if one.part == 'previous best')}
 
 
-def test_of_a_scene_that_stays_only_the_last_frame_counts():
+def test_only_the_last_frame_of_a_still_scene_is_scored():
     request = SmallRequest()
     one, = still_sequences(request, [noisy_scene()])
     assert one.group == STILL

@@ -21,6 +21,7 @@ from fuzzy_stereo_ros.evaluation.baselines import (
 from fuzzy_stereo_ros.evaluation.catalogue import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, bad_percent, cross_checked, KITTI, MIDDLEBURY, seen_by_both, warped_to_right)
+from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.evaluation.scores import (
     BINS, left_right_sureness, reliability, sparsification)
@@ -278,7 +279,7 @@ def test_an_object_appears_in_one_frame():
     assert np.argmax(changed) == datasets.APPEARS - 1
 
 
-def test_sequences_that_need_data_are_there_or_said_to_be_missing(data):
+def test_sequences_that_need_data_are_available_or_reported_missing(data):
     kinds, missing = available_sequences(None, [small_scene(1), small_scene(2)])
     assert missing == ['no folder: kitti2012_seq/000027', 'no folder: euroc_v101_rect']
     assert 'KITTI drive' not in {one.group for one in kinds}
@@ -308,7 +309,7 @@ def test_what_has_no_confidence_is_dropped_first():
     assert sparsification(wrong, np.array([0, NAN])).area == pytest.approx(25)
 
 
-def test_pixels_are_counted_by_what_their_confidence_says_but_for_those_of_none():
+def test_pixels_with_confidence_are_counted_by_its_range():
     confidence = np.array([0, 0, 0.1, 0.55, 0.9, 0.92, 0.93, 1])
     wrong = np.array([True, False, True, False, False, True, False, False])
     number, right = reliability(wrong, confidence)
@@ -318,7 +319,7 @@ def test_pixels_are_counted_by_what_their_confidence_says_but_for_those_of_none(
 
 
 @pytest.mark.parametrize('preset', PRESETS)
-def test_a_preset_of_config_has_the_threshold_that_the_table_tells_of(preset):
+def test_a_preset_of_config_has_the_threshold_of_the_table(preset):
     content = yaml.safe_load((ROOT / 'config' / f'{preset}.yaml').read_text())
     assert content == {'/**': {'ros__parameters': {'confidence_threshold': PRESETS[preset]}}}
 
@@ -346,7 +347,7 @@ def test_a_table_has_columns_of_equal_width_and_a_dash_where_nothing_is_known():
     assert '- x' in lines
 
 
-def test_a_section_is_replaced_and_the_others_stay_and_pictures_are_written_beside(tmp_path):
+def test_only_the_own_section_is_replaced_and_pictures_are_written_beside_the_page(tmp_path):
     page = tmp_path / 'page.md'
     for value, name in ((1.0, 'accuracy'), (2.0, 'speed'), (3.0, 'accuracy')):
         write_section(page, replace(report_of(value, name), pictures={f'{name}.svg': b'<svg/>'}))
@@ -359,7 +360,7 @@ def test_a_section_is_replaced_and_the_others_stay_and_pictures_are_written_besi
     assert (tmp_path / 'accuracy.svg').read_bytes() == b'<svg/>'
 
 
-def test_what_is_no_page_of_benchmarks_is_not_written_to(tmp_path):
+def test_a_file_that_is_no_page_of_benchmarks_is_not_written_to(tmp_path):
     other = tmp_path / 'other.md'
     other.write_text('# Mine\n')
     for path, reason in ((other, 'is no page of benchmarks'), (tmp_path / 'page.txt', 'suffix'),
@@ -381,8 +382,8 @@ def table_named(report, start):
     return table
 
 
-def test_accuracy_scores_the_dense_output_of_what_is_asked_for_and_averages_groups_and_halves():
-    request = SmallRequest(changes={'speckle_size': 7})
+def test_accuracy_scores_dense_maps_and_averages_groups_and_halves():
+    request = SmallRequest(Ours('ours', changes={'speckle_size': 7}))
     report = accuracy.run(request)
     scenes = table_named(report, 'Scenes')
     known = made_known()
@@ -464,7 +465,7 @@ def test_cold_is_the_frame_alone_and_warm_is_not():
     sequence = Sequence('kind', 'name', MIDDLEBURY, DISPARITIES, lambda: frames,
                         scored=range(2, 3))
     measured = warm.measure(sequence, SmallRequest())
-    alone = SmallRequest().matcher(DISPARITIES).match(frames[2].left, frames[2].right)
+    alone = SmallRequest().ours.matcher(DISPARITIES).match(frames[2].left, frames[2].right)
     assert measured['cold'] == bad_percent(alone.disparity, frames[2], 1.0)
     assert measured['warm'] != measured['cold']
     table = warm.tables([measured])[0]
@@ -477,7 +478,7 @@ def test_cold_is_the_frame_alone_and_warm_is_not():
 
 
 @pytest.mark.slow
-def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
+def test_the_papers_tables_have_the_measured_errors(monkeypatch):
     monkeypatch.setattr(paper_tables, 'TABLE_II_TURNS', 1)
     few = {'population': 4, 'generations': 2}
     monkeypatch.setattr(paper_tables, 'TABLE_II_SEARCH', few)
@@ -506,7 +507,7 @@ def test_the_papers_tables_stand_beside_what_is_reached(monkeypatch):
     assert any('small instead' in sentence for sentence in report.skipped)
 
 
-def test_what_the_paper_prints_and_what_its_text_says_stand_above_what_is_reached():
+def test_the_figures_of_the_paper_are_above_the_measured_ones():
     found = pd.DataFrame([
         {'scene': scene, 'line': 'ours', 'error': error, 'error_of_all': 2 * error,
          'milliseconds': 500.0}
@@ -555,8 +556,8 @@ def test_all_benchmarks_run_in_their_short_form_and_fill_the_page(tmp_path, monk
     (['fast'], 'invalid choice'),
     (['speed', '--repeats', '0'], '--repeats is 0'),
     (['speed', '--quick', '--repeats', '0'], '--repeats is 0'),
-    (['speed', '--quick', '--only', 'middv2'], 'no scene'),
-    (['accuracy', '--only', 'nothing'], 'no scene'),
+    (['speed', '--quick', '--only', 'middv2'], "--only is 'middv2'"),
+    (['accuracy', '--only', 'nothing'], "--only is 'nothing'"),
     (['accuracy', '--data', 'nowhere'], 'no folder nowhere'),
     (['accuracy', '--output', 'page.html'], 'suffix'),
     (['accuracy', '--population', '0'], 'population is 0'),

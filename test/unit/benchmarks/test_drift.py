@@ -10,7 +10,7 @@ SmallRequest = request_for([small_scene(1, 'made', 'one', (120, 320, 24), noise=
 
 
 @pytest.mark.slow
-def test_the_report_has_what_was_made_beside_what_is_found_and_what_it_costs():
+def test_the_report_has_known_and_detected_misalignment_and_the_cost():
     report = drift.run(SmallRequest(quick=True))
     made, swings, real, cost = report.tables
     for row, error in zip(made.rows, drift.ERRORS, strict=True):

@@ -185,9 +185,9 @@ BAD_INPUT = {
     'no picture format': (match_arguments(picture='out.docx'), 'no image format'),
     'a folder as output': (match_arguments(output='folder.pfm'),
                            '--output is folder.pfm, which is a folder; name a file'),
-    'an input as output': (match_arguments(output='left.png'), 'which is an input too'),
+    'an input as output': (match_arguments(output='left.png'), 'which is also an input'),
     'one file twice': (match_arguments(output='out.png', picture='./out.png'),
-                       'which is --output too'),
+                       'which is also --output'),
     'truth of another size': (match_arguments(ground_truth='small.png', ground_truth_scale=4),
                               'small.png is 79x48, the images are 80x48'),
     'truth without scale': (match_arguments(ground_truth='left.png'), 'the grey levels of one'),
@@ -293,7 +293,7 @@ def maps(report):
 @pytest.mark.parametrize('scene', [
     {}, {'bits': 16, 'grey': 'left', 'min_disparity': -7},
     {'profile': 'paper', 'population': 6, 'generations': 3}])
-def test_a_saved_pair_comes_out_the_same_bit_for_bit(
+def test_a_saved_pair_is_matched_to_the_same_bits(
         tmp_path, monkeypatch, capsys, scene, frame):
     monkeypatch.chdir(tmp_path)
     saved = running(**scene)[frame]
@@ -306,7 +306,7 @@ def test_a_saved_pair_comes_out_the_same_bit_for_bit(
     assert os.listdir() == ['report']
 
 
-def test_a_saved_pair_needs_no_profile_of_its_own_and_writes_what_is_asked_for(report, capsys):
+def test_a_saved_pair_needs_no_profile_and_writes_the_given_outputs(report, capsys):
     found = figures_of(capsys, '--output', 'out.npy', '--picture', 'out.png')
     assert np.load('out.npy').tobytes() == maps(report)['disparity'].tobytes()
     assert read_image('out.png').shape == (60, 100, 3)
@@ -338,7 +338,7 @@ def test_the_last_bit_makes_a_difference(report, capsys):
     assert figures_of(capsys, code=1)['saved']['differences']['confidence']['pixels'] == 1
 
 
-def test_where_bits_differ_it_is_told_what_else_does(report, capsys):
+def test_different_bits_are_reported_with_different_versions(report, capsys):
     about = json.loads((report / 'pair.json').read_text(encoding='utf-8'))
     about['versions'].update(numba='0.1', processor='abacus')
     (report / 'pair.json').write_text(json.dumps(about), encoding='utf-8')
@@ -379,7 +379,7 @@ def test_a_profile_keeps_the_saved_range_of_disparities(tmp_path, monkeypatch, c
     assert (found['profile'], found['reference']) == ('realtime', 'left')
 
 
-def test_an_option_that_says_what_is_saved_changes_nothing(report, capsys):
+def test_an_option_with_the_saved_value_changes_nothing(report, capsys):
     assert figures_of(capsys, '--seed', '0', '--profile', 'realtime')['saved']['changed'] == {}
     plant(report, 'confidence', (0, 0, 2.0))
     figures_of(capsys, '--seed', '0', '--profile', 'realtime', code=1)
@@ -415,20 +415,20 @@ BAD_SAVED = {
 
 
 @pytest.mark.parametrize('case', BAD_SAVED)
-def test_what_a_saved_pair_brings_is_not_given_again(report, capsys, case):
+def test_arguments_that_a_saved_pair_has_are_rejected(report, capsys, case):
     assert main(['match', *BAD_SAVED[case]]) == 2
-    assert capsys.readouterr() == ('', 'fuzzy-stereo: --saved brings the images and the number of '
+    assert capsys.readouterr() == ('', 'fuzzy-stereo: --saved has the images and the number of '
                                        'disparities; leave out LEFT, RIGHT and --disparities\n')
 
 
 @pytest.mark.parametrize('words, told', [
     (['--saved', 'none'], 'none is no folder; give one that holds a saved pair'),
     (['--saved', '.'], 'pair.json cannot be read: No such file'),
-    (['--saved', 'report', '--picture', './report/left.png'], 'which is an input too'),
+    (['--saved', 'report', '--picture', './report/left.png'], 'which is also an input'),
     (['--saved', 'report', '--elite', '2'], 'elite is 2.0; allowed are numbers from 0'),
     (['--saved', 'report', '--mask', 'report/left.png'], '--mask needs --ground-truth'),
 ])
-def test_a_bad_wish_for_a_saved_pair_is_one_sentence_and_writes_nothing(
+def test_a_bad_option_for_a_saved_pair_is_one_sentence_and_writes_nothing(
         report, capsys, monkeypatch, words, told):
     monkeypatch.setattr(parts, 'StereoMatcher', None)
     before = {path: path.read_bytes() for path in report.iterdir()}

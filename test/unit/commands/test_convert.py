@@ -231,14 +231,14 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
     ('a.npy b.ply --camera-info calib.txt', 'calib.txt is of 9x5 pixels, but the images have 4x2'),
     ('a.npy b.ply --camera-info none.yaml', 'none.yaml cannot be read: No such file'),
     ('a.npy b.ply --focal 1 --baseline 1 --image small.png', 'small.png is 3x2, but there are'),
-    ('a.npy b.pfm --image small.png', '--image gives colours to a .ply, but b.pfm holds'),
+    ('a.npy b.pfm --image small.png', '--image is for the colours of .ply, but b.pfm holds'),
     ('a.npy depth.png --camera-info calib.txt', '--camera-info has no effect: depth.png is to '
      'hold disparity, as a.npy does; give --to depth, or leave it out'),
     ('a.npy b.pfm --from depth --baseline 2', '--baseline has no effect: b.pfm is to hold depth, '
      'as a.npy does; give --to disparity, or leave it out'),
-    ('a.npy b.npy --to points', 'b.npy cannot hold points: points, and only points, are stored'),
+    ('a.npy b.npy --to points', 'b.npy cannot hold points: .ply is for points, and only for them'),
     ('a.npy b.ply --to depth', 'b.ply cannot hold depth'),
-    ('a.ply b.npy', 'a.ply is a point cloud, which has no pixels any more'),
+    ('a.ply b.npy', 'a.ply is a point cloud, which has no pixels; convert'),
     ('a.npy b.tiff', "b.tiff has the suffix '.tiff'; allowed are .pfm, .npy, .png"),
     ('a.npy b --from depth', "b has the suffix ''; allowed are .pfm, .npy, .png"),
     ('a.npy no/b.npy', 'no/b.npy cannot be written: there is no folder no'),

@@ -77,7 +77,7 @@ def main_lines(capsys, words):
 
 
 @pytest.mark.parametrize('suffix', ['.mp4', '.avi'])
-def test_picture_and_film_are_written_and_said(folder, suffix, capsys):
+def test_picture_and_video_are_written_and_printed(folder, suffix, capsys):
     lines = main_lines(capsys, words_for(
         profile='quality', generations=2, picture='evolution.png', video=f'evolution{suffix}'))
     assert lines[-2:] == ['evolution.png: written', f'evolution{suffix}: written']
@@ -109,7 +109,7 @@ BAD_INPUT = {
     'a picture of no format': (words_for(picture='out.jpg'), 'allowed are .png, .pdf, .svg'),
     'a film of no format': (words_for(video='out.mov'), 'allowed are .mp4, .avi'),
     'no folder': (words_for(video='none/out.mp4'), 'there is no folder none'),
-    'an input as output': (words_for('--overwrite', picture='left.png'), 'is an input too'),
+    'an input as output': (words_for('--overwrite', picture='left.png'), 'is also an input'),
     'two sizes': (['evolve', 'left.png', 'small.png', *words_for()[3:]],
                   'left.png is 80x48 and small.png is 79x48'),
     'truth of another size': (words_for(ground_truth='small.png', ground_truth_scale=4),
@@ -143,7 +143,7 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     assert contents(folder) == before
 
 
-def test_without_matplotlib_the_remedy_is_told_where_something_is_drawn(
+def test_without_matplotlib_outputs_are_rejected_with_the_remedy(
         folder, capsys, monkeypatch):
     monkeypatch.setattr(evolve, 'find_spec', lambda name: None)
     assert main(words_for(picture='out.png')) == 2
@@ -152,7 +152,7 @@ def test_without_matplotlib_the_remedy_is_told_where_something_is_drawn(
     assert main(words_for()) == 0
 
 
-def test_an_interrupted_film_holds_what_was_seen(folder, monkeypatch):
+def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch):
     observed_match = evolve.observed_match
 
     def interrupted(config, left, right, tell):

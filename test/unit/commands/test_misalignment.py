@@ -38,7 +38,7 @@ def assert_shifted(found):
 
 
 @pytest.mark.parametrize('reference', ['left', 'right'])
-def test_match_tells_it_as_json_and_in_words(folder, capsys, reference):
+def test_match_reports_misalignment_as_json_and_in_words(folder, capsys, reference):
     words = ('match', folder / 'left.png', folder / 'right.png', '--disparities', DISPARITIES,
              '--output', 'out.pfm', '--reference', reference)
     found = json.loads(printed(capsys, *words, '--json'))['misalignment']
@@ -46,7 +46,7 @@ def test_match_tells_it_as_json_and_in_words(folder, capsys, reference):
     assert found['sentence'] in printed(capsys, *words)
 
 
-def test_match_says_null_of_images_too_small_to_tell(folder, capsys):
+def test_match_reports_null_for_images_too_small_to_measure(folder, capsys):
     for name in ('left', 'right'):
         write_image(f'{name}.png', MADE.left[:40])
     words = 'match', 'left.png', 'right.png', '--disparities', 8, '--output', 'out.pfm'
@@ -54,7 +54,7 @@ def test_match_says_null_of_images_too_small_to_tell(folder, capsys):
     assert 'rows' not in printed(capsys, *words)
 
 
-def test_replay_tells_it_in_its_summary(folder, capsys):
+def test_replay_reports_misalignment_in_its_summary(folder, capsys):
     made_bags = pytest.importorskip('made_bags')
     made_bags.write_bag(folder / 'bag', pairs=[MADE._replace(right=SHIFTED)] * 2)
     words = 'replay', folder / 'bag', '--disparities', DISPARITIES, '--output'

@@ -117,14 +117,14 @@ def test_what_to_do_next_works_as_it_is_printed(capsys):
     assert truth['pixels'] == np.count_nonzero(next(make_sequence(**MADE)).visible)
 
 
-def test_json_tells_what_was_made(capsys):
+def test_json_has_the_options_of_the_sequence(capsys):
     assert synthesised(*SEQUENCE, '--json') == 0
     told = json.loads(capsys.readouterr().out)
     assert MADE.items() <= told.items()
     assert (told['output'], told['format'], told['offset']) == ('scene', 'images', -5)
 
 
-def test_nothing_is_overwritten_unless_it_is_asked_for_and_then_nothing_old_stays(capsys):
+def test_only_overwrite_replaces_a_folder_and_removes_all_old_files(capsys):
     pytest.importorskip('rosbags')
     assert synthesised(*SEQUENCE) == 0
     before = Path('scene/left/0000.png').read_bytes()
@@ -144,7 +144,7 @@ def test_a_folder_of_something_else_is_never_replaced(capsys):
     os.makedirs('scene/left')
     Path('scene/left/mine.png').touch()
     assert synthesised(*SMALL, '--overwrite') == 2
-    assert 'which holds what is no made sequence' in capsys.readouterr().err
+    assert 'which holds other files than a synthetic sequence' in capsys.readouterr().err
     assert files() == ['scene/left/mine.png']
 
 
@@ -155,7 +155,7 @@ def test_a_recording_is_never_replaced(capsys):
     recorded = write_bag(Path('scene'))
     before = files()
     assert synthesised(*SMALL, '--overwrite', '--format', 'bag') == 2
-    assert 'which holds what is no made sequence' in capsys.readouterr().err
+    assert 'which holds other files than a synthetic sequence' in capsys.readouterr().err
     assert files() == before and recorded.is_dir()
 
 
@@ -190,8 +190,8 @@ def test_a_bag_for_which_the_disk_has_no_room_leaves_nothing_behind():
         capture_output=True, text=True,
         env={**os.environ, 'PYTHONPATH': str(ROOT)})
     assert (ended.returncode, ended.stderr) == (2, (
-        'fuzzy-stereo: scene cannot be written: File too large; give a folder in one that is '
-        'there, has room, and may be written to\n'))
+        'fuzzy-stereo: scene cannot be written: File too large; give a writable folder on a disk '
+        'with enough space\n'))
     assert os.listdir() == []
 
 
@@ -204,7 +204,7 @@ def test_a_bag_for_which_the_disk_has_no_room_leaves_nothing_behind():
     (['--bits', '17'], 'bits is 17; allowed are numbers from 8 to 16'),
     (['--output', 'no/scene'], 'but there is no folder'),
     (['--output', 'file'], 'which is a file; name a folder')])
-def test_what_cannot_be_made_is_one_sentence_and_code_2(words, sentence, capsys):
+def test_an_impossible_sequence_is_one_sentence_and_code_2(words, sentence, capsys):
     Path('file').touch()
     assert synthesised(*words) == 2
     printed = capsys.readouterr()

@@ -18,23 +18,23 @@ GREY_SIDES, COLOUR_SIDES = ('image_0', 'image_1'), ('colored_0', 'colored_1')
 TRUTHS_2012 = 'disp_occ', 'disp_noc'
 
 
-def expected(truth, masks, family=MIDDLEBURY, disparities=None, told_by='', **more):
+def expected(truth, masks, family=MIDDLEBURY, disparities=None, source='', **more):
     return SimpleNamespace(truth=truth, masks=masks, family=family, disparities=disparities,
-                           told_by=told_by, **{'name': 'scene', 'whole_pixel': False, **more})
+                           source=source, **{'name': 'scene', 'whole_pixel': False, **more})
 
 
 def v2_with_masks(folder):
     made = pair()
     truth = write_v2(folder / 'venus', made, 8)
     return expected(truth, write_masks(folder / 'venus', made), disparities=20,
-                    told_by='the name of the scene', name='venus')
+                    source='the name of the scene', name='venus')
 
 
 def v2_of_whole_pixels(folder):
     made = pair()
     truth = write_v2(folder / 'tsukuba', made, 16)
     return expected(truth, write_masks(folder / 'tsukuba', made), disparities=16,
-                    told_by='the name of the scene', name='tsukuba', whole_pixel=True)
+                    source='the name of the scene', name='tsukuba', whole_pixel=True)
 
 
 def v2_without_masks(folder):
@@ -51,7 +51,7 @@ def v2_of_2003(folder):
     truth = write_v2(folder / 'teddy', wide, 2)
     right = grey_truth(warped_to_right(truth), 2)[1]
     return expected(truth, {'nonocc': agreeing(truth, right), 'all': np.isfinite(truth)},
-                    disparities=120, told_by='the name of the scene', name='teddy')
+                    disparities=120, source='the name of the scene', name='teddy')
 
 
 def sets_of_2006(folder):
@@ -71,7 +71,7 @@ def of_2014_with_a_mask(folder):
     write_image(folder / 'scene' / 'mask0nocc.png',
                 np.where(made.visible, 255, 128).astype(np.uint8))
     return expected(made.truth, {'nonocc': made.visible, 'all': np.isfinite(made.truth)},
-                    disparities=29, told_by='calib.txt')
+                    disparities=29, source='calib.txt')
 
 
 def of_2014_without_a_mask(folder):
@@ -128,7 +128,7 @@ def named_with_a_scale(folder):
     (folder / 'scene' / 'info.txt').write_text('16\n15')
     write_image(folder / 'scene' / 'nonocc_derived.png', made.visible * np.uint8(255))
     return expected(truth, {'nonocc': made.visible, 'all': np.isfinite(truth)}, disparities=16,
-                    told_by='info.txt')
+                    source='info.txt')
 
 
 def named_by_its_group(folder):
@@ -138,7 +138,7 @@ def named_by_its_group(folder):
     levels, truth = grey_truth(made.truth, 3)
     write_image(place / 'groundtruth.png', levels)
     return expected(truth, {'nonocc': seen_by_both(truth), 'all': np.isfinite(truth)},
-                    disparities=72, told_by='the name of the scene', name='Aloe')
+                    disparities=72, source='the name of the scene', name='Aloe')
 
 
 def named_in_pixels(folder):
@@ -168,7 +168,7 @@ def made_frame(folder):
     write_frames(folder / 'scene', [made], [7], True, 'truth.pfm', 'visible.png')
     (folder / 'scene' / 'calib.txt').write_text('doffs=0\nndisp=33\nvmin=2\n')
     return expected(made.truth, {'nonocc': made.visible, 'all': np.isfinite(made.truth)},
-                    disparities=33, told_by='calib.txt', name='0007')
+                    disparities=33, source='calib.txt', name='0007')
 
 
 CASES = [
@@ -186,7 +186,7 @@ def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path
     (scene,) = found.scenes
     assert not found.sequences and not found.skipped
     assert (scene.name, scene.family) == (wanted.name, wanted.family)
-    assert (scene.disparities, scene.told_by) == (wanted.disparities, wanted.told_by)
+    assert (scene.disparities, scene.source) == (wanted.disparities, wanted.source)
     known = scene.read()
     np.testing.assert_array_equal(known.truth, wanted.truth)
     assert list(known.masks) == list(wanted.masks)
@@ -200,7 +200,7 @@ def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path
 def test_a_number_of_disparities_that_cannot_be_searched_is_rejected_by_file(tmp_path, ndisp):
     write_2014(tmp_path / 'scene', pair(), ndisp=ndisp)
     with pytest.raises(ValueError, match=f'scene/calib.txt has ndisp={ndisp}: disparities is '
-                       f'{ndisp}; allowed are whole numbers from 1 to 4096; leave the line out'):
+                       f'{ndisp}; allowed are whole numbers from 1 to 4096; remove the line or'):
         search([tmp_path])
 
 
@@ -208,7 +208,7 @@ def test_a_truth_of_8_bits_that_nothing_explains_takes_the_scale_that_is_given(t
     made = pair()
     truth = write_v2(tmp_path / 'mine', made, 5)
     write_v2(tmp_path / 'venus', made, 8)
-    with pytest.raises(ValueError, match='disp2.png has 8 bits: say with --truth-scale'):
+    with pytest.raises(ValueError, match='disp2.png has 8 bits and no known scale: give --tru'):
         search([tmp_path])
     mine, venus = search([tmp_path], truth_scale=5).scenes
     np.testing.assert_array_equal(mine.read().truth, truth)
@@ -314,7 +314,7 @@ def damaged(folder):
 
 
 @pytest.mark.parametrize(('spoil', 'reason'), [
-    (lambda folder: None, 'nothing below .* is a scene; known are Middlebury v2'),
+    (lambda folder: None, 'there is no scene below .*; known layouts are Middlebury v2'),
     (without('im1.png'), 'im1.png is missing; .*im0.png has no right image'),
     (without('disp0GT.pfm'), 'no ground truth: there is no disp0GT'),
     (frame_without_a_right_image, 'right_08.png is missing; .*left_08.png has no right image'),
@@ -322,18 +322,18 @@ def damaged(folder):
     (truth_of_another_size, 'disp0GT.pfm is 6x5, the images are 72x40'),
     (damaged, 'disp0GT.pfm is not a PFM file'),
 ])
-def test_what_is_not_whole_is_rejected_with_a_sentence_that_names_it(spoil, reason, tmp_path):
+def test_an_incomplete_scene_is_rejected_with_the_name_of_its_file(spoil, reason, tmp_path):
     spoil(tmp_path)
     with pytest.raises(ValueError, match=reason):
         for scene in search([tmp_path]).scenes:
             scene.read()
 
 
-def test_a_folder_that_is_not_there_and_a_word_that_no_name_has_are_rejected(tmp_path):
+def test_a_missing_folder_and_a_word_that_no_name_has_are_rejected(tmp_path):
     with pytest.raises(ValueError, match='there is no folder .*nowhere'):
         search([tmp_path / 'nowhere'])
     write_named(tmp_path / 'a', pair())
-    with pytest.raises(ValueError, match="called like 'b'; there are a"):
+    with pytest.raises(ValueError, match="--only is 'b', which no scene .*; there are a"):
         search([tmp_path], only='b')
 
 

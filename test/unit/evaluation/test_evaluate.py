@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, KITTI, MID
 from fuzzy_stereo_ros.evaluation.matchers import (
     ALLOWED, in_eight_bits_alike, matcher_named, Task)
 from fuzzy_stereo_ros.evaluation.measuring import (
-    COLUMNS, figures_of, mean_figures, searched, TRUTHS_LARGEST)
+    COLUMNS, disparities_of, figures_of, mean_figures, TRUTHS_LARGEST)
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -95,20 +95,20 @@ def test_the_figures_are_those_of_scoring_each_map_in_each_mask(tmp_path, capsys
     assert 'seed = 5' in told['settings']['ours']
 
 
-def test_how_many_disparities_are_searched_is_told_by_the_first_who_knows(tmp_path):
+def test_the_number_of_disparities_comes_from_user_then_scene_then_truth(tmp_path):
     write_2014(tmp_path, pair(), ndisp=29)
     (scene,) = search([tmp_path]).scenes
     truth = scene.read().truth
-    assert searched(scene, [truth], 40) == (40, '--disparities')
-    assert searched(scene, [truth], None) == (29, 'calib.txt')
+    assert disparities_of(scene, [truth], 40) == (40, '--disparities')
+    assert disparities_of(scene, [truth], None) == (29, 'calib.txt')
     (tmp_path / 'calib.txt').unlink()
     (scene,) = search([tmp_path]).scenes
     largest = np.nanmax(truth)
-    number, told_by = searched(scene, [truth], None)
-    assert told_by == TRUTHS_LARGEST
+    number, source = disparities_of(scene, [truth], None)
+    assert source == TRUTHS_LARGEST
     assert number - 2 < largest <= number - 1 <= DISPARITIES - 1
-    assert searched(scene, [np.full_like(truth, np.nan)], None) == (64, 'the default')
-    assert searched(scene, [np.full_like(truth, 7)], None)[0] == 8
+    assert disparities_of(scene, [np.full_like(truth, np.nan)], None) == (64, 'the default')
+    assert disparities_of(scene, [np.full_like(truth, 7)], None)[0] == 8
 
 
 def test_a_time_is_the_fastest_and_the_speed_follows_from_it(tmp_path, capsys, monkeypatch):
@@ -218,13 +218,13 @@ def test_a_mean_over_nothing_is_nothing():
     assert means['bad_dense_1'] == 50
 
 
-def test_who_has_no_settings_for_a_family_takes_no_part_and_it_is_said(tmp_path, capsys):
+def test_a_baseline_without_settings_for_a_family_is_left_out_and_reported(tmp_path, capsys):
     write_kitti(tmp_path, pair(), '000000_10.png', *KITTI_2015)
     told = evaluated(capsys, tmp_path)
     assert {record['matcher'] for record in told['records']} == {
         'ours', 'opencv:3way:tuned', 'opencv:hh4:tuned'}
     assert told['left_out'] == [
-        f'opencv:{name}:tuned has no settings for KITTI: it takes no part there'
+        f'opencv:{name}:tuned has no settings for KITTI: it is left out there'
         for name in ('bm', 'sgbm')]
 
 
@@ -233,9 +233,9 @@ def test_the_settings_say_what_the_figures_depend_on(tmp_path, capsys):
     write_2014(tmp_path / 'mine', pair(), ndisp=DISPARITIES)
     told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')['settings']
     assert told['disparities'] == (
-        'searched from 0; how many is told by calib.txt (mine: 16); the name of the scene '
+        'searched from 0; their number is from calib.txt (mine: 16); the name of the scene '
         '(tsukuba: 16)')
-    assert told['nonocc'].startswith('found from the truth where no mask comes with it (mine, tsu')
+    assert told['nonocc'].startswith('derived from the truth where there is no mask (mine, tsuk')
     assert told['rounded'] == 'tsukuba: the truth has whole pixels'
     assert told['scenes'] == '2 Middlebury'
     assert 'ours' not in told
@@ -298,8 +298,8 @@ def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(
     write_frames(tmp_path, several)
     for side in ('left', 'right'):
         write_image(tmp_path / f'{side}_08.png', getattr(several[1], side)[:, 1:])
-    sentence = (f'the frames of {tmp_path.name} are no sequence: 08 is {WIDTH - 1}x{ROWS}, the '
-                f'first {WIDTH}x{ROWS}')
+    sentence = (f'the frames of {tmp_path.name} differ in size and are no sequence: 08 is '
+                f'{WIDTH - 1}x{ROWS}, the first one {WIDTH}x{ROWS}')
     assert main(['evaluate', str(tmp_path), '--matcher', 'opencv:bm']) == 2
     assert capsys.readouterr().err.splitlines()[-1] == f'fuzzy-stereo: {sentence}'
     write_disparity(tmp_path / 'groundtruth_07.npy', several[0].truth)
@@ -474,7 +474,7 @@ def test_what_exists_is_replaced_only_when_asked(written, capsys):
 
 # Bad input.
 
-def test_a_library_that_is_missing_is_named_with_the_extra_that_brings_it(
+def test_a_missing_library_is_named_with_its_extra(
         tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, 'pandas', None)
     assert main(['evaluate', str(tmp_path)]) == 2
@@ -503,9 +503,10 @@ def scene(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(('words', 'reason'), [
     (['nowhere'], 'there is no folder nowhere'),
-    (['empty'], 'nothing below empty is a scene; known are Middlebury v2'),
+    (['empty'], 'there is no scene below empty; known layouts are Middlebury v2'),
     (['pictures'], 'pictures has images but no ground truth: there is no groundtruth'),
-    (['scene', '--only', 'teddy'], "no scene is called like 'teddy'; there are scene"),
+    (['scene', '--only', 'teddy'],
+     "--only is 'teddy', which no scene has in its name; there are scene"),
     (['scene', '--matcher', 'magic'], "matcher is 'magic'; allowed are ours, ours:realtime"),
     (['scene', '--matcher', 'opencv:hh4:fast'], "matcher is 'opencv:hh4:fast'"),
     (['scene', '--matcher'], 'no matcher is named'),
@@ -515,19 +516,19 @@ def scene(tmp_path, monkeypatch):
     (['scene', '--disparities', '0'], '--disparities is 0'),
     (['scene', '--pictures', '-1'], '--pictures is -1'),
     (['scene', '--truth-scale', '-2'], '--truth-scale is -2.0; allowed are numbers above 0'),
-    (['scene', '--csv', 'out.txt'], "out.txt, which has the suffix '.txt'; it takes a file"),
+    (['scene', '--csv', 'out.txt'], "out.txt, which has the suffix '.txt'; allowed is"),
     (['scene', '--csv', 'folder.csv', '--overwrite'],
      '--csv is folder.csv, which is a folder; name a file'),
     (['scene', '--html', 'no/out.html'], '--html is no/out.html, but there is no folder no'),
     (['scene', '--results', 'nothing'], '--results names nothing, but there is no such folder'),
-    (['scene', '--results', 'empty'], 'empty has no result of any scene; the one of scene would '
-                                      'be empty/scene.pfm, .npy or .png'),
+    (['scene', '--results', 'empty'], 'empty has no result of any scene; name the one of scene '
+                                      'empty/scene.pfm, .npy or .png'),
     (['scene', '--results', 'small'], 'small/scene.pfm is 72x39, the images of scene are 72x40'),
     (['scene', '--results', 'grey'], 'grey/scene.png has 8 bits; results are'),
     (['scene', '--results', 'many'], 'many/scene has 2 files that end with .npy'),
     (['scene', '--results', 'damaged'], 'damaged/scene.pfm is not a PFM file'),
-    (['scene', '--results', 'ours=good'], "two matchers are called 'ours'"),
-    (['scene', '--results', 'good', '--results', 'good'], "two matchers are called 'good'"),
+    (['scene', '--results', 'ours=good'], "two matchers have the name 'ours'"),
+    (['scene', '--results', 'good', '--results', 'good'], "two matchers have the name 'good'"),
 ])
 def test_what_cannot_be_evaluated_is_rejected_in_one_sentence(scene, words, reason, capsys):
     assert main(['evaluate', *words]) == 2

@@ -220,7 +220,7 @@ def test_an_error_is_black_where_right_bright_where_wrong_blue_where_nothing_was
     assert tuple(unknown) == (UNKNOWN_GREY,) * 3
 
 
-def test_single_points_of_a_sparse_truth_are_made_thick_and_keep_their_own_errors():
+def test_points_of_a_sparse_truth_become_discs_of_their_own_errors():
     truth = np.full((21, 41), NAN, np.float32)
     truth[10, 10], truth[10, 30] = 5, 5
     found = np.full_like(truth, 5)

@@ -34,7 +34,8 @@ def assert_says_what_the_benchmark_says(records, scene, name, mask):
     """Check the dense errors of ours and of HH4 against the functions behind the benchmark."""
     known = scene.read()
     baseline = next(one for one in TUNED if one.algorithm == 'HH4')
-    maps = {'ours': Request().matcher(scene.disparities).match(known.left, known.right).disparity,
+    ours = Request().ours.matcher(scene.disparities)
+    maps = {'ours': ours.match(known.left, known.right).disparity,
             'opencv:hh4:tuned': dense(baseline.match(
                 known.left, known.right, scene.family, scene.disparities))}
     for matcher, disparity in maps.items():

@@ -148,8 +148,8 @@ def test_raw_images_are_rectified_where_that_is_asked_for(folder, capsys):
             messages[topic].d = np.array([-0.3, 0.1, 0, 0, 0])
 
     write_bag(folder / 'bag', topics=topics, change=distort)
-    remark = ('/left/image_raw and /right/image_raw are matched as they come: give --rectify '
-              'unless they are rectified')
+    remark = ('/left/image_raw and /right/image_raw are matched without rectification; give '
+              '--rectify if they are raw images')
     assert figures(capsys, 'bag', output='plain')['remarks'] == [remark]
     assert replay('bag', output='plain', options=['--overwrite']) == 0
     assert remark in capsys.readouterr().err.splitlines()
@@ -169,7 +169,8 @@ def test_cameras_that_do_not_stamp_alike_are_joined_where_that_is_asked_for(fold
     assert 'bag: no messages were synchronised; received: /left/image_rect 6, ' in sentence
     assert sentence.endswith(
         '; the latest stamps differ by up to 1.000 ms; give --approximate if the cameras do not '
-        'stamp alike, --cache-camera-info if camera_info comes seldom, or a larger --queue-size')
+        'stamp alike, --cache-camera-info if camera_info is published rarely, or a larger '
+        '--queue-size')
     assert not (folder / 'out').exists()
     assert replay('bag', options=['--approximate']) == 0
     assert_matched(disparities(folder / 'out'), scene())
@@ -186,7 +187,7 @@ def test_a_camera_info_that_came_once_is_kept_where_that_is_asked_for(folder, ca
     write_bag(folder / 'bag', change=only_once)
     assert replay('bag', output='one') == 0
     assert ('\nto synchronise more of them, give --approximate if the cameras do not stamp alike, '
-            '--cache-camera-info if camera_info comes seldom') in capsys.readouterr().out
+            '--cache-camera-info if camera_info is published rarely') in capsys.readouterr().out
     found = figures(capsys, 'bag', options=['--start', start, '--cache-camera-info'])
     first = round(start * 1e9 / STEP)
     # The first images come before the camera_info of their pair.
@@ -255,7 +256,7 @@ def test_topics_are_copied_in_their_order_of_time_between_the_results(folder):
         *TOPICS, '/chatter', '/disparity', '/preview'}
 
 
-def test_what_is_copied_after_the_last_pair_is_there_too(folder):
+def test_messages_after_the_last_pair_are_copied_too(folder):
     def more(bag, number, logged):
         if number == 5:
             bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=1), logged + STEP)
@@ -274,7 +275,7 @@ def test_results_of_an_earlier_replay_are_no_obstacle(folder, capsys):
         '--keep names /disparity, under which the results are written')
 
 
-def test_bad_pairs_are_counted_and_told_once_and_the_others_matched(folder, capsys):
+def test_bad_pairs_are_counted_and_logged_once_and_the_others_matched(folder, capsys):
     def spoil(number, messages):
         if number in (1, 3):
             messages[TOPICS[0]].encoding = 'nonsense'
@@ -299,7 +300,7 @@ def test_bad_pairs_are_counted_and_told_once_and_the_others_matched(folder, caps
 
 @pytest.mark.parametrize('error', [cv2.error('Assertion failed'), MemoryError()])
 @pytest.mark.parametrize('reading', [False, True])
-def test_whatever_fails_at_a_pair_rejects_that_pair_and_the_bag_goes_on(
+def test_any_exception_rejects_only_its_pair(
         folder, capsys, monkeypatch, error, reading):
     where, name = (PairReader, 'read') if reading else (StereoMatcher, 'match')
     work, bad = getattr(where, name), read_image(content(write_bag(folder / 'bag'))[12][2])
@@ -320,7 +321,7 @@ def test_whatever_fails_at_a_pair_rejects_that_pair_and_the_bag_goes_on(
         capsys.readouterr().err
 
 
-def test_results_that_cannot_be_made_reject_their_pair_and_the_bag_goes_on(
+def test_results_that_raise_an_exception_reject_only_their_pair(
         folder, capsys, monkeypatch):
     of = ResultMessages.of
 
@@ -345,7 +346,7 @@ def loop(number, messages):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
 
 
-def test_stamps_that_went_back_between_two_chosen_pairs_start_anew_too(folder, capsys):
+def test_a_jump_back_between_two_selected_pairs_resets_the_matcher(folder, capsys):
     write_bag(folder / 'bag', pairs=scene(8), change=loop)
     found = figures(capsys, 'bag', options=['--every', 5])
     assert [stamp_of(message.header) for _, _, message in content(
@@ -354,7 +355,7 @@ def test_stamps_that_went_back_between_two_chosen_pairs_start_anew_too(folder, c
     assert figures(capsys, 'bag', output='other')['pairs']['warm'] > 0
 
 
-def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
+def test_a_jump_back_resets_the_matcher_and_loses_nothing(folder, capsys):
     pairs = scene(8)
     write_bag(folder / 'bag', pairs=pairs, change=loop)
     assert replay('bag') == 0
@@ -366,7 +367,7 @@ def test_stamps_that_go_back_start_anew_and_nothing_is_lost(folder, capsys):
         np.testing.assert_array_equal(values[valid], np.maximum(match.disparity[valid], 0))
 
 
-def test_a_calibration_that_changed_in_the_middle_is_told(folder, capsys):
+def test_a_calibration_that_changes_in_the_middle_is_reported(folder, capsys):
     def changed(number, messages):
         if number >= 3:
             for topic in TOPICS[1::2]:
@@ -375,12 +376,12 @@ def test_a_calibration_that_changed_in_the_middle_is_told(folder, capsys):
     options = '--format', 'none', '--files', 'npy', 'pfm'
     write_bag(folder / 'bag', change=changed)
     assert figures(capsys, 'bag', options=options)['remarks'] == [
-        'the calibration changed: calibration.json, where there is one, is that of the last '
+        'the calibration changed; calibration.json of --files is the one of the last '
         'pairs']
     assert json.loads((folder / 'out/calibration.json').read_text())['focal'] == 2 * FOCAL
 
 
-def test_remarks_on_a_calibration_are_told_once(folder, capsys):
+def test_remarks_on_a_calibration_are_logged_once(folder, capsys):
     def differ(number, messages):
         messages[TOPICS[3]].p[6] += 5 + number
 

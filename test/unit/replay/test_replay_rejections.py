@@ -36,7 +36,7 @@ def rejected(folder, capsys):
     return sentence
 
 
-def test_what_is_no_bag_is_named(rejected, folder):
+def test_an_input_that_is_no_bag_is_named(rejected, folder):
     (folder / 'text.mcap').write_text('no bag, but a text that is long enough to be one')
     assert rejected('missing.bag').startswith('missing.bag does not exist; give a bag')
     assert rejected('text.mcap').startswith('text.mcap cannot be read as a bag: ')
@@ -74,7 +74,7 @@ def test_one_camera_is_no_pair(rejected, folder):
         'one has images of one camera only, /left/image_rect; a pair needs two')
 
 
-def test_a_topic_that_is_not_there_is_told_with_those_that_are(rejected):
+def test_a_missing_topic_is_rejected_with_the_existing_ones(rejected):
     assert rejected('bag', options=['--left', 'nothing']) == (
         '--left is /nothing, which is no topic of images in bag; there are /left/image_rect, '
         '/right/image_rect')
@@ -83,7 +83,8 @@ def test_a_topic_that_is_not_there_is_told_with_those_that_are(rejected):
         '/left/image_rect, /right/camera_info, /right/image_rect')
 
 
-def test_no_calibration_is_told_with_the_options_that_give_one(rejected, folder, capsys):
+def test_a_bag_without_calibration_is_rejected_with_the_options_that_give_one(
+        rejected, folder, capsys):
     write_bag(folder / 'bare', infos=False)
     assert rejected('bare') == (
         'bare, without camera_info beside /left/image_rect and /right/image_rect, needs the '
@@ -151,12 +152,12 @@ def test_a_part_that_is_not_in_the_bag_is_rejected(rejected):
 
 def test_outputs_that_make_no_sense_are_rejected(rejected):
     assert rejected('bag', options=['--format', 'none']) == (
-        '--format none leaves nothing to be written; give --files, --video or --view')
+        '--format none leaves no output; give --files, --video or --view')
     assert rejected('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
-        '--keep copies into a bag, and --format none writes none')
+        '--keep copies topics into a bag, but --format none writes none; leave one of the two out')
     options = ['--format', 'none', '--files', 'npy', '--with', 'points2']
     assert rejected('bag', options=options) == (
-        '--with names topics of a bag, and --format none writes none; leave one of the two out')
+        '--with adds topics to a bag, but --format none writes none; leave one of the two out')
     for options in (['--min-disparity', -3], ['--min-disparity', 250]):
         assert rejected('bag', options=['--files', 'png', *options]).startswith(
             '--files png holds 0 to 255 px')

@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.replay.loop import Stats
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.segments import (
-    AHEAD, cut, match_in_segments, match_segment, SegmentAnswer)
-from fuzzy_stereo_ros.replay.source import Rejection, Step
+    cut_into_segments, match_in_segments, match_segment, SegmentResult, SEGMENTS_PER_WORKER)
+from fuzzy_stereo_ros.replay.source import Item, Rejection
 from hypothesis import given, strategies
 from made_bags import BASELINE, COLUMNS, DISPARITIES, FOCAL, ROWS, scene, stamps
 import numpy as np
@@ -24,56 +24,56 @@ BLANK = np.zeros((2, 2), np.uint8)
 CALIBRATION = centred_calibration(FOCAL, BASELINE, 0.0, ROWS, COLUMNS)
 
 
-def step(number, **changes):
-    """Return a Step with a pair of a number, which is its time too."""
-    return Step(number, number, number, **{
+def item(number, **changes):
+    """Return an Item with a pair of a number, which is its time too."""
+    return Item(number, number, number, **{
         'pair': StereoPair(BLANK, BLANK, None, number), **changes})
 
 
-def numbers(steps):
-    return [one.number for one in steps]
+def numbers(items):
+    return [one.number for one in items]
 
 
 @given(first=strategies.integers(0, 200), length=strategies.integers(1, 200),
        rejected=strategies.sets(strategies.integers(0, 400)))
 def test_segments_begin_at_multiples_of_their_length_wherever_the_steps_begin(
         first, length, rejected):
-    steps = [step(number, **({'pair': None} if number in rejected else {}))
+    items = [item(number, **({'pair': None} if number in rejected else {}))
              for number in range(first, first + length)]
-    segments = list(cut(steps))
-    assert [one for segment in segments for one in segment.steps] == steps
+    segments = list(cut_into_segments(items))
+    assert [one for segment in segments for one in segment.items] == items
     for segment in segments:
-        begin = segment.steps[0].number
+        begin = segment.items[0].number
         assert begin in (first, begin // SEGMENT_PAIRS * SEGMENT_PAIRS)
-        assert len({number // SEGMENT_PAIRS for number in numbers(segment.steps)}) == 1
+        assert len({number // SEGMENT_PAIRS for number in numbers(segment.items)}) == 1
         assert numbers(segment.before) == list(
             range(max(first, begin - WARM_PAIRS), begin)) * (begin > first)
         pairs, warming = segment.pairs()
         assert [pair.stamp for pair, _ in pairs] == [
-            number for number in numbers([*segment.before, *segment.steps])
+            number for number in numbers([*segment.before, *segment.items])
             if number not in rejected]
         assert warming == len([one for one in segment.before if one.pair is not None])
 
 
-def test_a_pair_after_a_bad_one_with_which_stamps_went_back_starts_anew():
-    (segment,) = cut([step(0), step(1, pair=None, went_back=True), step(2), step(3),
-                      step(4, went_back=True)])
+def test_a_jump_back_at_a_bad_pair_resets_the_matcher_before_the_next_one():
+    (segment,) = cut_into_segments([item(0), item(1, pair=None, went_back=True), item(2),
+                                    item(3), item(4, went_back=True)])
     assert [anew for _, anew in segment.pairs()[0]] == [False, True, False, True]
 
 
-def test_what_has_no_number_stays_where_it_is():
-    bare = Step(7)
-    (segment,) = cut([bare, step(0), bare, step(1), bare])
-    assert numbers(segment.steps) == [None, 0, None, 1, None]
+def test_items_without_a_number_keep_their_place():
+    bare = Item(7)
+    (segment,) = cut_into_segments([bare, item(0), bare, item(1), bare])
+    assert numbers(segment.items) == [None, 0, None, 1, None]
 
 
 def test_a_damage_comes_after_the_segment_that_it_ends():
-    def steps():
-        yield step(0)
+    def items():
+        yield item(0)
         raise DamagedBag('damaged')
 
-    found = cut(steps())
-    assert numbers(next(found).steps) == [0]
+    found = cut_into_segments(items())
+    assert numbers(next(found).items) == [0]
     with pytest.raises(DamagedBag, match='damaged'):
         next(found)
 
@@ -88,21 +88,21 @@ class Source:
     """Steps of pairs that are made one by one, and how many of them are held."""
 
     def __init__(self, length, done=0):
-        """Make nothing yet; done: so many of the steps come again."""
+        """Make nothing yet; done: so many of the items are written already."""
         self._length, self._done, self.held = length, done, weakref.WeakSet()
         self.most = 0
 
-    def steps(self):
-        """Yield the steps, noting how many of them are held."""
+    def items(self):
+        """Yield the items, noting how many of them are held."""
         for number in range(self._length):
-            one = step(number, pair=Pair(BLANK, BLANK, None, number), again=number < self._done)
+            one = item(number, pair=Pair(BLANK, BLANK, None, number), written=number < self._done)
             self.held.add(one.pair)
             self.most = max(self.most, len(self.held))
             yield one
 
 
 class Workers:
-    """Workers that answer at once with the stamp of each pair."""
+    """Workers whose result is at once the stamp of each pair."""
 
     workers = 2
 
@@ -114,26 +114,27 @@ class Workers:
         """Note what is asked and answer it."""
         found = [pair.stamp for pair, _ in pairs]
         self.asked.append((found[0], warming))
-        return SegmentAnswer((warming, 1, 0.5), found[warming:])
+        return SegmentResult((warming, 1, 0.5), found[warming:])
 
-    def answer(self, future, stopped):
-        """Return the answer."""
+    def result(self, future, stopped):
+        """Return the result."""
         return None if stopped() else future
 
 
 def outcomes(source, workers, stats, stopped=lambda: False):
-    """Return (number of a step, outcome) of the steps of a source."""
+    """Return (number of an item, outcome) of the items of a source."""
     return [(one.number, outcome)
-            for one, outcome in match_in_segments(source.steps(), workers, stats, stopped)]
+            for one, outcome in match_in_segments(source.items(), workers, stats, stopped)]
 
 
 def test_each_pair_has_its_answer_and_few_pairs_are_held():
     source, workers, stats = Source(40 * SEGMENT_PAIRS), Workers(), Stats()
     found = outcomes(source, workers, stats)
     assert found == [(number, number) for number in range(40 * SEGMENT_PAIRS)]
-    assert source.most <= (AHEAD * workers.workers + 2) * SEGMENT_PAIRS + WARM_PAIRS
+    assert source.most <= WARM_PAIRS + SEGMENT_PAIRS * (
+        SEGMENTS_PER_WORKER * workers.workers + 2)
     assert (stats.segments, stats.workers) == (40, 2)
-    assert (stats.again, stats.warm, stats.milliseconds) == (39 * WARM_PAIRS, 40, 20.0)
+    assert (stats.rematched, stats.warm, stats.milliseconds) == (39 * WARM_PAIRS, 40, 20.0)
 
 
 def test_segments_that_were_written_before_are_passed_over():
@@ -146,7 +147,7 @@ def test_segments_that_were_written_before_are_passed_over():
 
 
 @pytest.mark.parametrize('looks', [0, 1, 3, 4, 7])
-def test_what_is_stopped_ends_between_two_segments(looks):
+def test_an_interruption_ends_between_two_segments(looks):
     countdown = iter([False] * looks)
     found = outcomes(Source(9 * SEGMENT_PAIRS), Workers(), Stats(), lambda: next(countdown, True))
     assert len(found) < 9 * SEGMENT_PAIRS
@@ -154,12 +155,12 @@ def test_what_is_stopped_ends_between_two_segments(looks):
 
 
 def test_a_damage_comes_after_the_pairs_before_it_and_a_rejection_in_its_place():
-    def steps():
-        yield step(0)
-        yield step(1, pair=Rejection('size', 'too small'))
+    def items():
+        yield item(0)
+        yield item(1, pair=Rejection('size', 'too small'))
         raise DamagedBag('damaged')
 
-    found = match_in_segments(steps(), Workers(), Stats(), lambda: False)
+    found = match_in_segments(items(), Workers(), Stats(), lambda: False)
     assert [outcome for _, outcome in (next(found), next(found))] == [
         0, Rejection('size', 'too small')]
     with pytest.raises(DamagedBag, match='damaged'):

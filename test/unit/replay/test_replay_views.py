@@ -130,7 +130,7 @@ def test_a_video_alone_is_enough_and_needs_no_folder(folder, capsys):
 def test_a_bag_needs_a_folder(folder, capsys):
     assert main(['replay', 'bag', '--video', 'video.avi', '--disparities', '16']) == 2
     assert capsys.readouterr().err == (
-        'fuzzy-stereo: --output is missing; give a folder that is made for the results\n')
+        'fuzzy-stereo: --output is missing; give a new folder for the results\n')
     assert names_in(folder) == {'bag'}
 
 
@@ -152,14 +152,14 @@ def test_files_that_cannot_be_written_so_are_rejected(rejected, monkeypatch):
 
 
 @pytest.mark.parametrize(('option', 'name'), [('--video', 'video.avi'), ('--view', 'out.rrd')])
-def test_a_file_that_is_there_is_neither_lost_nor_continued(rejected, folder, option, name):
+def test_an_existing_file_is_neither_lost_nor_continued(rejected, folder, option, name):
     (folder / name).write_text('the one before')
     assert rejected(option, name) == (
         f'{option} is {name}, which exists; give another file, or --overwrite')
     assert rejected(option, name, '--resume') == (
-        f'--resume cannot go on with {name}; leave out {option}, or begin anew with --overwrite')
+        f'--resume cannot continue {name}; leave out {option}, or start over with --overwrite')
     assert rejected('--format', 'none', option, name, '--resume') == (
-        '--resume goes on with a bag or with --files, and there is neither')
+        '--resume continues a bag or --files; there is neither')
     assert (folder / name).read_text() == 'the one before'
 
 
@@ -193,7 +193,7 @@ def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys,
 
     monkeypatch.setattr(ProgressBar, 'step', step)
     assert replay('bag', options=['--video', 'video.avi']) == INTERRUPTED
-    assert 'interrupted: out holds 4 pairs, up to 0.100 s into the bag; --resume goes on' in \
+    assert 'interrupted: out holds 4 pairs, up to 0.100 s into the bag; --resume continues' in \
         capsys.readouterr().err
     assert len(film(folder / 'video.avi')[0]) == 4
     assert replay('bag', options=['--video', 'alone.avi', '--format', 'none'],
@@ -224,25 +224,25 @@ def test_where_the_disk_is_full_for_a_video_there_is_none_and_the_bag_is_whole(f
                 '--video', 'video.avi')
     assert ended.returncode == 2
     sentence = ended.stderr.splitlines()[-1]
-    assert sentence.startswith('fuzzy-stereo: video.avi could not be written whole, ')
+    assert sentence.startswith('fuzzy-stereo: video.avi is incomplete, ')
     assert sentence.endswith('is the disk full?; 8 pairs were written to out, up to 0.233 s into '
                              'the bag')
     assert names_in(folder) == {'bag', 'noisy', 'out'}
     assert len(list((folder / 'out' / 'disparity').iterdir())) == 8
 
 
-def test_a_video_that_failed_beside_the_bag_is_told_too(folder):
+def test_a_video_that_failed_beside_the_bag_is_reported(folder):
     write_bag(folder / 'noisy', pairs=scene(40, noise=30.0))
     ended = run(RESTRICTED, 600_000, 'noisy', '--video', 'video.avi')
     *_, told, sentence = ended.stderr.splitlines()      # OpenCV may have told of frames before
-    assert told.startswith('video.avi could not be written whole, ')
+    assert told.startswith('video.avi is incomplete, ')
     assert sentence.startswith('fuzzy-stereo: out cannot be written any further: ')
 
 
-def test_a_missing_encoder_is_told_and_the_bag_is_whole(folder, capsys, monkeypatch):
+def test_a_missing_encoder_is_reported_and_the_bag_is_complete(folder, capsys, monkeypatch):
     monkeypatch.setitem(CODECS, '.avi', 'none')
     sentence = rejection(capsys, 'bag', options=['--video', 'video.avi'])
-    assert sentence.startswith('video.avi cannot be begun: this OpenCV has no encoder none')
+    assert sentence.startswith('video.avi cannot be created: this OpenCV has no encoder none')
     found = disparities(folder / 'out')
     assert sentence.endswith(f'; out holds {len(found)} pairs, up to '
                              f'{(STEP * (len(found) - 1) + 3) / 1e9:.3f} s into the bag')

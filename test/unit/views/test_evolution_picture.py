@@ -126,7 +126,8 @@ def check_legible(figure):
     ('paper', True, (40, 60), {}), ('paper', False, (30, 100), {}),
     ('realtime', True, (30, 100), {}), ('realtime', False, (90, 30), {}),
     ('quality', True, (90, 30), {}), ('quality', False, (40, 60), {'generations': 0})])
-def test_all_words_of_still_and_film_can_be_read(profile, with_truth, shape, changes, tmp_path):
+def test_all_texts_of_figure_and_animation_can_be_read(
+        profile, with_truth, shape, changes, tmp_path):
     course, match, told = evolution(profile, with_truth, shape, **changes)
     words = check_legible(evolution_figure(course, match))
     film = EvolutionAnimation(tmp_path / 'film.avi', course)
@@ -186,7 +187,7 @@ def filmed(path, **options):
     def tell(snapshot):
         course.add(snapshot)
         told.append(snapshot)
-        film.take(snapshot)
+        film.add(snapshot)
 
     film.frame = keep
 
@@ -196,7 +197,7 @@ def filmed(path, **options):
 
 
 @pytest.mark.parametrize('profile', ['paper', 'quality'])
-def test_the_film_has_a_frame_for_each_generation_and_stays_at_the_last(tmp_path, profile):
+def test_the_animation_has_a_frame_for_each_generation_and_repeats_the_last(tmp_path, profile):
     drawn, _ = filmed(tmp_path / 'film.avi', profile=profile)
     found, frames = cv2.VideoCapture(str(tmp_path / 'film.avi')), []
     while (read := found.read())[0]:
@@ -216,7 +217,7 @@ def test_each_frame_shows_where_its_genes_come_from(tmp_path, profile):
         assert check_origins(frame, [snapshot]) >= 2
 
 
-def test_what_does_not_change_stays_where_it_is(tmp_path):
+def test_panels_keep_their_places_in_all_frames(tmp_path):
     """The reference image on the left above, the ground truth beside it."""
     drawn, _ = filmed(tmp_path / 'film.mp4')
     rows, columns = drawn[0].shape[:2]

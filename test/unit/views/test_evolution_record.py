@@ -47,7 +47,7 @@ def test_being_watched_changes_no_bit(name, pair):
 
 
 @pytest.mark.parametrize('name', CONFIGS)
-def test_a_snapshot_is_told_of_the_initial_population_and_of_each_generation(name, pair):
+def test_the_initial_population_and_each_generation_have_a_snapshot(name, pair):
     match, told = watched(CONFIGS[name], pair)
     assert [snapshot.number for snapshot in told] == list(range(CONFIGS[name].generations + 1))
     for snapshot, row in zip(told[1:], match.history):
@@ -127,7 +127,7 @@ def random_genes(size, shape=(7, 9), seed=0):
     return np.random.default_rng(seed).integers(0, 1000, (size, *shape), np.uint16)
 
 
-def test_the_fittest_child_is_told_apart_by_its_parents_and_by_what_mutation_changed():
+def test_the_origin_of_the_fittest_child_has_its_parents_and_mutations():
     former = random_genes(4)
     population = former.copy()
     population[2] = np.concatenate([former[3][:5], former[1][5:]])
@@ -194,7 +194,7 @@ def test_at_most_five_generations_are_shown_the_first_two_and_the_last_among_the
     assert len(course.rows) == last + 1
 
 
-def test_five_generations_are_always_told_apart():
+def test_five_generations_always_differ():
     course = Convergence(CONFIGS['paper'], np.zeros((2, 3), np.uint8))
     for number in range(700):
         course.add(snapshot_of(number))

@@ -25,7 +25,7 @@ def folders(tmp_path):
     return tmp_path / 'left', tmp_path / 'right'
 
 
-def test_watching_a_sequence_changes_nothing_and_tells_what_came_over():
+def test_observing_a_sequence_changes_nothing_and_reports_the_warm_start():
     pairs = [(PAIR.left, PAIR.right)] * FRAMES
     frames = list(watched_frames(CONFIG, pairs, PAIR.truth, PAIR.visible))
     matcher = StereoMatcher(CONFIG)
@@ -58,7 +58,7 @@ def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys):
 @pytest.mark.parametrize('options, words', [
     (['--profile', 'quality'], 'quality does not evolve from frame to frame'),
     (['--video', 'a.mp4'], '--video shows the generations of one pair')])
-def test_what_frames_cannot_show_is_told_in_a_sentence(folders, options, words, capsys):
+def test_options_that_frames_cannot_have_are_one_sentence(folders, options, words, capsys):
     assert main(['evolve', *map(str, folders), '--disparities', '24', *options]) == 2
     assert words in capsys.readouterr().err
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 from fuzzy_stereo_ros.views import rerun_view
-from fuzzy_stereo_ros.views.rerun_view import camera_of, points_of, RerunSink
+from fuzzy_stereo_ros.views.rerun_view import points_of, reference_projection, RerunSink
 from matched_scene import CALIBRATION, made_matched
 import numpy as np
 import pytest
@@ -61,11 +61,11 @@ def test_what_hardly_has_a_disparity_is_no_point():
 
 
 def test_the_right_camera_has_its_own_principal_point():
-    assert camera_of(CALIBRATION, 'left') == CALIBRATION.left
-    assert camera_of(CALIBRATION, 'right') == CALIBRATION.left._replace(cx=170.0 + 1.5)
+    assert reference_projection(CALIBRATION, 'left') == CALIBRATION.left
+    assert reference_projection(CALIBRATION, 'right') == CALIBRATION.left._replace(cx=170.0 + 1.5)
 
 
-def test_without_rerun_the_remedy_is_told(monkeypatch, tmp_path):
+def test_without_rerun_the_sentence_has_the_remedy(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, 'rerun', None)
     with pytest.raises(ValueError, match='not installed .*: pip install rerun-sdk'):
         RerunSink(tmp_path / 'out.rrd')
@@ -94,7 +94,7 @@ def test_a_recording_holds_every_pair_and_has_its_name_when_it_is_closed(rerun, 
     sink = RerunSink(path)
     for number, options in enumerate(({}, {'colour': True}, {'bits': 12},
                                       {'reference': 'right'})):
-        sink.take(made_matched(stamp=number * 100_000_000, **options))
+        sink.add(made_matched(stamp=number * 100_000_000, **options))
     assert path.read_text() == 'the one before'
     sink.close()
     assert os.listdir(tmp_path) == ['out.rrd']
@@ -112,7 +112,7 @@ from matched_scene import made_matched
 resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
 sink = RerunSink(sys.argv[1])
 for stamp in range(20):
-    sink.take(made_matched(stamp=stamp))
+    sink.add(made_matched(stamp=stamp))
 try:
     sink.close()
 except OSError as error:
@@ -120,9 +120,9 @@ except OSError as error:
 """
 
 
-def test_a_recording_that_did_not_become_whole_is_told_and_leaves_nothing(rerun, tmp_path):
+def test_an_incomplete_recording_is_reported_and_removed(rerun, tmp_path):
     ended = subprocess.run(
         [sys.executable, '-c', FULL_DISK, tmp_path / 'out.rrd'], capture_output=True, text=True,
         check=True, env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))})
-    assert ended.stdout.startswith(f"{tmp_path / 'out.rrd'} could not be written whole: ")
+    assert ended.stdout.startswith(f"{tmp_path / 'out.rrd'} is incomplete and was removed: ")
     assert os.listdir(tmp_path) == []

@@ -112,10 +112,10 @@ def test_what_cannot_be_written_is_rejected_before_the_first_frame(tmp_path, nam
     assert os.listdir(tmp_path) == []
 
 
-def test_a_missing_encoder_is_told_in_one_sentence_with_the_remedy(tmp_path, monkeypatch, capfd):
+def test_a_missing_encoder_is_one_sentence_with_the_remedy(tmp_path, monkeypatch, capfd):
     monkeypatch.setitem(CODECS, '.avi', 'none')
     file = VideoFile(tmp_path / 'video.avi', 10)
-    with pytest.raises(ValueError, match='no encoder none, or the folder .*; take .mp4, or'):
+    with pytest.raises(ValueError, match='no encoder none, or the folder .*; use .mp4, or'):
         file.write(plain(9))
     file.close()
     assert os.listdir(tmp_path) == []
@@ -137,13 +137,13 @@ except OSError as error:
 
 
 @pytest.mark.parametrize('suffix', CODECS)
-def test_a_video_that_did_not_become_whole_is_told_and_leaves_nothing(tmp_path, suffix):
+def test_an_incomplete_video_is_reported_and_removed(tmp_path, suffix):
     path = tmp_path / f'video{suffix}'
     path.write_text('the one before')
     ended = subprocess.run([sys.executable, '-c', FULL_DISK, path], capture_output=True,
                            text=True, check=True)
-    assert ended.stdout.startswith(f'{path} could not be written whole, ')
-    assert ended.stdout.endswith(' of 20 frames; is the disk full?\n')
+    assert ended.stdout.startswith(f'{path} is incomplete, ')
+    assert ended.stdout.endswith(' of 20 frames, and was removed; is the disk full?\n')
     assert path.read_text() == 'the one before' and os.listdir(tmp_path) == [path.name]
 
 
@@ -172,7 +172,7 @@ def test_above_each_picture_stand_words_and_above_two_the_bars_of_their_colours(
             assert (head == end).all(axis=2).sum() >= 10
 
 
-def test_the_head_tells_the_stamp_and_the_range():
+def test_the_head_has_the_stamp_and_the_range():
     def head(low=0, high=9, **options):
         return side_by_side(made_matched(**options), low, high)[:HEAD].tobytes()
     assert head() == head()
@@ -192,7 +192,7 @@ def test_the_sink_writes_a_frame_for_each_pair(tmp_path, suffix):
     sink = VideoSink(tmp_path / f'video{suffix}', 4, *RANGE)
     taken = [made_matched(seed=seed) for seed in range(3)]
     for matched in taken:
-        sink.take(matched)
+        sink.add(matched)
     sink.close()
     frames, rate = read_back(tmp_path / f'video{suffix}')
     assert rate == 4 and len(frames) == 3
