@@ -98,15 +98,15 @@ OVERRIDES = {f'/{side}/image_rect{ending}': {'subscription': {'reliability': 're
 def rectifies_and_names_what_means_nothing_in_one_warning(test):
     given = [name for name in IGNORED_PARAMETERS if name in PEER]
     assert len(given) == 10
-    test.logged(f"that mean nothing here are ignored: {', '.join(given)}")
+    test.logged(f"stereo_image_proc's matchers are ignored: {', '.join(given)}")
     matches(test)
     names = ('approximate_sync', 'rectify', 'use_color', 'speckle_size', 'speckle_range')
     assert test.parameters('/rig/disparity_node', *names) == [True, True, False, 50, 4]
 
 
 def matches_by_the_remappings_of_the_page(test):
-    test.logged('that mean nothing here are ignored: correlation_window_size, stereo_algorithm, '
-                'uniqueness_ratio')
+    test.logged("stereo_image_proc's matchers are ignored: correlation_window_size, "
+                'stereo_algorithm, uniqueness_ratio')
     matches(test, disparities=32)
 
 
@@ -142,7 +142,7 @@ def gives_a_disparity_within_a_minute(test):
     assert np.mean(values_of(message.image) >= message.min_disparity) > 0.7
     assert test.printed().count('disparities are without metres (t is 0)') == 1
     assert 'rejected' not in test.printed()
-    assert test.printed().count('no topic of this node has these QoS') == 1
+    assert test.printed().count('QoS overrides for unknown topics are ignored') == 1
 
 
 # ---- several rigs, the demo ----
