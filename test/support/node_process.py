@@ -3,6 +3,7 @@
 """A node of this package as a process in a domain of its own; imports no ROS."""
 from contextlib import contextmanager
 import fcntl
+from itertools import cycle, islice
 import os
 from pathlib import Path
 import signal
@@ -15,6 +16,8 @@ import numpy as np
 from repository import ROOT
 
 DOMAINS = range(1, 101)     # those whose ports lie below Linux's ephemeral ones
+# One is used again as late as can be: what is left of an earlier node would be in its graph.
+_NEXT_DOMAINS = cycle(DOMAINS)
 START = 500.0       # s; the first start on a machine compiles kernels, at worst a busy one
 SOON = 60.0         # s; events are awaited, this is only when to give up
 
@@ -24,7 +27,7 @@ def own_domain():
     """Give a ROS_DOMAIN_ID that no other test on this machine uses meanwhile."""
     folder = Path(tempfile.gettempdir()) / 'fuzzy_stereo_ros_domains'
     folder.mkdir(exist_ok=True)
-    for domain in DOMAINS:
+    for domain in islice(_NEXT_DOMAINS, len(DOMAINS)):
         with open(folder / str(domain), 'w') as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
