@@ -4,6 +4,7 @@
 import io
 import json
 import os
+from pathlib import Path
 import subprocess
 import sys
 
@@ -42,6 +43,14 @@ def rejection(capsys, *bags, **options):
     printed = capsys.readouterr()
     assert 'Traceback' not in printed.err
     return printed.err.splitlines()[-1].removeprefix('fuzzy-stereo: ')
+
+
+def clean_rejection(capsys, *bags, **options):
+    """Return what `rejection` does, after which the working folder holds what it held before."""
+    before = sorted(Path.cwd().rglob('*'))
+    sentence = rejection(capsys, *bags, **options)
+    assert sorted(Path.cwd().rglob('*')) == before
+    return sentence
 
 
 def run(code, number, *arguments):

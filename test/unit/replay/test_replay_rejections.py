@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bad input to `fuzzy-stereo replay` is one sentence, exit code 2, and nothing written."""
+from functools import partial
 import io
 
 from fuzzy_stereo_ros.commands.command_line import main, Parser
@@ -10,7 +11,7 @@ from fuzzy_stereo_ros.replay.options import READING, RESULTS, SYNCHRONISING
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from made_bags import BagOf, BEGIN, content, same, scene, STEP, TOPICS, write_bag
 import pytest
-from replayed import figures, on_a_terminal, rejection, replay
+from replayed import clean_rejection, figures, on_a_terminal, replay
 
 ROWS = {row.name: row for row in NODE_PARAMETERS}
 NAMES = (*SYNCHRONISING, *READING, *RESULTS)
@@ -27,13 +28,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def rejected(folder, capsys):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
-    def sentence(*bags, **options):
-        before = sorted(folder.rglob('*'))
-        text = rejection(capsys, *bags, **options)
-        assert sorted(folder.rglob('*')) == before
-        return text
-
-    return sentence
+    return partial(clean_rejection, capsys)
 
 
 def test_an_input_that_is_no_bag_is_named(rejected, folder):
