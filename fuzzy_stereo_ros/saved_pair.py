@@ -42,7 +42,7 @@ To match it again and compare the result with the saved one, run in this folder:
 fuzzy-stereo match --saved .
 """
 RESULTS = 'disparity', 'confidence'
-STATE_NUMBERS = 'stamp', 'frame', 'disparities', 'min_disparity', 'reference'
+STATE_NUMBERS = 'stamp', 'frame', 'still', 'kept'
 
 
 def versions():
@@ -158,13 +158,13 @@ def _write_files(folder, saved):
         'stamp': int(pair.stamp), 'frame_id': pair.frame_id,
         'calibration': {**asdict(pair.calibration), 'left': pair.calibration.left._asdict(),
                         'remarks': list(pair.calibration.remarks)},
-        'parameters': {one.name: one.type(getattr(saved.config, one.name))
-                       for one in fields(MatcherConfig)},
-        'state': None, 'warm': match.warm, 'motion': match.motion, 'times': _floats(match.times),
+        'parameters': _parameters(saved.config), 'state': None, 'warm': match.warm,
+        'kept': match.kept, 'motion': match.motion, 'times': _floats(match.times),
         'generations': [{**asdict(row), 'gains': _floats(row.gains)} for row in match.history],
         'versions': saved.versions, 'about': saved.about}
     if state is not None:
-        record['state'] = {name: getattr(state, name) for name in STATE_NUMBERS}
+        record['state'] = {'config': _parameters(state.config),
+                           **{name: getattr(state, name) for name in STATE_NUMBERS}}
         arrays.update({name: getattr(state, name) for name in _layout(state)})
     stored = io.BytesIO()
     np.savez(stored, **arrays)
@@ -172,6 +172,17 @@ def _write_files(folder, saved):
     (folder / 'pair.json').write_text(json.dumps(record, indent=2) + '\n', encoding='ascii')
     (folder / 'README.txt').write_text(
         README.format(saved.versions['fuzzy_stereo_ros']), encoding='utf-8')
+
+
+def _parameters(config):
+    """Return {name: value} of a MatcherConfig, in the types of Python."""
+    return {one.name: one.type(getattr(config, one.name)) for one in fields(MatcherConfig)}
+
+
+def _config(name, record):
+    """Return the MatcherConfig of a record of `_parameters`; ValueError if it is wrong."""
+    return MatcherConfig(**_checked(
+        name, record, {one.name: one.type for one in fields(MatcherConfig)}))
 
 
 def _floats(numbers):
@@ -185,27 +196,28 @@ def _saved_pair(record, arrays, left, right):
 
     _checked('pair.json', record, {
         'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
-        'state': object, 'warm': bool, 'motion': str, 'times': dict, 'generations': list,
-        'versions': dict, 'about': dict})
+        'state': object, 'warm': bool, 'kept': bool, 'motion': str, 'times': dict,
+        'generations': list, 'versions': dict, 'about': dict})
     calibration = _checked('calibration', record['calibration'], {
         'focal': float, 'baseline': float, 'offset': float, 'left': dict, 'remarks': list})
     projection = _checked('left', calibration['left'], dict.fromkeys(Projection._fields, float))
     pair = StereoPair(left, right, Calibration(**{
         **calibration, 'left': Projection(**projection),
         'remarks': tuple(calibration['remarks'])}), record['stamp'], record['frame_id'])
-    config = MatcherConfig(**_checked('parameters', record['parameters'], {
-        one.name: one.type for one in fields(MatcherConfig)}))
+    config = _config('parameters', record['parameters'])
     kinds = {one.name: one.type for one in fields(Generation)}
     history = [Generation(**{**_checked('generation', row, kinds),
                              'gains': all_of(float, 'gains', row['gains'])})
                for row in record['generations']]
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
-                  all_of(float, 'times', record['times']), record['warm'], record['motion'])
+                  all_of(float, 'times', record['times']), record['warm'], record['motion'],
+                  record['kept'])
     state = record['state']
     if state is not None:
-        _checked('state', state, {'stamp': object, 'frame': int, 'disparities': int,
-                                  'min_disparity': int, 'reference': str})
-        state = FrameState(**arrays, **state)
+        _checked('state', state, {'stamp': object, 'config': dict,
+                                  **dict.fromkeys(('frame', 'still', 'kept'), int)})
+        state = FrameState(**arrays, **{
+            **state, 'config': _config('parameters of the state', state['config'])})
         if not isinstance(state.stamp, (int, type(None))):
             raise ValueError('the stamp of the state is not a number')
     return SavedPair(pair, config, state, match, *(
@@ -229,10 +241,12 @@ def _layout(state):
     shape = (*np.shape(state.labels), 0, 0)[:2]     # labels that are not 2-D do not fit it
     tiles = tuple(-(-side // TILE) for side in shape)
     cells = tuple(side // 2 for side in shape)
-    return {'labels': (gene_type(state.disparities), shape), 'validity': (np.uint8, shape),
+    result = np.float32, shape if np.size(state.still_disparity) else (0, 0)
+    return {'labels': (gene_type(state.config.disparities), shape), 'validity': (np.uint8, shape),
             'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
             'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
             'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),
+            'still_disparity': result, 'still_confidence': result,
             # empty if no camera was known
             **({'half_grey': (np.uint8, cells), 'census': (np.uint32, shape),
                 'cells': (np.float32, cells), 'survived': (np.uint8, cells)}
@@ -244,14 +258,14 @@ def _check_state(state, config):
     """Raise ValueError for a state that kernels cannot use, as they check no index."""
     for name, (kind, shape) in _layout(state).items():
         _check_array(f'{name} of the state', getattr(state, name), kind, shape)
-    if (state.labels >= state.disparities).any() or not (state.ages >= 1).all():
+    if (state.labels >= state.config.disparities).any() or not (state.ages >= 1).all():
         raise ValueError('the state has labels or ages out of range')
-    if not ((state.cells >= 0) & (state.cells < state.disparities)).all():
+    if not ((state.cells >= 0) & (state.cells < state.config.disparities)).all():
         raise ValueError('the state has cells out of range')
     if not np.isfinite(state.planes).all() or (state.origin > 1).any():
         raise ValueError('the state has planes out of range')
-    if state.reference != config.reference:
-        raise ValueError(f'the state is of the {state.reference} image, the match of the '
+    if state.config.reference != config.reference:
+        raise ValueError(f'the state is of the {state.config.reference} image, the match of the '
                          f'{config.reference} one')
 
 

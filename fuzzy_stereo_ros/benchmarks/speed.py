@@ -19,6 +19,8 @@ from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 import numpy as np
 import pandas as pd
 
@@ -28,6 +30,7 @@ THREADS = (1, 2)
 FRAMES = 4
 NOISE = 1.5  # grey levels, fresh in every frame
 COLD, WARM = 'ours, cold', 'ours, warm'
+INTERVAL = MatcherConfig.still_interval
 ALONE = 'of the total, what one thread does alone'
 PREFERRED = ('midd2014', 'midd2006_half', 'middv2', 'made')
 SHARES = 0.5, 0.9, 0.95, 1.0, 1.1, 2.0      # deadlines, of the median time without one
@@ -52,6 +55,8 @@ def run(request):
                    [memory_row(request, pair, size) for size in sizes],
                    'Held: by a warm matcher between frames, its state among it. More: at the peak '
                    'of a frame, what it returns and hands on among it.')
+    still = still_table([still_row(request, pair, size, count)
+                         for size in sizes for count in threads])
     deadlines = deadline_table(request, pair, sizes[0])
     if request.quick:
         skipped.append('the first start: it takes a minute')
@@ -62,8 +67,8 @@ def run(request):
                      'size as it is; without padding, conversion, filling and median',
         'pair': f'{scene.path}, resized, with fresh noise of {NOISE} grey levels in each frame',
         'times': f'minimum of {request.repeats} turns; cold: the frame before is forgotten; '
-                 'warm: the frame before is of the same scene',
-    }, [*tables(pd.DataFrame(turns)), deadlines, memory,
+                 'warm: the frame before is of the same scene, and each frame is searched',
+    }, [*tables(pd.DataFrame(turns)), still, deadlines, memory,
         *([] if request.quick else [first_start_table()])], skipped,
         threads='OpenCV and ours as in the tables')
 
@@ -91,7 +96,8 @@ def noisy_frames(pair, rows, columns):
 
 def _ours(request, frames, disparities, threads, name):
     """Return a function that matches a frame, and returns {stage: milliseconds}."""
-    matcher = request.ours.matcher(disparities, threads=threads, warm_start=True)
+    matcher = request.ours.matcher(
+        disparities, threads=threads, warm_start=True, still_interval=1)
     matcher.warm_up(*frames[0][0].shape[:2])
 
     def work(frame):
@@ -177,13 +183,43 @@ def _stage_table(turns):
                     'nothing: there are two from 128 rows, four from 640 and eight from 1280.')
 
 
+def still_row(request, pair, size, threads):
+    """Return a row: size, threads, and times of frames of a scene that stands still, in ms."""
+    rows, columns, disparities = size
+    frames = noisy_frames(pair, rows, columns)
+    greys = [tuple(grey(image) for image in frame) for frame in frames]
+    with opencv_threads(threads):
+        matcher = request.ours.matcher(disparities, threads=threads, warm_start=True)
+        for number in range(SETTLED + 1):
+            matcher.match(*frames[number % FRAMES])
+        names = [f'frame {number}' for number in range(INTERVAL)]
+        turns = pd.DataFrame(take_turns({
+            **{name: lambda frame: {'kept': matcher.match(*frames[frame]).kept} for name in names},
+            REFERENCE.name: _baseline(REFERENCE, greys, disparities)}, request.repeats))
+    best = turns.groupby('matcher').milliseconds.min()
+    kept = turns.groupby('matcher').kept.min()[names].astype(bool)
+    mean, reference = best[names].mean(), best[REFERENCE.name]
+    return (f'{columns}x{rows}, {disparities} disparities', threads, best[names][~kept].mean(),
+            best[names][kept].mean(), mean, reference, mean / reference)
+
+
+def still_table(rows):
+    """Return the table of rows of `still_row`."""
+    return Table('A scene that stands still', (
+        '', 'threads', 'searched [ms]', 'kept [ms]', 'mean of all frames [ms]',
+        f'{REFERENCE.name} [ms]', 'of 3WAY'), rows,
+        f'From frame {SETTLED + 1} on, with noise: one frame in {INTERVAL} is searched '
+        '(`still_interval`), the others keep its result. Each time is the minimum.')
+
+
 def deadline_table(request, pair, size):
     """Return the table of warm frames of a still scene, with and without deadlines."""
     rows, columns, disparities = size
     frames, found = noisy_frames(pair, rows, columns), {}
 
     def matches(deadline_ms):
-        matcher = request.ours.matcher(disparities, warm_start=True, deadline_ms=deadline_ms)
+        matcher = request.ours.matcher(
+            disparities, warm_start=True, still_interval=1, deadline_ms=deadline_ms)
         return [matcher.match(*frames[number % FRAMES])
                 for number in range(SETTLING + request.repeats)][SETTLING:]
 

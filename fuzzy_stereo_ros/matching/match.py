@@ -47,6 +47,7 @@ class Match:
     history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
     warm: whether the previous frame's chromosomes took part, as a prior or as a parent.
     motion: how the camera moved, or why that is unknown; '' where no camera was given.
+    kept: whether it is the result of an earlier frame, since the scene stands still.
     generations: how many ran; gains: by how much each operator raised the fitness.
     """
 
@@ -56,6 +57,7 @@ class Match:
     times: dict
     warm: bool
     motion: str = ''
+    kept: bool = False
 
     @property
     def generations(self):

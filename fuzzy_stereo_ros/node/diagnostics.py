@@ -103,6 +103,7 @@ class Diagnostics:
                 figures[f'{name}, {what}'] = f'{value:.1f} ms'
         return {**figures, 'generations': str(match.generations),
                 'warm': str(bool(match.warm)).lower(),
+                'kept, as the scene stands still': str(match.kept).lower(),
                 'camera motion': match.motion or 'not asked',
                 'mean confidence': f'{float(np.mean(match.confidence)):.3f}',
                 'valid share': f'{1 - float(np.mean(np.isnan(match.disparity))):.3f}'}

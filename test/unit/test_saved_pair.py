@@ -149,6 +149,7 @@ def saved_pairs(draw):
             values(np.float32, rows // 2, columns // 2,
                    elements=st.integers(0, config.disparities - 1)),
             values(np.uint8, rows // 2, columns // 2)) if draw(st.booleans()) else NO_CAMERA
+        whole = draw(st.sampled_from([(0, 0), (rows, columns)]))
         state = FrameState(
             values(np.uint8, rows, columns, elements=st.integers(0, config.disparities - 1)),
             values(np.uint8, rows, columns), values(np.uint16, 2, rows, columns),
@@ -156,9 +157,10 @@ def saved_pairs(draw):
             values(np.float32, rows // 2, columns // 2, 3, elements=st.integers(-9, 9)),
             values(np.uint8, rows // 2, columns // 2), values(np.uint8, rows // 2, columns // 2),
             values(np.uint8, 2, elements=st.integers(0, 1)), *seen,
+            *draw(st.tuples(st.integers(0, 99), st.integers(0, 3))),
+            *(values(np.float32, *whole) for _ in range(2)),
             draw(st.one_of(st.none(), STAMPS, st.integers(1, 9).map(lambda ns: pair.stamp - ns))),
-            draw(st.integers(0, 99)), config.disparities, config.min_disparity,
-            config.reference)
+            draw(st.integers(0, 99)), replace(config, seed=draw(st.integers(0, 9))))
     fits = state is not None and state.fits((rows, columns), config, pair.stamp)
     history = [Generation(number + 1, *(draw(FLOATS) for _ in range(4)), draw(NUMBERS))
                for number in range(draw(st.integers(0, 2)))]
@@ -189,7 +191,7 @@ def test_genes_of_more_than_256_disparities_are_read_back():
     wide = StereoPair(*(np.zeros((60, 320), np.uint8) for _ in range(2)), saved.pair.calibration,
                       saved.pair.stamp)
     state = replace(saved.state, labels=saved.state.labels.astype(np.uint16) + 270,
-                    disparities=300)
+                    config=config)
     maps = [np.zeros((60, 320), np.float32) for _ in range(2)]
     kept = SavedPair(wide, config, state, Match(*maps, [], {}, False))
     assert_equal(through_files(kept), kept)
@@ -428,7 +430,8 @@ def test_what_could_not_be_read_again_is_not_written():
     with pytest.raises(ValueError, match='the state is missing'):
         replace(saved, state=None)
     with pytest.raises(ValueError, match='the state is of the right image, the match of the left'):
-        replace(saved, state=replace(saved.state, reference='right'))
+        replace(saved, state=replace(
+            saved.state, config=replace(saved.config, reference='right')))
     with pytest.raises(ValueError, match='disparity is float64'):
         replace(saved, match=replace(
             saved.match, disparity=saved.match.disparity.astype(np.float64)))

@@ -97,12 +97,17 @@ class RealtimeMatcher:
         that may have moved, or None
         """
         config, pool, watch = self._config, self.pool, Stopwatch()
-        self._views.read(pool, left, right, partial(self._average, previous, camera),
-                         self._stages.describe)
-        watch.lap('possibility')
+        self._views.read(pool, left, right, partial(self._average, previous, camera))
+        watch.lap('pictures')
         if self._warm_start.motion:
-            watch.times['possibility'] -= self._warm_start.motion_ms
+            watch.times['pictures'] -= self._warm_start.motion_ms
             watch.times['camera_motion'] = self._warm_start.motion_ms
+        state = self._warm_start.kept_state(previous, config)
+        if state is not None:
+            return Match(state.still_disparity.copy(), state.still_confidence.copy(), [],
+                         watch.times, True, self._warm_start.motion, kept=True), state
+        self._views.describe(pool, self._stages.describe)
+        watch.lap('possibility')
         half = self._half_size.search(pool, self._views.inside, self._views.full.left.grey)
         texture_prior = self._half_size.prior(pool, half)
         previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
@@ -135,15 +140,15 @@ class RealtimeMatcher:
         disparity, confidence = self._refinement.write(
             pool, labels, chosen, self._warm_start.reliance, config)
         watch.lap('refinement')
-        state = None
+        match = Match(disparity, confidence, history, watch.times,
+                      previous_prior is not None or inherited, self._warm_start.motion)
         if config.warm_start:
             state = self._warm_start.next_state(
                 labels, self._refinement.final_validity, self._refinement.fine_labels,
-                self.frames.carried, config, previous)
+                self.frames.carried, config, match, previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)
-        return Match(disparity, confidence, history, watch.times,
-                     previous_prior is not None or inherited, self._warm_start.motion), state
+        return match, state
 
     def possibility_of(self, chromosome):
         """Return the possibility of a chromosome's matches: float32 (R, C), 0 to 1."""

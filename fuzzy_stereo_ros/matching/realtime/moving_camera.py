@@ -134,7 +134,7 @@ class MovingCamera:
             *self._distances, band[1], band[2]), self._bands)
         summed = [cv2.boxFilter(found, cv2.CV_16U, (AROUND, AROUND), normalize=False)
                   for found in self._distances]
-        highest = previous.disparities - 1
+        highest = previous.config.disparities - 1
 
         def write_band(band):
             warp.trusted_moved(

@@ -79,16 +79,15 @@ class Views:
         self.noise = 0.0
         self._bands = cut_bands(rows, tile)
 
-    def read(self, pool, left, right, average, describe):
+    def read(self, pool, left, right, average):
         """
-        Read a pair, average it with the previous frames, and write its features.
+        Read a pair, and average it with the previous frames.
 
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
 
         left, right: uint8 or uint16 (R, C) or (R, C, 3); average: called with the left and the
-        right view once they are read, returns the share of noise that it leaves; describe: called
-        with a view and a range of rows, writes its features
+        right view once they are read, returns the share of noise that it leaves
         """
         full, half, shift = self.full, self.half, self._shift
         left_shift = luminance_shift(left, right)
@@ -99,6 +98,20 @@ class Views:
             self._right.read(right, max(shift, 0), left_shift, first, last)
             full.left.halve(half.left, first // 2, last // 2)
             self._estimate.measure(full.left, half.left, first, last)
+
+        pool.each(read, self._bands)
+        # measured before averaging: the little that averaging leaves is hidden by texture
+        self.noise = self._estimate.level
+        self.noise *= average(full.left, self._right)
+
+    def describe(self, pool, describe):
+        """
+        Write the features of the pair that was read.
+
+        describe: called with a view and a range of rows, writes its features
+        """
+        full, half, shift = self.full, self.half, self._shift
+        tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
 
         def halve(band):
             _, first, last = band
@@ -111,11 +124,6 @@ class Views:
             full.describe(describe, first, last)
             half.denoise(int(128 * tolerance), first // 2, last // 2)
 
-        pool.each(read, self._bands)
-        # measured before averaging: the little that averaging leaves is hidden by texture
-        self.noise = self._estimate.level
-        self.noise *= average(full.left, self._right)
-        tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
         if shift < 0:
             pool.each(lambda band: full.right.spread(
                 self._right, -shift, band[1], band[2]), self._bands)

@@ -8,9 +8,10 @@ pictures and chromosome count only in tiles that differ from the previous frame 
 the chromosome only where it was consistent, is flat and agrees with the half-size map, which does
 not depend on the previous frame. Without noise it adds nothing, and is not used.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
@@ -19,6 +20,7 @@ from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging, STI
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
+from fuzzy_stereo_ros.matching.realtime.still_scene import kept_result, new_result, StillResult
 import numpy as np
 
 QUIET = 0.2          # grey levels of noise below which the previous best is not used
@@ -41,8 +43,9 @@ class FrameState:
     pictures: uint16 (2, R, C), luminance of both views, averaged, the right one mirrored; ages:
     float32 (2, tile rows, tile columns), of how many frames; planes: float32 (R / 2, C / 2, 3),
     evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the chromosome of planes, see
-    frames.Genes; half_grey, census, cells, survived: see moving_camera.CameraState; stamp: ns or
-    None; frame: its number; disparities, min_disparity, reference: of the configuration.
+    frames.Genes; half_grey, census, cells, survived: see moving_camera.CameraState; still, kept,
+    still_disparity, still_confidence: see still_scene.StillResult; stamp: ns or None; frame: its
+    number; config: the MatcherConfig.
     """
 
     labels: np.ndarray
@@ -57,22 +60,29 @@ class FrameState:
     census: np.ndarray
     cells: np.ndarray
     survived: np.ndarray
+    still: int
+    kept: int
+    still_disparity: np.ndarray
+    still_confidence: np.ndarray
     stamp: int | None
     frame: int
-    disparities: int
-    min_disparity: int
-    reference: str
+    config: MatcherConfig
 
     @property
     def genes(self):
         """The chromosome of planes, as FrameEvolution takes it."""
         return Genes(self.planes, self.evolved, self.work, self.origin)
 
+    @property
+    def result(self):
+        """The result of a scene that stands still, as `kept_result` takes it."""
+        return StillResult(self.still, self.kept, self.still_disparity, self.still_confidence)
+
     def fits(self, shape, config, stamp):
         """Return whether a pair of a shape, taken at a stamp, may start from this frame."""
-        if self.labels.shape != shape or (
-                self.disparities, self.min_disparity, self.reference) != (
-                config.disparities, config.min_disparity, config.reference):
+        if self.labels.shape != shape or any(
+                getattr(self.config, name) != getattr(config, name)
+                for name in ('disparities', 'min_disparity', 'reference')):
             return False
         if stamp is None or self.stamp is None:
             return stamp is self.stamp
@@ -187,14 +197,24 @@ class WarmStart:
         return TileHistory(tiles.choices, self._strengths, tiles.ages, self._averaging.noise,
                            self._averaging.shift)
 
-    def next_state(self, labels, validity, fine, genes, config, before=None):
+    def kept_state(self, state, config):
+        """
+        Return the FrameState of a frame that keeps a result, None where it has to be searched.
+
+        state: the FrameState of the previous frame, or None; config: the MatcherConfig
+        """
+        result = kept_result(state, self._averaging.tiles, config)
+        return result and replace(state, pictures=self._averaging.pictures,
+                                  ages=self._averaging.ages, **result._asdict())
+
+    def next_state(self, labels, validity, fine, genes, config, match, before=None):
         """
         Return the FrameState of this frame, a copy.
 
-        fine: (R, C), sub-pixel labels; genes: its `Genes`; before: the FrameState of the previous
-        frame
+        fine: (R, C), sub-pixel labels; genes: its `Genes`; config: the MatcherConfig; match: the
+        `Match`; before: the FrameState of the previous frame
         """
         camera_state = self._moving.next_state(before, self._half_grey, self._left.census, fine)
+        result = new_result(before, self._averaging.tiles, match)
         return FrameState(labels.copy(), validity.copy(), self._averaging.pictures,
-                          self._averaging.ages, *genes, *camera_state, None, 0, config.disparities,
-                          config.min_disparity, config.reference)
+                          self._averaging.ages, *genes, *camera_state, *result, None, 0, config)

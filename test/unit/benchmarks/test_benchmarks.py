@@ -418,7 +418,10 @@ def test_speed_lets_all_take_turns_and_compares_with_3way():
     for name, row in rows.items():
         assert row['of 3WAY'] == row['1 thread [ms]'] / rows['3WAY tuned']['1 thread [ms]'], name
     assert all(row['1 thread [ms]'] > 0 for row in rows.values())
-    stages, deadlines, memory = report.tables[-3:]
+    stages, still, deadlines, memory = report.tables[-4:]
+    for _, threads, searched, kept, mean, reference, ratio in still.rows:
+        assert kept < searched and mean == pytest.approx((searched + 3 * kept) / 4)
+        assert threads in speed.THREADS and ratio == mean / reference
     for name, deadline, median, worst, share, _ in deadlines.rows:
         assert 0 < median <= worst
         assert (deadline, share) == (None, None) if name == 'none' else 0 <= share <= 1

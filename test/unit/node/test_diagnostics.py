@@ -28,14 +28,15 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
     for milliseconds in (10.0, 20.0, 30.0):
         made.matched(SimpleNamespace(
             times={'total': milliseconds / 2}, generations=2, warm=True, motion='followed',
-            disparity=np.float32([[1, np.nan]]), confidence=np.float32([[0.5, 0.0]])),
+            kept=False, disparity=np.float32([[1, np.nan]]), confidence=np.float32([[0.5, 0.0]])),
             latency=milliseconds)
     made.reject('size')
     assert made.figures() == {
         'rejected: size': '1', 'latency, last': '30.0 ms', 'latency, median': '20.0 ms',
         'latency, 95th percentile': '29.0 ms', 'time of total, last': '15.0 ms',
         'time of total, median': '10.0 ms', 'time of total, 95th percentile': '14.5 ms',
-        'generations': '2', 'warm': 'true', 'camera motion': 'followed',
+        'generations': '2', 'warm': 'true', 'kept, as the scene stands still': 'false',
+        'camera motion': 'followed',
         'mean confidence': '0.250', 'valid share': '0.500'}
 
 

@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A scene that stands still is searched in one frame of a few; the others keep its result.
+
+Not in the paper. Once nothing has changed for so long that noise is averaged away and planes have
+evolved, another search finds what the last one found. A frame in which anything changed is
+searched. What changes in one tile alone looks like noise and waits for the next search.
+"""
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+SETTLED = 32    # frames without a change from which results are kept: as many are averaged
+
+
+class StillResult(NamedTuple):
+    """
+    The result of a scene that stands still, for the frames after it.
+
+    still: frames in a row in which nothing changed; kept: frames since the last search;
+    still_disparity, still_confidence: float32 (R, C), its result, empty until `still` is
+    SETTLED
+    """
+
+    still: int
+    kept: int
+    still_disparity: np.ndarray
+    still_confidence: np.ndarray
+
+
+def kept_result(previous, views, config):
+    """
+    Return the `StillResult` that this frame keeps, None where it has to be searched.
+
+    previous: the FrameState of the previous frame, or None; views: the `Tiles` of both views,
+    compared with it; config: the MatcherConfig
+    """
+    result = previous and previous.result
+    if (not result or result.kept + 1 >= config.still_interval
+            or not result.still_disparity.size or not _same_settings(previous.config, config)
+            or any(map(_moves, views))):
+        return None
+    return result._replace(still=result.still + 1, kept=result.kept + 1)
+
+
+def new_result(previous, views, match):
+    """Return the `StillResult` of a frame that was searched; match: its `Match`."""
+    still = 0 if previous is None or any(map(_moves, views)) else previous.result.still + 1
+    side = slice(None if still >= SETTLED else 0)
+    return StillResult(
+        still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())
+
+
+def _same_settings(one, other):
+    """Return whether two configurations give the same result: threads never change it."""
+    return replace(one, threads=0) == replace(other, threads=0)
+
+
+def _moves(tiles):
+    """Return whether two tiles of a view, side by side or one above the other, have changed."""
+    changed = tiles.choices != 0
+    return bool((changed[1:] & changed[:-1]).any() or (changed[:, 1:] & changed[:, :-1]).any())

@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A scene that stands still is searched in one frame of a few; any change is searched at once."""
+from dataclasses import replace
+from functools import cache
+
+from fuzzy_stereo_ros.benchmarks.datasets import with_noise
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
+import numpy as np
+import pytest
+
+CONFIG = MatcherConfig(disparities=32, threads=1, still_interval=3)
+NOISE = 1.5
+SECOND = 1_000_000_000
+
+
+@cache
+def scene():
+    return make_pair(96, 160, 32)[:2]
+
+
+def frames(number, seed=0, pair=None):
+    """Yield noisy pairs of a still scene."""
+    random = np.random.default_rng(seed)
+    for _ in range(number):
+        yield tuple(with_noise(image, NOISE, random) for image in pair or scene())
+
+
+@cache
+def settled():
+    """Return the state and the match of a frame that was searched in a scene at rest."""
+    matcher = StereoMatcher(CONFIG)
+    for pair in frames(SETTLED + 1):
+        match = matcher.match(*pair)
+    assert not match.kept
+    return matcher.state, match
+
+
+def after_settling(config=CONFIG):
+    """Return a matcher whose next frame keeps the result if nothing moves."""
+    matcher = StereoMatcher(config)
+    matcher.restore(settled()[0])
+    return matcher
+
+
+def with_object(rows, columns):
+    """Return the scene with something new in front of it."""
+    left, right = (image.copy() for image in scene())
+    random = np.random.default_rng(5)
+    thing = random.integers(0, 255, (rows, columns)).astype(np.uint8)
+    left[40:40 + rows, 96:96 + columns] = right[40:40 + rows, 68:68 + columns] = thing
+    return left, right
+
+
+def test_one_frame_in_so_many_is_searched_once_nothing_has_moved_for_long():
+    matcher = StereoMatcher(CONFIG)
+    kept = [matcher.match(*pair).kept for pair in frames(SETTLED + 10)]
+    assert kept == [False] * (SETTLED + 1) + 3 * [True, True, False]
+
+
+def test_frames_between_have_the_result_of_the_last_search_in_arrays_of_their_own():
+    matcher, found = after_settling(), settled()[1]
+    for pair in frames(2, seed=1):
+        match = matcher.match(*pair)
+        assert match.kept and match.warm and match.generations == 0
+        np.testing.assert_array_equal(match.disparity, found.disparity)
+        np.testing.assert_array_equal(match.confidence, found.confidence)
+        match.disparity[:] = match.confidence[:] = 7
+
+
+def test_noise_is_averaged_away_while_results_are_kept():
+    matcher = after_settling()
+    pictures = matcher.state.pictures
+    matcher.match(*next(frames(1, seed=1)))
+    assert (matcher.state.pictures != pictures).mean() > 0.5
+
+
+@pytest.mark.parametrize('change', [
+    pytest.param(lambda: with_object(24, 24), id='an object'),
+    pytest.param(lambda: tuple(np.roll(image, 8, axis=1) for image in scene()), id='a pan'),
+    pytest.param(lambda: make_pair(96, 160, 32, seed=9)[:2], id='a cut')])
+def test_a_frame_in_which_anything_changes_is_searched(change):
+    matcher = after_settling()
+    assert not matcher.match(*next(frames(1, 1, change()))).kept
+
+
+def test_an_object_that_appears_is_in_the_map_at_once():
+    match = after_settling().match(*next(frames(1, 1, with_object(24, 24))))
+    assert abs(np.nanmedian(match.disparity[46:58, 102:114]) - 28) < 1
+
+
+def test_what_appears_in_one_tile_waits_for_the_next_search():
+    matcher = after_settling()
+    pairs = frames(3, 1, with_object(8, 8))
+    assert [matcher.match(*pair).kept for pair in pairs] == [True, True, False]
+
+
+def test_settings_that_change_the_result_ask_for_a_search_and_threads_do_not():
+    pair = next(frames(1, seed=1))
+    assert not after_settling(replace(CONFIG, fill=True)).match(*pair).kept
+    assert after_settling(replace(CONFIG, threads=2)).match(*pair).kept
+
+
+def test_an_interval_of_one_searches_every_frame():
+    matcher = StereoMatcher(replace(CONFIG, still_interval=1))
+    assert not any(matcher.match(*pair).kept for pair in frames(SETTLED + 4))
+
+
+def test_a_gap_in_time_asks_for_a_search():
+    matcher = StereoMatcher(CONFIG)
+    matcher.restore(replace(settled()[0], stamp=SECOND))
+    assert not matcher.match(*next(frames(1, seed=1)), stamp=3 * SECOND).kept
+
+
+def test_results_of_the_right_image_are_kept_the_right_way_round():
+    matcher = StereoMatcher(replace(CONFIG, reference='right'))
+    *_, found, kept = (matcher.match(*pair) for pair in frames(SETTLED + 2))
+    assert kept.kept and not found.kept
+    np.testing.assert_array_equal(kept.disparity, found.disparity)
+
+
+def test_no_frame_of_a_camera_that_drives_is_kept():
+    matcher = StereoMatcher(replace(CONFIG, still_interval=1000))
+    matches = [matcher.match(left, right) for left, right, *_ in
+               make_sequence(96, 160, 32, frames=SETTLED + 3, noise=NOISE, drive=0.5)]
+    assert not any(match.kept for match in matches)
