@@ -14,10 +14,11 @@ import sys
 import time
 
 from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
+from fuzzy_stereo_ros.benchmarks.request import measured
 from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
-from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report, Table
+from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 import numpy as np
 import psutil
 from std_msgs.msg import Float32MultiArray
@@ -148,7 +149,7 @@ def run(arguments):
         return FAILED
     report = Report(
         'live', 'The node beside a camera',
-        {**environment('all cores, shared by the camera, the node and the listener'),
+        {**measured('all cores, shared by the camera, the node and the listener'),
          'camera': f'a made scene that moves, bgr8 with noise, {RATE:g} pairs/s, best effort; a '
                    'process of its own',
          'measured': f'{arguments.seconds:g} s each; latency is from the stamp to the callback of '

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+import shutil
+import subprocess
 
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, available_sequences
 from fuzzy_stereo_ros.benchmarks.page import as_svg
@@ -58,8 +60,24 @@ def report_of(name, title, settings, tables, skipped, pictures=None, threads='on
         content, lacking = as_svg(file, partial(draw, tables))
         drawn.update(content)
         missing += lacking
-    return Report(name, title, {**environment(threads), **settings}, tables,
+    return Report(name, title, {**measured(threads), **settings}, tables,
                   [*skipped, *missing], drawn)
+
+
+def measured(threads):
+    """Return {what: words} of a measurement: machine, versions, commit, threads and load."""
+    return {'commit': commit_of(Path(__file__).parents[1]), **environment(threads)}
+
+
+def commit_of(folder):
+    """Return the last commit that changed a folder, in words."""
+    git = shutil.which('git')
+    answers = [subprocess.run([git, *words, '--', '.'], cwd=folder, capture_output=True, text=True)
+               for words in (('log', '-1', '--format=%h, %as'), ('status', '--porcelain')) if git]
+    if not git or any(answer.returncode for answer in answers):
+        return 'unknown, this is no checkout'
+    commit, changed = (answer.stdout.strip() for answer in answers)
+    return f'{commit}, with changes' if changed else commit
 
 
 def figures_of_sequence(sequence, frames, maps):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import io
 import json
 import re
+import subprocess
 from xml.etree import ElementTree
 
 import cv2
@@ -13,6 +14,7 @@ from fuzzy_stereo_ros.benchmarks.accuracy import PRESETS
 from fuzzy_stereo_ros.benchmarks.datasets import (
     available_scenes, available_sequences, data_folder)
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
+from fuzzy_stereo_ros.benchmarks.request import commit_of
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.commands.command_line import main
@@ -242,6 +244,27 @@ def test_without_data_there_are_scenes_that_every_machine_has():
     known = scenes[-1].read()
     assert known.truth.min() >= 0
     assert known.truth.max() <= scenes[-1].disparities - 1
+
+
+def test_a_measurement_names_the_commit_of_its_code(tmp_path):
+    def git(*words):
+        subprocess.run(['git', '-c', 'user.name=a', '-c', 'user.email=b', *words], cwd=tmp_path,
+                       check=True, capture_output=True)
+    code = tmp_path / 'code'
+    code.mkdir()
+    (code / 'one.py').touch()
+    assert commit_of(code) == 'unknown, this is no checkout'
+    git('init')
+    git('add', '.')
+    git('commit', '--message', 'First', '--date', '2020-02-03T12:00:00Z')
+    commit = commit_of(code)
+    assert re.fullmatch('[0-9a-f]{7,}, 2020-02-03', commit)
+    (tmp_path / 'page.md').touch()
+    git('add', '.')
+    git('commit', '--message', 'A page')
+    assert commit_of(code) == commit
+    (code / 'two.py').touch()
+    assert commit_of(code) == f'{commit}, with changes'
 
 
 # Sequences.
