@@ -11,6 +11,7 @@ refined.
 from typing import NamedTuple
 
 import cv2
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
 import numpy as np
 
 CORNERS, APART = 200, 8     # corners at the most, and half-size pixels between two of them
@@ -36,12 +37,13 @@ class CameraMotion(NamedTuple):
     back: np.ndarray
 
 
-def between(before, now, labels, lowest, camera):
+def between(before, now, labels, validity, lowest, camera):
     """
     Return the `CameraMotion` between two frames, or None, and a description of the outcome.
 
-    before, now: uint8 (r, c), left images at half size; labels: float32 (r, c), disparities
-    before, px less `lowest`, NaN where unknown; camera: a `Camera` of the full image
+    before, now: uint8 (r, c), left images at half size; labels, validity: float32 and uint8
+    (r, c), disparities before, px less `lowest`, and which are CONSISTENT; camera: a `Camera` of
+    the full image
     """
     lens = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
     if camera.moved is not None:
@@ -55,7 +57,8 @@ def between(before, now, labels, lowest, camera):
     corners, found = corners.reshape(-1, 2), found.reshape(-1, 2)
     columns, rows = np.rint(corners).astype(np.intp).T
     disparities = labels[rows, columns] + np.float32(lowest)
-    known = (status.ravel() == 1) & (disparities > FARTHEST)
+    known = ((status.ravel() == 1) & (validity[rows, columns] == CONSISTENT)
+             & (disparities > FARTHEST))
     if np.count_nonzero(known) < FEWEST:
         return None, FEW_CORNERS
     there, here = (2.0 * places[known].astype(np.float64) + 0.5 for places in (corners, found))

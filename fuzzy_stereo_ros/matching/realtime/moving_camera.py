@@ -85,9 +85,8 @@ class MovingCamera:
             return False
         watch = Stopwatch()
         self._lowest = self._min_disparity - camera.offset
-        consistent = previous.validity[::2, ::2][:self._moved.shape[0], :self._moved.shape[1]] == 0
         self._motion, self.description = between(
-            previous.half_grey, half_grey, np.where(consistent, previous.cells, np.nan),
+            previous.half_grey, half_grey, previous.cells, previous.validity[::2, ::2],
             self._lowest, camera)
         if self._motion is not None:
             warp.move_labels(

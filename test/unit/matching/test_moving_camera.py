@@ -87,8 +87,9 @@ def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed)
     random, shape = np.random.default_rng(seed), (rows, columns)
     full = 2 * rows + odd, 2 * columns + odd
     moved = random.integers(-1, 6, shape).astype(np.float32)
-    source = random.integers(-1, rows * columns, shape, np.int32)
-    source[moved < 0] = -1      # a cell to which nothing moved
+    source = random.integers(0, rows, shape, np.int32) << 16 | random.integers(
+        0, columns, shape, np.int32)
+    source[(moved < 0) | (random.random(shape) < 0.1)] = -1     # nothing moved to it
     validity = random.integers(0, 2, full, np.uint8)
     sums = random.integers(60, 85, (2, *shape), np.uint16)
     half, survived = random.integers(0, 4, (2, *shape), np.uint8)
@@ -128,8 +129,10 @@ def test_the_motion_of_a_camera_that_drives_and_turns_is_found(frame):
     before, now = (np.ascontiguousarray(pair.left.reshape(
         ROWS // 2, 2, COLUMNS // 2, 2).mean(axis=(1, 3)).astype(np.uint8))
         for pair in (first, second))
-    motion, word = camera_motion.between(before, now, first.truth[::2, ::2], 0, CAMERA)
-    true, _ = camera_motion.between(before, now, first.truth, 0,
+    consistent = np.zeros(before.shape, np.uint8)
+    motion, word = camera_motion.between(before, now, first.truth[::2, ::2], consistent, 0,
+                                         CAMERA)
+    true, _ = camera_motion.between(before, now, first.truth, consistent, 0,
                                     CAMERA._replace(moved=true_motion(frame)))
     assert word == camera_motion.FOLLOWED
     points = np.array([(column, row, 1, first.truth[row, column])

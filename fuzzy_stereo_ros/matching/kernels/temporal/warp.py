@@ -19,6 +19,7 @@ UNSEEN = 12         # distance of a census to a place outside the image: as good
 FARTHEST = 0.3      # px of disparity; what is farther is not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
 BEHIND = 0.05       # share of its distance to which a point may come near
+ROW_BITS, COLUMN = 16, 2**16 - 1    # of the row of a source cell, and mask of its column
 
 
 @inlined
@@ -37,7 +38,8 @@ def move_labels(labels, lowest, view, moved, source):
     Move each cell to its place in the other frame; where several meet, the nearest one stays.
 
     labels: float32 (r, c); view: from cells to cells; moved: float32 (r, c), labels there, NOTHING
-    where no cell came to; source: int32 (r, c), the cell that it was, row * c + column, -1 there.
+    where no cell came to; source: int32 (r, c), the cell that it was, its row shifted by ROW_BITS
+    and its column, -1 there.
     """
     rows, columns = labels.shape
     moved[:] = NOTHING
@@ -58,7 +60,7 @@ def move_labels(labels, lowest, view, moved, source):
                                    min(int(np.floor(across + reach)), columns - 1) + 1):
                     if label > moved[below, right] and label >= 0:
                         moved[below, right] = label
-                        source[below, right] = row * columns + column
+                        source[below, right] = row << ROW_BITS | column
 
 
 @kernel
@@ -126,27 +128,34 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
     """
     most, near, likelier, flat, longest = rules
     rows, columns = moved.shape
+    low, high = np.full(columns + 2, np.inf, np.float32), np.full(columns + 2, NOTHING, np.float32)
     for row in range(first, last):
+        above, here, below = moved[max(row - 1, 0)], moved[row], moved[min(row + 1, rows - 1)]
+        for column in range(columns):
+            low[column + 1] = min(_or_far(above[column]), _or_far(here[column]),
+                                  _or_far(below[column]))
+            high[column + 1] = max(above[column], here[column], below[column])
         for column in range(columns):
             strengths[row, column] = 0
-            cell, label = source[row, column], moved[row, column]
+            cell, label = np.int64(source[row, column]), here[column]
             if cell < 0 or distances[row, column] > most:
                 continue
-            then = np.int64(cell) // columns
-            if validity[2 * then, 2 * (np.int64(cell) - then * columns)] != CONSISTENT:
+            then, place = cell >> ROW_BITS, cell & COLUMN
+            if validity[2 * then, 2 * place] != CONSISTENT:
                 continue
             if (abs(np.float32(2 * np.int32(half[row, column])) + np.float32(0.5) - label) > near
                     and distances[row, column] + likelier > half_distances[row, column]):
                 continue
-            low = high = label
-            for below in range(max(row - 1, 0), min(row + 2, rows)):
-                for right in range(max(column - 1, 0), min(column + 2, columns)):
-                    other = moved[below, right]
-                    if other >= 0:
-                        low, high = min(low, other), max(high, other)
-            if high - low <= flat:
-                strengths[row, column] = min(
-                    np.int64(survived[then, np.int64(cell) - then * columns]) + 1, longest)
+            least = min(low[column], low[column + 1], low[column + 2])
+            largest = max(high[column], high[column + 1], high[column + 2])
+            if largest - least <= flat:
+                strengths[row, column] = min(np.int64(survived[then, place]) + 1, longest)
+
+
+@inlined
+def _or_far(label):
+    """Return a label, or one above all others where there is none."""
+    return label if label >= 0 else np.float32(np.inf)
 
 
 @kernel
@@ -193,8 +202,7 @@ def note_survivors(fine, steps, moved, strengths, source, survived, labels, surv
             age = np.int64(0)
             if strengths[row, column] > 0 and abs(label - moved[row, column]) <= 1:
                 cell = np.int64(source[row, column])
-                then = cell // columns
-                age = min(np.int64(survived[then, cell - then * columns]) + 1, 255)
+                age = min(np.int64(survived[cell >> ROW_BITS, cell & COLUMN]) + 1, 255)
             survived_now[row, column] = age
 
 
