@@ -65,7 +65,8 @@ help:
 	@echo 'make benchmark  all benchmarks, one after the other, into docs/benchmarks.md'
 	@echo "            make benchmark BENCHMARK_ARGS='--quick --output /tmp/page.md'"
 	@echo 'make matrix the suite on each Python that is there, with the newest of all and with'
-	@echo '            what Ubuntu 24.04 has: make matrix MATRIX_ARGS="-e 3.12 -- -x"'
+	@echo '            what Ubuntu 24.04 has, and matches on an emulated aarch64:'
+	@echo '            make matrix MATRIX_ARGS="-e 3.12 -- -x"'
 	@echo 'make docs   the pages and what stands in docstrings, into docs/_build'
 	@echo 'make lint   ruff, flake8 and pep257 alone'
 	@echo 'make clean  remove what was made: $(venv), builds and caches'

@@ -12,6 +12,7 @@ import time
 from xml.etree import ElementTree
 import zipfile
 
+from aarch64 import compare
 from packaging.requirements import Requirement
 from packaging.version import Version
 from pages import commands, ROOT, text_of
@@ -189,7 +190,7 @@ def said_in_setup(name):
 
 
 def test_the_oldest_python_of_the_matrix_is_the_oldest_that_is_allowed():
-    pythons = [Version(name) for name in matrix()['env_list'] if '-' not in name]
+    pythons = [Version(name) for name in matrix()['env_list'] if name.replace('.', '').isdigit()]
     assert said_in_setup('python_requires') == f'>={min(pythons)}'
 
 
@@ -204,3 +205,23 @@ def test_what_jazzy_has_is_within_the_bounds_and_the_oldest_of_it_at_them(name):
         assert version in allowed[library]
         least = next(one.version for one in allowed[library] if one.operator == '>=')
         assert library == 'numba' and name == '3.12-jazzy' or version.startswith(f'{least}.')
+
+
+@pytest.mark.quick
+def test_without_an_emulator_the_row_aarch64_is_skipped_and_says_what_it_needs(tmp_path):
+    program = ROOT / 'test' / 'support' / 'aarch64.py'
+    said = run(str(program), str(tmp_path), env={**os.environ, 'PATH': str(tmp_path)})
+    assert said.startswith('aarch64 is skipped: it needs qemu-aarch64 and mmdebstrap,')
+    assert said.count('\n') == 1
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize('emulated, kept', [
+    ({'realtime': 'a', 'quality': 'b'}, True),
+    ({'realtime': 'a', 'quality': 'other'}, True),
+    ({'realtime': 'other', 'quality': 'b'}, False),
+    ({'realtime': 'a'}, False)])
+def test_the_row_aarch64_fails_where_realtime_differs_or_a_digest_is_missing(
+        emulated, kept, capsys):
+    assert compare({'realtime': 'a', 'quality': 'b'}, emulated.items()) is kept
+    assert ('differs' in capsys.readouterr().out) == ('other' in emulated.values())

@@ -1,33 +1,55 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A program that prints digests of all bits that come of a sequence: profile, kind, digest."""
-import hashlib
-import sys
+"""
+A program that prints digests of all bits that come of a sequence: profile, kind, frame, digest.
 
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+The first frame of each profile and kind is matched cold. OpenCV makes images that may differ in
+the last bit on another processor: --images names a file that keeps them.
+"""
+from argparse import ArgumentParser
+import hashlib
+from pathlib import Path
+
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 
 KINDS = {'grey': (np.uint8, False), 'colour of 16 bits': (np.uint16, True)}
 
 
-def digests(profile, threads):
-    """Yield (kind, digest) of a sequence of three frames."""
+def make_images():
+    """Return the images of three frames by kind: uint8 or uint16, (frames, 2, R, C[, 3])."""
+    made = {}
     for name, (kind, colour) in KINDS.items():
-        changes = {'population': 6, 'generations': 3} if profile == 'paper' else {}
-        matcher = StereoMatcher(MatcherConfig.from_profile(
-            profile, disparities=24, threads=threads, warm_start=True, **changes))
-        digest = hashlib.sha256()
-        for frame in make_sequence(131, 97, 24, 3, noise=3.0, pan=2.0, colour=colour):
-            left, right = (image.astype(kind) * kind(np.iinfo(kind).max // 255)
-                           for image in (frame.left, frame.right))
-            match = matcher.match(left, right)
-            digest.update(match.disparity.tobytes() + match.confidence.tobytes())
-            digest.update(repr([row.best_fitness for row in match.history]).encode())
-        yield name, digest.hexdigest()
+        frames = make_sequence(97, 301, 24, 3, noise=3.0, pan=2.0, colour=colour)
+        made[name] = np.array([[frame.left, frame.right] for frame in frames], kind)
+        made[name] *= kind(np.iinfo(kind).max // 255)
+    return made
+
+
+def digests(profile, pairs, threads):
+    """Yield the digest of each match of a sequence of pairs."""
+    changes = {'population': 6, 'generations': 3} if profile == 'paper' else {}
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        profile, disparities=24, threads=threads, warm_start=True, **changes))
+    for left, right in pairs:
+        match = matcher.match(left, right)
+        digest = hashlib.sha256(match.disparity.tobytes() + match.confidence.tobytes())
+        digest.update(repr([row.best_fitness for row in match.history]).encode())
+        yield digest.hexdigest()
 
 
 if __name__ == '__main__':
-    for profile in ('realtime', 'quality', 'paper'):
-        for kind, digest in digests(profile, int(sys.argv[1])):
-            print(profile, kind, digest, sep=', ')
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument('profiles', nargs='*', default=PROFILES, help='all if none is given')
+    parser.add_argument('--threads', type=int, default=1)
+    parser.add_argument('--images', type=Path, help='read, or written where there is none')
+    arguments = parser.parse_args()
+    kept = arguments.images
+    images = np.load(kept) if kept and kept.exists() else make_images()
+    if kept and not kept.exists():
+        np.savez(kept, **images)
+    for profile in arguments.profiles:
+        for kind in KINDS:
+            for number, digest in enumerate(digests(profile, images[kind], arguments.threads)):
+                print(profile, kind, number, digest, sep=', ', flush=True)
