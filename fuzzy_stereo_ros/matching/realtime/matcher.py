@@ -173,8 +173,9 @@ class RealtimeMatcher:
         half = self._views.half.left
         grown = self._regions.grow(self.pool, half.luminance, self._half_size.weak)
         mutant = self._regions.mutant(
-            grown, self._scanlines.chosen, self._refinement.validity, self._config.disparities,
-            self._views.inside, population.genes[population.best], Random((self._config.seed,)))
+            self.pool, grown, self._scanlines.chosen, self._refinement.validity,
+            self._config.disparities, self._views.inside, population.genes[population.best],
+            Random((self._config.seed,)))
         population.accept(self.pool, self._crossover, random, mutant)
 
     def _evolve_planes(self, best, chosen, validity, random, budget):

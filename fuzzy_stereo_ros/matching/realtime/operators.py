@@ -8,6 +8,8 @@ plain walls, which data cannot tell apart: a region of like grey takes the plane
 its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). The crossover
 then keeps what is fitter.
 """
+from itertools import pairwise
+
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -18,6 +20,7 @@ STEP, APART, OVERLAP = 768, 384, 6   # of runs: 1/256 grey levels, half-size px;
 LEAST = 60           # half-size pixels of a region
 POINTS = 200         # of a region, at most, that its plane is fitted to
 ROUNDS, AGREEMENT = 24, 0.7          # random planes that are tried, and px by which a point agrees
+PARTS = 8            # of the regions, of as many points each, for threads
 SHARE = 0.6          # of the points that lie within 1 px, else the region is no plane
 
 
@@ -124,7 +127,7 @@ class WeakRegions:
         """
         return self._regions.grow(pool, luminance, weak, STEP, APART, OVERLAP, LEAST)
 
-    def mutant(self, grown, chosen, validity, disparities, inside, parent, random):
+    def mutant(self, pool, grown, chosen, validity, disparities, inside, parent, random):
         """
         Return a chromosome whose regions lie in planes: (R, C) labels.
 
@@ -133,12 +136,18 @@ class WeakRegions:
         the other genes
         """
         regions, number = grown
-        planes = self._planes[:number]
+        planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]
         segments.gather_points(
             *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
-            self._starts, self._points)
-        segments.fit_planes(
-            self._points, self._starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes)
-        self._mutant[:] = parent
-        segments.write_mutant(*regions, planes, disparities, inside, self._mutant)
-        return self._mutant
+            starts, self._points)
+        edges = np.searchsorted(starts, starts[-1] * np.arange(PARTS) / PARTS).tolist()
+
+        def write(band):
+            rows = slice(2 * band[1], len(parent) if band[2] == len(parent) // 2 else 2 * band[2])
+            mutant[rows] = parent[rows]
+            segments.write_mutant(*regions, planes, disparities, inside, mutant, band[1], band[2])
+        pool.each(lambda part: segments.fit_planes(
+            self._points, starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes, *part),
+            list(pairwise([*edges, number])))
+        pool.each(write, cut_bands(len(parent) // 2))
+        return mutant

@@ -86,7 +86,7 @@ def fitted(points, share, rounds=24):
     """Return the plane of some points (3, n)."""
     found = np.zeros((1, 3), np.float32)
     segments.fit_planes(points.astype(np.float32), np.array([0, points.shape[1]], np.int32),
-                        rounds, np.float32(AGREEMENT), share, np.uint64(5), found)
+                        rounds, np.float32(AGREEMENT), share, np.uint64(5), found, 0, 1)
     return found[0]
 
 
@@ -130,7 +130,8 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
     found[draw.random(number) < 0.2] = np.nan
     parent = draw.integers(0, DISPARITIES, (17, 43)).astype(np.uint8)
     child = parent.copy()
-    segments.write_mutant(*regions, found, DISPARITIES, np.array(inside), child)
+    for rows in ((0, 3), (3, 8)):
+        segments.write_mutant(*regions, found, DISPARITIES, np.array(inside), child, *rows)
     np.testing.assert_array_equal(child, twins.mutant(
         as_map(regions, shape), found.astype(float), DISPARITIES, inside, parent))
 
@@ -145,8 +146,8 @@ def test_a_wall_that_was_half_wrong_is_proposed_as_one_plane():
     validity = np.zeros((rows, columns), np.uint8)
     validity[::3] = INVALID
     chosen = SimpleNamespace(labels=labels, offsets=np.zeros(labels.shape, np.int8))
-    mutant = regions.mutant(flat_regions, chosen, validity, DISPARITIES, (-DISPARITIES, columns),
-                            labels, Random((0,)))
+    mutant = regions.mutant(ThreadPool(1), flat_regions, chosen, validity, DISPARITIES,
+                            (-DISPARITIES, columns), labels, Random((0,)))
     assert flat_regions[1] == 1
     assert (mutant == 8).all()
 

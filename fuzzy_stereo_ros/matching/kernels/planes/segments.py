@@ -275,9 +275,9 @@ def _fitted(points, first, last, slope, fall, offset, limit):
 
 
 @kernel(error_model='numpy')
-def fit_planes(points, starts, rounds, limit, share, key, planes):
+def fit_planes(points, starts, rounds, limit, share, key, planes, begin, end):
     """
-    Fit a plane to each region: the best of random ones, then least squares of what agrees.
+    Fit a plane to the regions begin .. end: the best of random ones, then least squares.
 
     Fischler and Bolles, Random sample consensus, 1981. The rounds end early once most agree.
 
@@ -285,7 +285,7 @@ def fit_planes(points, starts, rounds, limit, share, key, planes):
     which a point agrees; share: of the points that must agree, else the region has no plane, which
     is NaN; key: uint64; planes: float32 (regions, 3), of half-size x and y and full disparity
     """
-    for region in range(planes.shape[0]):
+    for region in range(begin, end):
         first, last = starts[region], starts[region + 1]
         planes[region] = np.nan
         number = last - first
@@ -313,15 +313,15 @@ def fit_planes(points, starts, rounds, limit, share, key, planes):
 
 
 @kernel
-def write_mutant(begin, end, row_runs, region, planes, disparities, inside, mutant):
+def write_mutant(begin, end, row_runs, region, planes, disparities, inside, mutant, first, last):
     """
     Give the cells of regions that have a plane its labels where they differ by more than one.
 
     inside: first and last column of the target that exist, whose matches alone are proposed;
-    mutant: (R, C) labels
+    mutant: (R, C) labels; first, last: half-size rows
     """
     half = np.float32(0.5)
-    for row in range(len(row_runs)):
+    for row in range(first, last):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
             mine = region[run]
             if mine < 0 or np.isnan(planes[mine, 0]):

@@ -29,27 +29,27 @@ def fill_rows(labels, validity, filled, first, last):
     """
     columns = labels.shape[1]
     for row in range(first, last):
-        known = -1
-        for column in range(columns):
-            if validity[row, column] == INVALID:
+        seen, line = validity[row], filled[row]
+        copy_row(labels[row], line)
+        column = 0
+        while column < columns:
+            if seen[column] != INVALID:
+                column += 1
                 continue
-            label = labels[row, column]
-            if known < 0:
-                filled[row, :column] = label
-            elif known < column - 1:
-                behind, middle = labels[row, known], (known + column) // 2 + 1
-                jump = np.int64(label) - np.int64(behind)
-                if jump > 0 and column - known - 1 <= WIDEST * jump + BESIDE:
-                    middle = column
-                filled[row, known + 1:middle] = behind
-                filled[row, middle:column] = label
-            filled[row, column] = label
-            known = column
-        if known < 0:
-            for column in range(columns):
-                filled[row, column] = filled[row - 1, column] if row > first else 0
-        else:
-            filled[row, known + 1:columns] = labels[row, known]
+            begin = column
+            while column < columns and seen[column] == INVALID:
+                column += 1
+            if begin == 0 and column == columns:
+                for place in range(columns):
+                    line[place] = filled[row - 1, place] if row > first else 0
+                continue
+            behind = line[begin - 1] if begin > 0 else line[column]
+            label, middle = line[column] if column < columns else behind, (begin + column + 1) // 2
+            jump = np.int64(label) - np.int64(behind)
+            if jump > 0 and column - begin <= WIDEST * jump + BESIDE:
+                middle = column
+            line[begin:middle] = behind
+            line[middle:column] = label
 
 
 @kernel
