@@ -52,11 +52,11 @@ class CopiedMessages:
                           for connection, reader in bags.connections(topic)}
         self._messages, self._next = bags.messages(self.topics, start, stop), None
 
-    def until(self, logged=None):
+    def until(self, log_time=None):
         """Yield (BagMessage, its Copying) up to a time in ns, None = the end; DamagedBag."""
         while True:
             self._next = self._next or next(self._messages, None)
-            if self._next is None or (logged is not None and self._next.logged > logged):
+            if self._next is None or (log_time is not None and self._next.log_time > log_time):
                 return
             message, self._next = self._next, None
             yield message, self._copyings[message.topic, id(message.reader)]

@@ -35,12 +35,12 @@ class BagMessage(NamedTuple):
     """
     A message as it is stored.
 
-    topic: begins with a slash. logged: ns, when it was recorded. content: bytes.
+    topic: begins with a slash. log_time: ns, when it was recorded. content: bytes.
     connection, reader: of rosbags; they describe and deserialise the content.
     """
 
     topic: str
-    logged: int
+    log_time: int
     content: bytes
     connection: object
     reader: object
@@ -103,7 +103,7 @@ class BagReader:
         """
         return heapq.merge(
             *(_messages(path, reader, topics, start, stop)
-              for path, reader in self._readers.items()), key=lambda message: message.logged)
+              for path, reader in self._readers.items()), key=lambda message: message.log_time)
 
     def newest(self, topic, stop, count=1):
         """
@@ -200,10 +200,10 @@ def _messages(path, reader, topics, start, stop):
     if not wanted:
         return
     try:
-        for connection, logged, content in reader.messages(wanted, start=start, stop=stop):
-            if not (isinstance(logged, int) and 0 <= logged < LATEST
+        for connection, log_time, content in reader.messages(wanted, start=start, stop=stop):
+            if not (isinstance(log_time, int) and 0 <= log_time < LATEST
                     and isinstance(content, bytes)):
                 raise ValueError('a message has no content or no time')
-            yield BagMessage(slashed(connection.topic), logged, content, connection, reader)
+            yield BagMessage(slashed(connection.topic), log_time, content, connection, reader)
     except Exception as error:  # rosbags raises any kind for damaged bytes  # noqa: B902
         raise DamagedBag(f'{path} is damaged: {text_of(error)}') from error

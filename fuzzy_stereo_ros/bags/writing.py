@@ -49,15 +49,15 @@ class BagWriter:
         self._closed = read_description(self._folder)
         self._count_closed()
 
-    def write(self, topic, kind, typestore, content, logged, qualities=()):
+    def write(self, topic, kind, typestore, content, log_time, qualities=()):
         """
         Write a message.
 
         kind: type of the message. typestore: of rosbags, defines it. content: bytes, CDR.
-        logged: ns, not before the previous message. qualities: list of rosbags' Qos.
+        log_time: ns, not before the previous message. qualities: list of rosbags' Qos.
         Raises OSError if it cannot be written; the closed parts remain a valid bag.
         """
-        self._guard(self._write, topic, kind, typestore, content, logged, qualities)
+        self._guard(self._write, topic, kind, typestore, content, log_time, qualities)
 
     def commit(self):
         """Close the part if it is large enough; call it after messages that belong together."""
@@ -83,16 +83,16 @@ class BagWriter:
             raise OSError(
                 f'{self._folder} cannot be written any further: {text_of(error)}') from error
 
-    def _write(self, topic, kind, typestore, content, logged, qualities):
+    def _write(self, topic, kind, typestore, content, log_time, qualities):
         if self._writer is None:
             self._open()
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
                 topic, kind, typestore=typestore, offered_qos_profiles=qualities)
-        self._writer.write(self._connections[topic], logged, content)
+        self._writer.write(self._connections[topic], log_time, content)
         self._size += len(content)
         self.counts[topic] += 1
-        self.last = logged
+        self.last = log_time
 
     def _open(self):
         from rosbags.rosbag2 import StoragePlugin, Writer

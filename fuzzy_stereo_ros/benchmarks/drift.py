@@ -69,7 +69,7 @@ def _checked(request, pairs, disparities):
     matcher, check = request.ours.matcher(disparities, fill=False), EpipolarCheck()
     for left, right in pairs:
         match = matcher.match(left, right)
-        check.look(left, right, match.disparity, match.confidence)
+        check.measure(left, right, match.disparity, match.confidence)
     return check.misalignment
 
 
@@ -129,7 +129,7 @@ def _cost_row(request, size):
         started = time.process_time_ns()
         match = matcher.match(left, right)
         matched, before = time.process_time_ns(), check.misalignment
-        check.watch(StereoPair(left, right, None, number), match)
+        check.measure_within_share(StereoPair(left, right, None, number), match)
         if number >= 0:
             matching += matched - started
             watching += time.process_time_ns() - matched

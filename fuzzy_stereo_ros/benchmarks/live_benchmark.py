@@ -80,9 +80,9 @@ def live_row(case, seconds, log):
     columns, rows, disparities = case
     with running(OURS, *case, RATE, log) as (listener, process):
         listener.spin(min(SETTLED, seconds))
-        before, started = listener.news(), time.monotonic()
+        before, started = listener.next_counts(), time.monotonic()
         ages, used, passed = measure(listener, process, seconds)
-        after, counted = listener.news(), time.monotonic() - started
+        after, counted = listener.next_counts(), time.monotonic() - started
     with running(PROBED, *case, RATE, log, '--param', 'threads:=1') as (listener, _):
         probed = []
         listener.node.create_subscription(

@@ -93,7 +93,7 @@ def run(arguments, stream):
     match = matcher.match(left, right, **known)
     milliseconds = 1000 * (time.perf_counter() - start)
     check = EpipolarCheck()
-    check.look(left, right, match.disparity, match.confidence, config.reference)
+    check.measure(left, right, match.disparity, match.confidence, config.reference)
     if 'output' in outputs:
         write_disparity(outputs['output'], match.disparity)
     if 'picture' in outputs:

@@ -111,7 +111,7 @@ def _play(listener, sequence, config, arguments):
     # The node subscribes once its kernels are warm.
     listener.spin(until=cameras.subscribed, otherwise='the node did not become ready')
     print(f'ready after {time.monotonic() - started:.1f} s')
-    listener.news()
+    listener.next_counts()
     frames, rate = _pace(min(_probe(listener, cameras, sequence) for _ in range(2)), arguments)
     phases, last = [], None
     for name, warm in (('warm', True), ('cold', False)):

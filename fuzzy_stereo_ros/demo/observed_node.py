@@ -79,7 +79,7 @@ class Listener:
                 raise NodeFailed(f'the node ended with code {self.process.returncode}')
             self.executor.spin_once(timeout_sec=min(0.1, left))
 
-    def news(self):
+    def next_counts(self):
         """Return the counts of diagnostics that are published after this call."""
         called = self.node.get_clock().now().nanoseconds
         self.spin(until=lambda: self._counted > called)

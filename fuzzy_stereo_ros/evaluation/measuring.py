@@ -117,7 +117,7 @@ def _match_frames(frames, matcher, start, task):
                 figures.setdefault((mask, kind), []).append(
                     figures_of(score(pair.as_scored(disparity), pair.truth, where)))
         if maps.confidence is not None:
-            epipolar.look(pair.left, pair.right, maps.raw, maps.confidence)
+            epipolar.measure(pair.left, pair.right, maps.raw, maps.confidence)
         times.append(maps.milliseconds)
         covered.append(100 * float(np.isfinite(maps.raw).mean()))
         if last is not None:

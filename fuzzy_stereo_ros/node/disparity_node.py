@@ -153,7 +153,7 @@ class DisparityNode(Node):
             'latency': 1000 * (time.monotonic() - arrived),
             'age': (self.get_clock().now().nanoseconds - matched_set.stamp) / 1e6,
             'stamps apart': matched_set.spread / 1e6})
-        self._epipolar.watch(pair, matched.match, matched.config.reference)
+        self._epipolar.measure_within_share(pair, matched.match, matched.config.reference)
 
     # Also in the worker's thread; `_log_prepared` runs in the thread that prepares matchers.
 

@@ -138,11 +138,11 @@ class EpipolarCheck:
     def warm_up(self):
         """Measure noise once, as OpenCV and NumPy load parts of themselves at the first call."""
         noise = np.random.default_rng(0).integers(0, 255, (WARM_UP, WARM_UP), np.uint8)
-        self.look(noise, noise, np.zeros(noise.shape, np.float32),
-                  np.ones(noise.shape, np.float32))
+        self.measure(noise, noise, np.zeros(noise.shape, np.float32),
+                     np.ones(noise.shape, np.float32))
         self.reset()
 
-    def watch(self, pair, match, reference='left'):
+    def measure_within_share(self, pair, match, reference='left'):
         """
         Measure a StereoPair and its Match, unless that would take too large a share of the time.
 
@@ -155,10 +155,10 @@ class EpipolarCheck:
             self._calibration = pair.calibration
             self.reset()
         started = time.perf_counter()
-        self.look(pair.left, pair.right, match.disparity, match.confidence, reference)
+        self.measure(pair.left, pair.right, match.disparity, match.confidence, reference)
         self._credit -= 1000 * (time.perf_counter() - started)
 
-    def look(self, left, right, disparity, confidence, reference='left'):
+    def measure(self, left, right, disparity, confidence, reference='left'):
         """
         Measure a pair; previous pairs of another size are forgotten.
 
@@ -178,7 +178,7 @@ def corner_offsets(left, right, disparity, confidence, reference='left'):
     """
     Return the corners of a pair: float64 (N, 3), column and row in the right image, row offset.
 
-    All in px. Arguments as for `EpipolarCheck.look`.
+    All in px. Arguments as for `EpipolarCheck.measure`.
     """
     rows, columns = disparity.shape
     none = np.empty((0, 3))

@@ -27,7 +27,7 @@ class Stats:
     matched: number of new pairs. rematched: number of pairs that were matched only to warm up.
     warm: how many of both started from the previous pair. rejected: number of rejected pairs by
     reason; first_rejection: sentence of the first one. remarks: on calibrations and files, by
-    kind. milliseconds: total time of matching. seconds: duration of the loop. logged, stamp: ns,
+    kind. milliseconds: total time of matching. seconds: duration of the loop. log_time, stamp: ns,
     of the last matched pair, None before the first. interrupted: whether the user stopped the
     replay. error: the DamagedBag, OSError or ValueError that ended it, or None. segments: number
     of matched segments; workers: largest number of workers, 0 if this process matched.
@@ -42,7 +42,7 @@ class Stats:
     remarks: dict = field(default_factory=dict)
     milliseconds: float = 0.0
     seconds: float = 0.0
-    logged: int | None = None
+    log_time: int | None = None
     stamp: int | None = None
     interrupted: bool = False
     error: Exception | None = None
@@ -117,7 +117,7 @@ def replay(results, outputs, stats, stopped, log, on_pair):
                 if stats.error is not None:
                     break
                 if matched is not None and not item.written:
-                    writing.append(writer.submit(outputs.write, matched, item.logged))
+                    writing.append(writer.submit(outputs.write, matched, item.log_time))
                 if item.stamp is not None:
                     on_pair()
             if stats.error is None and not stopped():
@@ -166,9 +166,9 @@ def _count(item, outcome, config, stats, log):
     stats.warm += outcome.warm
     stats.rematched += item.written
     stats.matched += not item.written
-    stats.logged, stats.stamp = item.logged, item.stamp
+    stats.log_time, stats.stamp = item.log_time, item.stamp
     match = without_missing(outcome, item.pair.missing)
-    stats.epipolar.watch(item.pair, match)
+    stats.epipolar.measure_within_share(item.pair, match)
     return MatchedPair(item.pair, match, config, None)
 
 

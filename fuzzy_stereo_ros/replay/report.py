@@ -61,8 +61,8 @@ def figures_of(stats, synchroniser, begin):
                   'rejected': dict(stats.rejected)},
         'messages': {'received': synchroniser.received, 'unmatched': synchroniser.unmatched},
         'remarks': list(stats.remarks.values()),
-        'last_pair': None if stats.logged is None else {
-            'stamp': stats.stamp, 'seconds_into_the_bag': (stats.logged - begin) / SECOND},
+        'last_pair': None if stats.log_time is None else {
+            'stamp': stats.stamp, 'seconds_into_the_bag': (stats.log_time - begin) / SECOND},
         'seconds': stats.seconds,
         'pairs_per_second': (stats.matched if stats.workers else pairs) / seconds,
         'match_ms': stats.milliseconds / max(pairs, 1),
@@ -134,14 +134,14 @@ def _remedy(approximate):
 def end_sentence(stats, outputs, options, begin):
     """Return a sentence: why a replay ended early, and how far it got; outputs: closed."""
     where = options.output if options.can_be_resumed else ' and '.join(options.views)
-    pairs, logged = outputs.written, outputs.logged
+    pairs, log_time = outputs.written, outputs.log_time
     far = f'{pairs} pairs were written to {where}'
     if outputs.bag_sink is not None:
         bag = outputs.bag_sink.bag
-        pairs, logged = bag.counts[f'/{DISPARITY}'], bag.last
+        pairs, log_time = bag.counts[f'/{DISPARITY}'], bag.last
         far = f'{where} holds {pairs} pairs'
     if pairs:
-        far += f', up to {(logged - begin) / SECOND:.3f} s into the bag'
+        far += f', up to {(log_time - begin) / SECOND:.3f} s into the bag'
     if stats.error is None:
         if not pairs:
             return 'interrupted before the first pair'

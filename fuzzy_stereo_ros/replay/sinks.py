@@ -3,9 +3,9 @@
 """
 The sinks of a replay: a bag, files, a video, the Rerun viewer; and the folder they write to.
 
-A sink has add(matched, logged), called with each MatchedPair in the order of the bag, and close(),
-called in any case. All calls come from the thread that made the sink. An OSError, as of a full
-disk, or a ValueError of a sink ends the replay.
+A sink has add(matched, log_time), called with each MatchedPair in the order of the bag, and
+close(), called in any case. All calls come from the thread that made the sink. An OSError, as of a
+full disk, or a ValueError of a sink ends the replay.
 """
 from collections import Counter
 from contextlib import ExitStack, suppress
@@ -36,7 +36,7 @@ class Outputs:
     config: the MatcherConfig at the scale at which images are matched. path: of the folder, None
     without one. continued: whether earlier outputs in it are continued. sinks: a list, None before
     the first pair. bag_sink: the BagSink among them, or None. written: number of pairs that all
-    sinks took. logged: ns, of the last of these.
+    sinks took. log_time: ns, of the last of these.
     """
 
     def __init__(self, options, source, copies):
@@ -48,7 +48,7 @@ class Outputs:
         """
         self.config, self.sinks, self.bag_sink = options.scaled_config, None, None
         self.path = None if options.output is None else Path(options.output)
-        self.continued, self.written, self.logged = False, 0, None
+        self.continued, self.written, self.log_time = False, 0, None
         self._options, self._source, self._copies = options, source, copies
         # Everything the results depend on: --resume needs the same.
         self._record = json.loads(json.dumps({
@@ -63,21 +63,21 @@ class Outputs:
             self._check()
         self._views = opened_views(options, source)
 
-    def write(self, matched, logged):
+    def write(self, matched, log_time):
         """
         Pass a MatchedPair to all sinks; return None, or its Rejection after an internal error.
 
-        logged: ns, when the last message of the pair was recorded.
+        log_time: ns, when the last message of the pair was recorded.
         """
         self._open()
         try:
             for sink in self.sinks:
-                sink.add(matched, logged)
+                sink.add(matched, log_time)
         except (ValueError, OSError):
             raise
         except Exception as error:      # noqa: B902  an internal error ends no replay
             return rejection_of(error)
-        self.written, self.logged = self.written + 1, logged
+        self.written, self.log_time = self.written + 1, log_time
         return None
 
     def finish(self):
@@ -214,24 +214,24 @@ class BagSink:
         self._copied = Counter({topic: self.bag.counts[topic] for topic in copies.topics}
                                if copies else {})       # by the replay that is continued
 
-    def add(self, matched, logged):
+    def add(self, matched, log_time):
         """Write the results of a pair after the copies of earlier messages."""
         results = [(topic, kind, self._results.of(topic, matched)) for topic, kind in self._topics]
         contents = [(topic, kind, self._messages.content(message))
                     for topic, kind, message in results if message is not None]
-        self.copy(logged)
+        self.copy(log_time)
         for topic, kind, content in contents:
-            self.bag.write(f'/{topic}', kind, self._messages.typestore, content, logged)
+            self.bag.write(f'/{topic}', kind, self._messages.typestore, content, log_time)
         self.bag.commit()
 
-    def copy(self, logged=None):
+    def copy(self, log_time=None):
         """Copy the messages that were recorded until a time in ns, None = all that are left."""
-        for message, copying in self._copies.until(logged) if self._copies else ():
+        for message, copying in self._copies.until(log_time) if self._copies else ():
             if self._copied[message.topic] > 0:
                 self._copied[message.topic] -= 1
             else:
                 self.bag.write(message.topic, copying.kind, copying.typestore,
-                               copying.converted(message.content), message.logged,
+                               copying.converted(message.content), message.log_time,
                                copying.qualities)
 
     def close(self):
@@ -252,7 +252,7 @@ class FileSink:
         self._place = folder / DISPARITY
         self._place.mkdir(exist_ok=True)
 
-    def add(self, matched, logged=None):
+    def add(self, matched, log_time=None):
         """Write the disparities of a pair: float (R, C), px, not corrected by the offset."""
         if matched.pair.calibration != self._calibration:
             self._calibration = matched.pair.calibration

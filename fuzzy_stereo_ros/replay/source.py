@@ -32,14 +32,14 @@ class Item(NamedTuple):
     """
     A pair of a bag, or a damaged message.
 
-    logged: ns, when the last of its messages was recorded. stamp: ns, of the pair; None for a
+    log_time: ns, when the last of its messages was recorded. stamp: ns, of the pair; None for a
     damaged message. number: of the selected pairs, from 0; None likewise. pair: the StereoPair,
     or the Rejection of a pair or message that cannot be read. went_back: the stamp is smaller
     than the one of an earlier pair. written: the replay that is resumed wrote the pair already;
     it only warms up.
     """
 
-    logged: int
+    log_time: int
     stamp: int | None = None
     number: int | None = None
     pair: StereoPair | Rejection | None = None
@@ -108,22 +108,22 @@ class ReplaySource:
         for topic in self._held if self.start is not None else ():
             for message in self._bags.newest(topic, self.start):
                 self.synchroniser.add(topic, *read_stamped(message))
-        logged = self._bags.begin
+        log_time = self._bags.begin
         for message in self._messages(self.synchroniser.topics):
-            logged = message.logged
+            log_time = message.log_time
             try:
                 found = self.synchroniser.add(message.topic, *read_stamped(message))
             except BadPair as bad:
-                yield Item(logged, pair=rejection_of(bad))
+                yield Item(log_time, pair=rejection_of(bad))
                 continue
-            yield from self._selected_of(logged, found)
-        yield from self._selected_of(logged, self.synchroniser.finish())
+            yield from self._selected_of(log_time, found)
+        yield from self._selected_of(log_time, self.synchroniser.finish())
         self.synchroniser.clear()
 
     def _messages(self, topics):
         return self._bags.messages(topics, self.start, self.stop)
 
-    def _selected_of(self, logged, found):
+    def _selected_of(self, log_time, found):
         """Yield the Item of each MatchedSet that is selected and not skipped."""
         for one in found:
             number, rest = divmod(self._selected, self._options.every)
@@ -137,7 +137,7 @@ class ReplaySource:
                 self.caught_up = not self._skipping and one.stamp == self._done[-1]
                 if self._skipping:
                     continue
-            yield Item(logged, one.stamp, number, self._pair(one.messages), self._went_back,
+            yield Item(log_time, one.stamp, number, self._pair(one.messages), self._went_back,
                        written)
             self._went_back = False
 

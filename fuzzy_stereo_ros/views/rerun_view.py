@@ -41,7 +41,7 @@ class RerunSink:
         if self._path is None:
             self._begin()
 
-    def add(self, matched, logged=None):
+    def add(self, matched, log_time=None):
         """
         Show a MatchedPair at its stamp.
 

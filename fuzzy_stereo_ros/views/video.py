@@ -123,7 +123,7 @@ class VideoSink(VideoFile):
         super().__init__(path, rate)
         self._range = low, high
 
-    def add(self, matched, logged=None):
+    def add(self, matched, log_time=None):
         """Append the frame of a MatchedPair; raises ValueError as `write` does."""
         self.write(side_by_side(matched, *self._range))
 

@@ -46,10 +46,10 @@ def interrupt(monkeypatch):
     return after
 
 
-def chatter(bag, number, logged):
+def chatter(bag, number, log_time):
     """Write what may be copied: two messages before each pair."""
     for part in range(2):
-        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part), logged)
+        bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part), log_time)
 
 
 def equal(one, other):
@@ -82,7 +82,7 @@ def test_an_interrupted_replay_is_a_bag_and_continues_to_the_same_bits(
     assert (found['pairs']['matched'], found['pairs']['matched_again']) == (3, 5)
     assert equal(disparities(folder / 'out'), whole)
     written, expected = (
-        [(topic, logged) for topic, logged, _ in content(folder / name)]
+        [(topic, log_time) for topic, log_time, _ in content(folder / name)]
         for name in ('out', 'whole'))
     assert written == expected
 
@@ -176,11 +176,11 @@ def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkey
     write_bag(folder / 'bag')
     add, added = BagSink.add, []
 
-    def interrupting(sink, matched, logged):
+    def interrupting(sink, matched, log_time):
         added.append(None)
         if len(added) >= 3:
             os.kill(os.getpid(), signal.SIGINT)
-        add(sink, matched, logged)
+        add(sink, matched, log_time)
 
     monkeypatch.setattr(BagSink, 'add', interrupting)
     assert replay('bag') == INTERRUPTED
@@ -299,7 +299,7 @@ def test_a_killed_replay_continues_after_its_last_complete_part(folder, capsys):
     written = content(folder / 'out')
     assert list(disparities(folder / 'out')) == stamps(30)
     for topic, number in (('/disparity', 30), ('/preview', 30), ('/chatter', 60)):
-        times = [logged for name, logged, _ in written if name == topic]
+        times = [log_time for name, log_time, _ in written if name == topic]
         assert len(times) == number, topic
         assert times == sorted(times)
     assert [message.data for name, _, message in written if name == '/chatter'] == list(range(60))

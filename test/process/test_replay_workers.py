@@ -139,10 +139,10 @@ def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys
 
 
 def test_selected_pairs_and_copies_are_the_same_as_without_workers(folder, cluster):
-    def more(bag, number, logged):
+    def more(bag, number, log_time):
         for part in range(2):
             bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
-                      logged + part)
+                      log_time + part)
 
     write_bag(folder / 'bag', pairs=scene(PAIRS), more=more)
     options = ['--every', 2, '--start', 2 * STEP / 1e9, '--keep', '/chatter', TOPICS[0],

@@ -52,18 +52,18 @@ class BagOf:
             setattr(message, name if hasattr(message, name) else name.upper(), value)
         return message
 
-    def write(self, topic, message, logged, **options):
+    def write(self, topic, message, log_time, **options):
         """Write a message; options: of the connection."""
         content = (self.typestore.serialize_ros1 if self.is_ros_1
                    else self.typestore.serialize_cdr)(message, message.__msgtype__)
-        self.write_content(topic, message.__msgtype__, content, logged, **options)
+        self.write_content(topic, message.__msgtype__, content, log_time, **options)
 
-    def write_content(self, topic, kind, content, logged, **options):
+    def write_content(self, topic, kind, content, log_time, **options):
         """Write the bytes of a message."""
         if topic not in self._connections:
             self._connections[topic] = self.writer.add_connection(
                 topic, kind, typestore=self.typestore, **options)
-        self.writer.write(self._connections[topic], logged, content)
+        self.writer.write(self._connections[topic], log_time, content)
 
     def image(self, pixels, stamp):
         """Return an Image of uint8 (R, C) or (R, C, 3) BGR."""
@@ -106,7 +106,7 @@ def write_bag(path, form='mcap', pairs=None, topics=TOPICS, image=BagOf.image, i
 
     topics: left image and info, right image and info. image(bag, pixels, stamp): makes a message.
     change(number, messages): may change {topic: message} of a pair, or remove some.
-    more(bag, number, logged): may write what stands before a pair. first: number of the first.
+    more(bag, number, log_time): may write what stands before a pair. first: number of the first.
     """
     pairs = scene() if pairs is None else pairs
     with BagOf(path, form) as bag:
@@ -122,11 +122,11 @@ def write_bag(path, form='mcap', pairs=None, topics=TOPICS, image=BagOf.image, i
             if change is not None:
                 change(number, messages)
             for place, (topic, message) in enumerate(messages.items()):
-                logged = stamp + LATER + place
+                log_time = stamp + LATER + place
                 if isinstance(message, bytes):
-                    bag.write_content(topic, 'sensor_msgs/msg/Image', message, logged)
+                    bag.write_content(topic, 'sensor_msgs/msg/Image', message, log_time)
                 else:
-                    bag.write(topic, message, logged)
+                    bag.write(topic, message, log_time)
     return path
 
 
@@ -147,10 +147,10 @@ def write_torn_bag(path, pairs, number):
 
 
 def content(path, topic=None):
-    """Return [(topic, logged, message)] of a bag, or of one topic of it."""
+    """Return [(topic, log_time, message)] of a bag, or of one topic of it."""
     with open_bag(path) as reader:
-        return [(connection.topic, logged, reader.deserialize(raw, connection.msgtype))
-                for connection, logged, raw in reader.messages()
+        return [(connection.topic, log_time, reader.deserialize(raw, connection.msgtype))
+                for connection, log_time, raw in reader.messages()
                 if topic in (None, connection.topic)]
 
 

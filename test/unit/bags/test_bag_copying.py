@@ -23,7 +23,7 @@ def copied(target, *sources):
         writer = BagWriter(target)
         for message, (kind, typestore, qualities, converted) in CopiedMessages(bag).until():
             writer.write(message.topic, kind, typestore, converted(message.content),
-                         message.logged, qualities)
+                         message.log_time, qualities)
         writer.close()
     return target
 
@@ -45,8 +45,8 @@ def test_messages_of_ros_2_are_copied_byte_for_byte_with_their_qos(tmp_path):
     stored = []
     for path in ('bag', 'copy'):
         with open_bag(tmp_path / path) as reader:
-            stored.append([(one.topic, one.msgtype, one.ext, logged, bytes(raw))
-                           for one, logged, raw in reader.messages()])
+            stored.append([(one.topic, one.msgtype, one.ext, log_time, bytes(raw))
+                           for one, log_time, raw in reader.messages()])
     assert stored[0] == stored[1]
     assert stored[1][1][2].offered_qos_profiles == LATCHED
 

@@ -43,7 +43,7 @@ def test_every_kind_of_bag_gives_topics_times_and_the_bits_of_the_images(folder,
         assert bag.end == BEGIN + 5 * STEP + LATER + 3
         messages = list(bag.messages([TOPICS[0]]))
         found = [read_stamped(message)[1] for message in messages]
-    assert [message.logged for message in messages] == [stamp + LATER for stamp in stamps()]
+    assert [message.log_time for message in messages] == [stamp + LATER for stamp in stamps()]
     assert [stamp_of(message.header) for message in found] == stamps()
     for message, pair in zip(found, scene()):
         np.testing.assert_array_equal(read_image(message), pair.left)
@@ -66,7 +66,7 @@ def test_what_an_exception_quotes_of_a_bag_is_told_without_what_a_terminal_obeys
 @pytest.mark.parametrize('form', FORMATS)
 def test_only_what_is_asked_for_is_read(folder, form):
     with BagReader([folder / name_of(form)]) as bag:
-        times = [message.logged for message in bag.messages(
+        times = [message.log_time for message in bag.messages(
             TOPICS[2:], stamps()[1] + LATER, stamps()[3] + LATER)]
         assert len(times) == 4
         assert list(bag.messages(['/nothing'])) == []
@@ -78,14 +78,14 @@ def test_only_what_is_asked_for_is_read(folder, form):
 def test_the_newest_message_before_a_time_is_found_however_far_back_it_is(tmp_path, gap):
     times = [BEGIN, BEGIN + 5, BEGIN + 5 + gap]
     with BagOf(tmp_path / 'bag') as bag:
-        for logged in times:
-            bag.write('/tf', bag.make('tf2_msgs/msg/TFMessage'), logged)
+        for log_time in times:
+            bag.write('/tf', bag.make('tf2_msgs/msg/TFMessage'), log_time)
     with BagReader([tmp_path / 'bag']) as bag:
-        newest = [[one.logged for one in bag.newest('/tf', time)] for time in (
+        newest = [[one.log_time for one in bag.newest('/tf', time)] for time in (
             BEGIN, *(time + 1 for time in times), times[2], times[2] + 3 * gap)]
         assert newest == [[], *([time] for time in times), [times[1]], [times[2]]]
         for count in (2, 3, 4):
-            assert [one.logged for one in bag.newest('/tf', times[2] + 1, count)] == \
+            assert [one.log_time for one in bag.newest('/tf', times[2] + 1, count)] == \
                 times[-count:]
 
 
@@ -95,7 +95,7 @@ def test_several_bags_are_one_in_the_order_of_time_whatever_their_kind(folder, t
         assert bag.topics[TOPICS[0]].messages == 12
         found = list(bag.messages(TOPICS))
         images = [read_stamped(message) for message in found if message.topic == TOPICS[0]]
-    assert [message.logged for message in found] == sorted(message.logged for message in found)
+    assert [message.log_time for message in found] == sorted(message.log_time for message in found)
     assert [stamp for stamp, _ in images] == stamps(12)
 
 

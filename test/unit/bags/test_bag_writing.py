@@ -41,8 +41,8 @@ def write(folder, numbers, storage='mcap', size=MIB // 4, close=True):
 def numbers_of(folder):
     """Return the numbers of the pictures of a bag; each is checked to be the one it should be."""
     found = content(folder, TOPIC)
-    assert all((message.data == logged % 251).all() for _, logged, message in found)
-    return [logged for _, logged, _ in found]
+    assert all((message.data == log_time % 251).all() for _, log_time, message in found)
+    return [log_time for _, log_time, _ in found]
 
 
 @pytest.mark.parametrize('storage', FORMATS)

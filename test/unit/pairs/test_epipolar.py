@@ -29,7 +29,7 @@ def checked(pairs, disparities, **changes):
     check = EpipolarCheck()
     for left, right in pairs:
         match = matcher.match(left, right)
-        check.look(left, right, match.disparity, match.confidence, matcher.config.reference)
+        check.measure(left, right, match.disparity, match.confidence, matcher.config.reference)
     return check.misalignment
 
 
@@ -77,7 +77,7 @@ def test_exposures_at_different_moments_swing_from_pair_to_pair(swing, faults):
     frames = make_sequence(120, 200, 16, len(shifts), seed=1, noise=1.0, pan=2.0)
     check = EpipolarCheck()
     for made, shift in zip(frames, shifts):
-        check.look(*known(made, misaligned(made.right, tilt=shift)))
+        check.measure(*known(made, misaligned(made.right, tilt=shift)))
     assert check.misalignment.swing == pytest.approx(np.std(shifts), abs=0.1)
     assert check.misalignment.faults == faults
     assert check.misalignment.advice.startswith('synchronise' if faults else '')
@@ -86,9 +86,9 @@ def test_exposures_at_different_moments_swing_from_pair_to_pair(swing, faults):
 def test_pairs_without_change_have_no_swing_and_few_pairs_none_at_all(scene):
     check = EpipolarCheck()
     for _ in range(epipolar.PAIRS_OF_SWING - 1):
-        check.look(*known(scene))
+        check.measure(*known(scene))
     assert check.misalignment.swing is None
-    check.look(*known(scene))
+    check.measure(*known(scene))
     assert check.misalignment.swing == pytest.approx(0, abs=1e-6)
 
 
@@ -101,9 +101,9 @@ def test_an_error_that_is_not_sure_is_no_fault():
 
 def test_the_same_corners_seen_often_are_no_surer(scene):
     once, often = EpipolarCheck(), EpipolarCheck()
-    once.look(*known(scene))
+    once.measure(*known(scene))
     for _ in range(10):
-        often.look(*known(scene))
+        often.measure(*known(scene))
     assert often.misalignment.corners == 10 * once.misalignment.corners
     assert often.misalignment.doubts == pytest.approx(once.misalignment.doubts, rel=1e-6)
 
@@ -130,7 +130,7 @@ def test_the_right_image_as_reference_tells_the_same(scene):
 def test_any_kind_of_image_will_do_and_cameras_may_differ_in_gain(scene, images):
     left, right = images(scene.left, misaligned(scene.right, tilt=0.7))
     check = EpipolarCheck()
-    check.look(left, right, *known(scene)[2:])
+    check.measure(left, right, *known(scene)[2:])
     assert check.misalignment.offset == pytest.approx(0.7, abs=0.05)
 
 
@@ -142,9 +142,9 @@ def test_small_and_plain_images_tell_nothing_and_break_nothing(rows, columns):
         (rows, columns), np.float32)
     for image, sureness in ((plain, confidence), (textured, 0 * confidence)):
         check = EpipolarCheck()
-        check.look(image, image, disparity, sureness)
+        check.measure(image, image, disparity, sureness)
         assert check.misalignment is None
-    check.look(textured, textured, disparity * np.nan, confidence)
+    check.measure(textured, textured, disparity * np.nan, confidence)
     assert check.misalignment is None
 
 
@@ -170,7 +170,7 @@ def test_invalid_pixels_take_no_part(scene):
 
 def watched(check, made, milliseconds, calibration=CALIBRATION, tilt=0.0):
     pair = StereoPair(made.left, misaligned(made.right, tilt=tilt), calibration, 0)
-    check.watch(pair, SimpleNamespace(
+    check.measure_within_share(pair, SimpleNamespace(
         disparity=made.truth, confidence=made.visible.astype(np.float32),
         times={'total': milliseconds}))
     return check.misalignment
@@ -191,7 +191,7 @@ def test_another_calibration_or_size_begins_anew(scene):
     new = watched(check, scene, 1e9, CALIBRATION.scaled(0.9))
     assert (new.pairs, new.faults) == (1, [])
     smaller = make_pair(120, 200, 16, seed=1)
-    check.look(*known(smaller))
+    check.measure(*known(smaller))
     assert (check.misalignment.pairs, check.misalignment.columns) == (1, 200)
 
 

@@ -79,7 +79,7 @@ def test_results_stand_at_the_time_at_which_their_pair_was_complete(folder, stor
     assert replay('bag', options=['--format', storage]) == 0
     times = [stamp + LATER + LAST_OF_A_PAIR for stamp in stamps()]
     for topic in ('/disparity', '/preview'):
-        assert [logged for _, logged, _ in content(folder / 'out', topic)] == times
+        assert [log_time for _, log_time, _ in content(folder / 'out', topic)] == times
     assert_matched(disparities(folder / 'out'), scene())
 
 
@@ -235,15 +235,15 @@ def test_files_are_named_by_stamp_beside_a_bag_or_instead(folder):
 
 
 def test_topics_are_copied_in_their_order_of_time_between_the_results(folder):
-    def more(bag, number, logged):
+    def more(bag, number, log_time):
         for part in range(2):
             bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=2 * number + part),
-                      logged + part)
+                      log_time + part)
 
     write_bag(folder / 'bag', more=more)
     assert replay('bag', options=['--keep', 'chatter', '/left/image_rect']) == 0
     copied, written = (content(folder / name) for name in ('bag', 'out'))
-    times = [logged for _, logged, _ in written]
+    times = [log_time for _, log_time, _ in written]
     assert times == sorted(times)
     for topic in ('/chatter', '/left/image_rect'):
         before, after = ([one for one in found if one[0] == topic] for found in (copied, written))
@@ -257,9 +257,9 @@ def test_topics_are_copied_in_their_order_of_time_between_the_results(folder):
 
 
 def test_messages_after_the_last_pair_are_copied_too(folder):
-    def more(bag, number, logged):
+    def more(bag, number, log_time):
         if number == 5:
-            bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=1), logged + STEP)
+            bag.write('/chatter', bag.make('std_msgs/msg/Int32', data=1), log_time + STEP)
 
     write_bag(folder / 'bag', more=more)
     assert replay('bag', options=['--keep', '/chatter']) == 0
