@@ -54,8 +54,9 @@ def new_result(previous, views, match):
 
 
 def _same_settings(one, other):
-    """Return whether two configurations give the same result: threads never change it."""
-    return replace(one, threads=0) == replace(other, threads=0)
+    """Return whether a result of one configuration may be kept for the other."""
+    one, other = (replace(config, threads=0, deadline_ms=0.0) for config in (one, other))
+    return one == other
 
 
 def _moves(tiles):

@@ -97,10 +97,11 @@ def test_what_appears_in_one_tile_waits_for_the_next_search():
     assert [matcher.match(*pair).kept for pair in pairs] == [True, True, False]
 
 
-def test_settings_that_change_the_result_ask_for_a_search_and_threads_do_not():
+def test_settings_that_change_the_result_ask_for_a_search_threads_and_deadlines_do_not():
     pair = next(frames(1, seed=1))
     assert not after_settling(replace(CONFIG, fill=True)).match(*pair).kept
     assert after_settling(replace(CONFIG, threads=2)).match(*pair).kept
+    assert after_settling(replace(CONFIG, deadline_ms=30.0)).match(*pair).kept
 
 
 def test_an_interval_of_one_searches_every_frame():
