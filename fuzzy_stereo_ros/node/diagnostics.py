@@ -97,9 +97,12 @@ class Diagnostics:
                        for reason, count in sorted(self.rejected.items())}
         if match is None:
             return figures
-        for name, last in times[-1].items():
-            median, high = np.percentile([one[name] for one in times if name in one], (50, 95))
-            for what, value in (('last', last), ('median', median), ('95th percentile', high)):
+        # A pair that keeps a result skips stages; their figures stay those of the pairs before.
+        for name in dict.fromkeys(name for one in times for name in one):
+            found = [one[name] for one in times if name in one]
+            median, high = np.percentile(found, (50, 95))
+            for what, value in (('last', found[-1]), ('median', median),
+                                ('95th percentile', high)):
                 figures[f'{name}, {what}'] = f'{value:.1f} ms'
         return {**figures, 'generations': str(match.generations),
                 'warm': str(bool(match.warm)).lower(),

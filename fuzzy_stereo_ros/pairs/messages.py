@@ -81,7 +81,7 @@ def fill_pixels(message, image, encoding):
     image = np.ascontiguousarray(image, image.dtype.newbyteorder('<'))
     message.height, message.width = image.shape[:2]
     message.encoding, message.is_bigendian = encoding, 0
-    message.step = image.strides[0]
+    message.step = image[0].nbytes      # the stride of a single row may be any number
     # rclpy takes an array.array('B') as it is, and checks anything else byte by byte.
     data = array('B')
     data.frombytes(memoryview(image).cast('B'))

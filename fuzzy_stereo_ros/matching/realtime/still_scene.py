@@ -10,6 +10,7 @@ searched. What changes in one tile alone looks like noise and waits for the next
 from dataclasses import replace
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
 SETTLED = 32    # frames without a change from which results are kept: as many are averaged
@@ -40,14 +41,15 @@ def kept_result(previous, views, config):
     result = previous and previous.result
     if (not result or result.kept + 1 >= config.still_interval
             or not result.still_disparity.size or not _same_settings(previous.config, config)
-            or any(map(_moves, views))):
+            or _moves(views, previous.labels.shape)):
         return None
     return result._replace(still=result.still + 1, kept=result.kept + 1)
 
 
 def new_result(previous, views, match):
     """Return the `StillResult` of a frame that was searched; match: its `Match`."""
-    still = 0 if previous is None or any(map(_moves, views)) else previous.result.still + 1
+    moves = previous is None or _moves(views, match.disparity.shape)
+    still = 0 if moves else previous.result.still + 1
     side = slice(None if still >= SETTLED else 0)
     return StillResult(
         still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())
@@ -59,7 +61,18 @@ def _same_settings(one, other):
     return one == other
 
 
-def _moves(tiles):
-    """Return whether two tiles of a view, side by side or one above the other, have changed."""
-    changed = tiles.choices != 0
-    return bool((changed[1:] & changed[:-1]).any() or (changed[:, 1:] & changed[:, :-1]).any())
+def _moves(views, shape):
+    """
+    Return whether two tiles of a view, side by side or one above the other, have changed.
+
+    views: the `Tiles` of each; shape: rows and columns of the images. A tile that is alone is
+    enough.
+    """
+    # With less than half a tile inside, at the right and lower edge, noise looks like a change.
+    rows, columns = (max((side + TILE // 2) // TILE, 1) for side in shape)
+    for tiles in views:
+        changed = tiles.choices[:rows, :columns] != 0
+        if (changed.all() or (changed[1:] & changed[:-1]).any()
+                or (changed[:, 1:] & changed[:, :-1]).any()):
+            return True
+    return False

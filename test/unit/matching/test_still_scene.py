@@ -97,6 +97,23 @@ def test_what_appears_in_one_tile_waits_for_the_next_search():
     assert [matcher.match(*pair).kept for pair in pairs] == [True, True, False]
 
 
+@pytest.mark.parametrize('size', [(97, 160), (96, 162), (99, 161)])
+def test_borders_that_are_a_fraction_of_a_tile_wide_do_not_look_as_if_something_moved(size):
+    matcher, pair = StereoMatcher(CONFIG), make_pair(*size, 32)[:2]
+    matches = [matcher.match(*one) for one in frames(SETTLED + 2, pair=pair)]
+    assert matches[-1].kept
+
+
+@pytest.mark.parametrize('size', [(16, 16), (10, 14)])
+def test_a_cut_is_seen_in_an_image_of_a_single_tile(size):
+    config = replace(CONFIG, disparities=4)
+    matcher, pair, other = StereoMatcher(config), *(
+        make_pair(*size, 4, seed=seed)[:2] for seed in (0, 5))
+    matches = [matcher.match(*one) for one in frames(SETTLED + 2, pair=pair)]
+    assert matches[-1].kept
+    assert not matcher.match(*next(frames(1, 1, other))).kept
+
+
 def test_settings_that_change_the_result_ask_for_a_search_threads_and_deadlines_do_not():
     pair = next(frames(1, seed=1))
     assert not after_settling(replace(CONFIG, fill=True)).match(*pair).kept

@@ -40,6 +40,17 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
         'mean confidence': '0.250', 'valid share': '0.500'}
 
 
+def test_stages_that_the_newest_pair_skipped_keep_their_figures():
+    made = diagnostics.Diagnostics(NODE, 0.0)
+    for times in ({'search': 8.0, 'total': 10.0}, {'total': 2.0}):
+        made.matched(SimpleNamespace(
+            times=times, generations=0, warm=True, motion='', kept='search' not in times,
+            disparity=np.float32([[1]]), confidence=np.float32([[1]])))
+    figures = made.figures()
+    assert figures['time of search, last'] == figures['time of search, median'] == '8.0 ms'
+    assert figures['time of total, last'] == '2.0 ms'
+
+
 @pytest.mark.parametrize('loading, idle, silence, rates, expected', [
     ('loading the kernels', 'idle', 0, {}, ('STALE', 'loading the kernels')),
     ('compiling the kernels: 40 %, about 12 s left', '', 9, {}, (

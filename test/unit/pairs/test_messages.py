@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages into images and calibrations, on stand-ins and on ROS's own messages."""
 from array import array
+from types import SimpleNamespace
 
 import cv2
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
-from fuzzy_stereo_ros.pairs.messages import ENCODINGS, read_image, SEMI_PLANAR
+from fuzzy_stereo_ros.pairs.messages import ENCODINGS, fill_pixels, read_image, SEMI_PLANAR
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, Projection
 from hypothesis import given, strategies as st
 from made_messages import (
@@ -63,6 +64,14 @@ def test_a_bayer_pattern_gives_its_own_colours(pattern, dtype):
 def test_an_image_that_fits_is_not_copied():
     message = image(noise(5, 7), 'mono8', as_data=lambda content: array('B', content))
     assert np.shares_memory(read_image(message), np.frombuffer(message.data, np.uint8))
+
+
+@pytest.mark.parametrize('rows', [1, 2])
+def test_what_is_written_is_read_also_a_single_row_cut_from_an_image(rows):
+    pixels = noise(2, 9)[:rows, :6]
+    message = fill_pixels(SimpleNamespace(), pixels, 'mono8')
+    assert message.step == 6
+    np.testing.assert_array_equal(read_image(message), pixels)
 
 
 @pytest.mark.parametrize('encoding', ['mono8', *SEMI_PLANAR])
