@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node `disparity_node`: subscribe, synchronise, read, match, publish."""
 from contextlib import ExitStack
+from functools import wraps
 import sys
 import threading
 import time
@@ -54,6 +55,15 @@ class DisparityNode(Node):
         self._warn_of_ignored(self._declared.ignored)
         self._warn_of('unknown parameters are ignored: ', self._declared.unknown)
         self.start()
+
+    def create_service(self, kind, name, callback, **options):
+        """Return a service that survives requests which make its callback fail."""
+        return super().create_service(kind, name, self._surviving(name, callback), **options)
+
+    def create_subscription(self, kind, topic, callback, *qos, **options):
+        """Return a subscription that survives messages which make its callback fail."""
+        return super().create_subscription(
+            kind, topic, self._surviving(topic, callback), *qos, **options)
 
     def start(self):
         """Configure and activate the node; one with a life cycle waits for its transitions."""
@@ -246,6 +256,21 @@ class DisparityNode(Node):
 
     def _counts(self):
         return counts_of(self._synchroniser, self._worker.counts(), self._inputs.lost)
+
+    def _surviving(self, name, callback):
+        """Return a callback that logs what it raises; rclpy's own would end the process."""
+        @wraps(callback)
+        def call(*arguments):
+            try:
+                return callback(*arguments)
+            except Exception as error:      # noqa: B902  rclpy fails in many ways
+                if not self.context.ok():
+                    raise       # shutting down
+                reason = error if isinstance(error, ValueError) else traceback.format_exc()
+                self._logger_of(name).error(f'what came in on {name} cannot be used: {reason}',
+                                            throttle_duration_sec=LOG_PERIOD)
+                return arguments[-1]    # the response as it is, for a service
+        return call
 
     def _shut_down(self, exit_code, sentence):
         self.get_logger().fatal(sentence)

@@ -21,6 +21,12 @@ class ManagedDisparityNode(DisparityNode, LifecycleNode):
     memory and topics.
     """
 
+    def __init__(self, **options):
+        """Declare parameters; ValueError for parameters that are not allowed."""
+        super().__init__(**options)
+        service = self._service_change_state
+        self._change, service.callback = service.callback, self._change_if_allowed
+
     def start(self):
         """Do nothing: the transitions configure and activate the node."""
 
@@ -55,6 +61,19 @@ class ManagedDisparityNode(DisparityNode, LifecycleNode):
         return self._result_of(free)
 
     on_shutdown = on_error = on_cleanup
+
+    def _change_if_allowed(self, request, response):
+        """Answer a request for a transition; rclpy ends the process if the state has no such."""
+        asked, (_, state) = request.transition, self._state_machine.current_state
+        allowed = {number: label
+                   for number, label, *_ in self._state_machine.available_transitions}
+        if asked.label or asked.id in allowed:
+            return self._change(request, response)
+        self.get_logger().warning(
+            f'transition {asked.id} is not possible while the node is {state}; possible are '
+            + (', '.join(f'{number} ({label})' for number, label in allowed.items()) or 'none'))
+        response.success = False
+        return response
 
     def _result_of(self, transition):
         """Return SUCCESS after a transition; log what it raises, as rclpy does not, and ERROR."""

@@ -155,6 +155,20 @@ def test_what_cannot_be_configured_is_said_and_leaves_it_unconfigured(start):
     assert bench.node.finish() == 0
 
 
+def test_a_transition_that_the_state_does_not_allow_fails_and_the_node_lives(start):
+    bench = start()
+    manager = manager_of(bench)
+    for change in ({'id': 3}, {'id': 200}, {'label': 'activate'}, {'label': 'none'}):
+        assert not manager.asked(**change)
+    assert manager.state() == 'unconfigured'
+    bench.node.logged('transition 3 is not possible while the node is unconfigured; possible are '
+                      '1 (configure), 5 (shutdown)')
+    assert manager.change('shutdown') == 'finalized'
+    assert not manager.asked(id=1)
+    bench.node.logged('possible are none')
+    assert bench.node.finish() == 0
+
+
 def test_a_wrong_parameter_ends_the_start_with_2(start):
     bench = start('-p', 'disparity_range:=0')
     assert bench.node.finish(number=None, timeout=START) == 2

@@ -121,6 +121,16 @@ def test_a_parameter_of_the_peer_s_that_is_set_later_is_said_to_be_ignored(bench
     bench.node.logged('matchers are ignored: P1, uniqueness_ratio', after=mark)
 
 
+def test_a_request_that_rclpy_cannot_read_is_logged_and_survived(bench):
+    from rcl_interfaces.msg import Parameter, ParameterValue
+    from rcl_interfaces.srv import SetParameters
+    client = bench.listener.create_client(SetParameters, '/disparity_node/set_parameters')
+    unread = Parameter(name='disparity_range', value=ParameterValue(type=200))
+    assert bench.answer(client, SetParameters.Request(parameters=[unread])).results == []
+    bench.node.logged('set_parameters cannot be used: 200 is not a valid Parameter.Type')
+    assert bench.match(*PAIR).max_disparity == 15.0
+
+
 @pytest.mark.parametrize('argument, sentence', [
     ('disparity_range:=0', 'disparity_range is 0; allowed are whole numbers from 1 to 4096'),
     ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),

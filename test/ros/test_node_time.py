@@ -20,6 +20,7 @@ def bench(make_bench):
     with make_bench(*SMALL, '-p', 'use_sim_time:=true') as bench:
         clock = bench.listener.create_publisher(Clock, '/clock', 1)
         bench.set_clock = lambda now: clock.publish(Clock(clock=Time(nanoseconds=now).to_msg()))
+        bench.clock = clock
         bench.listen()
         bench.connect()
         bench.until(lambda: bench.listener.count_subscribers('/clock'), 'the node hears /clock')
@@ -73,3 +74,12 @@ def test_a_clock_that_goes_back_has_the_next_pair_matched_cold(bench):
     bench.node.logged('the clock jumped back', mark)
     bench.match(*PAIR, stamp=700 * SECOND + 2 * SECOND // 30)
     assert values_at(bench, 601 * SECOND)['warm'] == 'false'
+
+
+def test_a_clock_before_the_epoch_is_logged_and_survived(bench):
+    from builtin_interfaces.msg import Time
+    from rosgraph_msgs.msg import Clock
+    bench.clock.publish(Clock(clock=Time(sec=-1)))
+    bench.node.logged('what came in on /clock cannot be used: Seconds value must not be negative')
+    play(bench, [800 * SECOND])
+    assert values_at(bench, 800 * SECOND)['age, last'] == '0.0 ms'

@@ -41,3 +41,8 @@ class Manager:
         state = self.state()
         assert future.result().success == (state != before), name
         return state
+
+    def asked(self, **transition):
+        """Ask for a transition by its id or label; return whether it succeeded."""
+        request = ChangeState.Request(transition=Transition(**transition))
+        return self._around.answer(self._clients[ChangeState], request, START).success
