@@ -120,7 +120,10 @@ class WarmStart:
         else:
             self._averaging.average(pool, views, state.pictures, state.ages)
         left = self._averaging.tiles[0]
-        previous_best.tile_strengths(left.choices, left.ages, len(CUTS), self._strengths)
+        # The labels are of the last search: a tile that changed since then is another one.
+        searched = 1 if state is None else 1 + state.kept       # frames ago
+        choices = np.where(left.ages <= searched, np.int8(-1), left.choices)
+        previous_best.tile_strengths(choices, left.ages, len(CUTS), self._strengths)
         self._half_grey, self._left = half_grey, views[0]
         followed = self._moving.follow(pool, state, camera, half_grey,
                                        self._averaging.share >= STILL)

@@ -3,6 +3,7 @@
 """A scene that stands still is searched in one frame of a few; any change is searched at once."""
 from dataclasses import replace
 from functools import cache
+from itertools import product
 
 from fuzzy_stereo_ros.benchmarks.datasets import with_noise
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -95,6 +96,30 @@ def test_what_appears_in_one_tile_waits_for_the_next_search():
     matcher = after_settling()
     pairs = frames(3, 1, with_object(8, 8))
     assert [matcher.match(*pair).kept for pair in pairs] == [True, True, False]
+
+
+def test_the_search_after_kept_frames_forgets_the_map_where_a_tile_changed_meanwhile():
+    """It has looked the same since, but the map is of a search before the change."""
+    config = replace(CONFIG, speckle_size=4)
+    pair, things = make_pair(192, 320, 32, objects=0)[:2], np.random.default_rng(5)
+    matcher = StereoMatcher(config)
+    for one in frames(SETTLED + 1, pair=pair):
+        matcher.match(*one)
+    left, right = pair
+    truth = np.full(left.shape, np.nan)
+    for row, column in product((33, 81, 129), (81, 145, 209, 273)):
+        thing = things.integers(100, 180, (7, 7), np.uint8)
+        left[row:row + 7, column:column + 7] = right[row:row + 7, column - 16:column - 9] = thing
+        truth[row:row + 7, column:column + 7] = 16
+
+    def found(interval):
+        again = StereoMatcher(replace(config, still_interval=interval))
+        again.restore(matcher.state)
+        *_, last = (again.match(*one) for one in frames(3, 1, (left, right)))
+        assert not last.kept
+        return np.mean(np.abs(last.disparity - truth)[np.isfinite(truth)] < 1)
+
+    assert found(3) > found(1) - 0.03
 
 
 @pytest.mark.parametrize('size', [(97, 160), (96, 162), (99, 161)])
