@@ -14,6 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
 SETTLED = 32    # frames without a change from which results are kept: as many are averaged
+LONGEST_STEP_NS = 200_000_000   # slower cameras have each frame searched
 
 
 class StillResult(NamedTuple):
@@ -40,7 +41,7 @@ def kept_result(previous, views, config):
     """
     result = previous and previous.result
     if (not result or result.kept + 1 >= config.still_interval
-            or not result.still_disparity.size or not _same_settings(previous.config, config)
+            or result.still < SETTLED or not _same_settings(previous.config, config)
             or _moves(views, previous.labels.shape)):
         return None
     return result._replace(still=result.still + 1, kept=result.kept + 1)

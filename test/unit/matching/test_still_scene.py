@@ -151,10 +151,19 @@ def test_an_interval_of_one_searches_every_frame():
     assert not any(matcher.match(*pair).kept for pair in frames(SETTLED + 4))
 
 
-def test_a_gap_in_time_asks_for_a_search():
+@pytest.mark.parametrize('step, kept', [(SECOND // 30, True), (SECOND // 5, True),
+                                        (SECOND // 4, False), (2 * SECOND, False)])
+def test_a_result_is_kept_only_for_frames_that_follow_within_a_fifth_of_a_second(step, kept):
     matcher = StereoMatcher(CONFIG)
     matcher.restore(replace(settled()[0], stamp=SECOND))
-    assert not matcher.match(*next(frames(1, seed=1)), stamp=3 * SECOND).kept
+    assert matcher.match(*next(frames(1, seed=1)), stamp=SECOND + step).kept is kept
+
+
+def test_each_frame_of_a_slow_camera_is_searched():
+    matcher = StereoMatcher(CONFIG)
+    matcher.restore(replace(settled()[0], stamp=SECOND))
+    assert not any(matcher.match(*pair, stamp=SECOND + number * SECOND // 2).kept
+                   for number, pair in enumerate(frames(4, seed=1), start=1))
 
 
 def test_results_of_the_right_image_are_kept_the_right_way_round():
