@@ -299,8 +299,10 @@ class DisparityNode(Node):
             self.get_logger().warning(remark)
 
     def _log_losses(self, now, counts, last=False):
+        # Once ROS has shut down, the logger of a node complains that it cannot reach /rosout.
+        logger = self.get_logger() if self.context.ok() else get_logger(f'{self.get_name()}.end')
         for line in self._losses.lines(now, counts, last):
-            self.get_logger().info(line)
+            logger.info(line)
 
     def _describe(self):
         """Return {key: text} of all parameters and the newest diagnostics, for the saved pair."""
