@@ -29,6 +29,7 @@ from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.realtime.moving_camera import NO_CAMERA
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
+from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
@@ -241,7 +242,7 @@ def _layout(state):
     shape = (*np.shape(state.labels), 0, 0)[:2]     # labels that are not 2-D do not fit it
     tiles = tuple(-(-side // TILE) for side in shape)
     cells = tuple(side // 2 for side in shape)
-    result = np.float32, shape if np.size(state.still_disparity) else (0, 0)
+    result = np.float32, shape if state.still >= SETTLED else (0, 0)
     return {'labels': (gene_type(state.config.disparities), shape), 'validity': (np.uint8, shape),
             'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
             'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
