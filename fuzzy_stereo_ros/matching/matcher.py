@@ -12,7 +12,6 @@ from fuzzy_stereo_ros.matching.match import Camera, mirrored
 from fuzzy_stereo_ros.matching.paper.matcher import PaperMatcher
 from fuzzy_stereo_ros.matching.quality.matcher import QualityMatcher
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
-from fuzzy_stereo_ros.matching.realtime.still_scene import LONGEST_STEP_NS
 import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
@@ -101,9 +100,7 @@ class StereoMatcher:
         if (self.state is None or not self.config.warm_start
                 or not self.state.fits(shape, self.config, stamp)):
             return None
-        if stamp is not None and stamp - self.state.stamp > LONGEST_STEP_NS:
-            return replace(self.state, still=0)
-        return self.state
+        return self.state.before(stamp)
 
     def _algorithm_of(self, shape):
         """Return the algorithm for an image size; a new one when the size changes."""

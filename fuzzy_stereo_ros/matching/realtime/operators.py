@@ -143,11 +143,12 @@ class WeakRegions:
         edges = np.searchsorted(starts, starts[-1] * np.arange(PARTS) / PARTS).tolist()
 
         def write(band):
-            rows = slice(2 * band[1], len(parent) if band[2] == len(parent) // 2 else 2 * band[2])
-            mutant[rows] = parent[rows]
-            segments.write_mutant(*regions, planes, disparities, inside, mutant, band[1], band[2])
+            _, first, last = band
+            mutant[first:last] = parent[first:last]
+            segments.write_mutant(
+                *regions, planes, disparities, inside, mutant, first // 2, last // 2)
         pool.each(lambda part: segments.fit_planes(
             self._points, starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes, *part),
             list(pairwise([*edges, number])))
-        pool.each(write, cut_bands(len(parent) // 2))
+        pool.each(write, cut_bands(len(parent), 2))
         return mutant

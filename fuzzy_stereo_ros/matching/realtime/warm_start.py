@@ -20,7 +20,8 @@ from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging, STI
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
 from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
-from fuzzy_stereo_ros.matching.realtime.still_scene import kept_result, new_result, StillResult
+from fuzzy_stereo_ros.matching.realtime.still_scene import (
+    kept_result, LONGEST_STEP_NS, new_result, StillResult)
 import numpy as np
 
 QUIET = 0.2          # grey levels of noise below which the previous best is not used
@@ -87,6 +88,11 @@ class FrameState:
         if stamp is None or self.stamp is None:
             return stamp is self.stamp
         return 0 < stamp - self.stamp <= LONGEST_GAP_NS
+
+    def before(self, stamp):
+        """Return the state for a pair taken at a stamp: one that comes late is searched."""
+        late = stamp is not None and stamp - self.stamp > LONGEST_STEP_NS
+        return replace(self, still=0) if late else self
 
 
 class WarmStart:
