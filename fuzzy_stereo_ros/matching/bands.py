@@ -7,6 +7,8 @@ from threading import Thread
 import time
 from weakref import finalize
 
+import numpy as np
+
 OVERLAP = 16        # rows that a band's vertical paths start early
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
 
@@ -54,18 +56,43 @@ class ThreadPool:
             helper.join()
 
 
-def by_bands(pool, work, reach, image, result):
+def cut_by_work(work, bands, height):
     """
-    Filter an image band by band.
+    Return as many bands of about the same work each.
+
+    work: whole numbers, one a row; bands: those that `cut_bands` cuts; height: rows that each band
+    but the last has a multiple of, at least one
+    """
+    count, rows = len(bands), len(work)
+    done = np.cumsum(work)
+    edges = [0]
+    for index in range(1, count):
+        edge = int(np.searchsorted(count * done, index * done[-1]))
+        edge = (edge + height // 2) // height * height
+        most = (rows - 1) // height * height - (count - 1 - index) * height
+        edges.append(max(min(edge, most), edges[-1] + height))
+    return list(zip(range(count), edges, [*edges[1:], rows]))
+
+
+def widened(band, reach, rows):
+    """
+    Return the first row and the one behind the last of a band and of `reach` rows around it.
+
+    Where a stage needs rows of its neighbours, each band computes them too: that costs less than
+    waiting for all bands. Two threads then write the same numbers to the same rows.
+    """
+    return max(band[1] - reach, 0), min(band[2] + reach, rows)
+
+
+def filter_band(work, reach, image, result, band):
+    """
+    Write a band of rows of a filtered image.
 
     work: the filter, called with rows of the image, returns as many; reach: how many rows above
     and below a row its result depends on
     """
-    def filter_band(band):
-        _, first, last = band
-        begin = max(first - reach, 0)
-        result[first:last] = work(image[begin:last + reach])[first - begin:last - begin]
-    pool.each(filter_band, cut_bands(len(image)))
+    first, last = widened(band, reach, len(image))
+    result[band[1]:band[2]] = work(image[first:last])[band[1] - first:band[2] - first]
 
 
 def _run_calls(calls):

@@ -172,8 +172,8 @@ def summed_passes(costs, closed, across, down, small, bands, strip, overlap):
     Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255.
 
     closed: bool (R, C, D), labels outside of a pixel's window; bands: (first, last) rows. The
-    downward pass of a band starts `overlap` rows above it, and the upward pass of each `strip`
-    rows of a band so many below them.
+    downward pass of a band starts `overlap` rows above it, and the upward pass of a band's
+    rows of each `strip` rows of the image so many below them.
     """
     rows = len(across)
     costs = np.where(closed, 255, costs)
@@ -187,8 +187,8 @@ def summed_passes(costs, closed, across, down, small, bands, strip, overlap):
         sums[first:last] += pass_along(
             *(values[above].swapaxes(0, 1) for values in (costs, down)), small,
             closed[above].swapaxes(0, 1)).swapaxes(0, 1)[first - above.start:]
-        for top in range(first, last, strip):
-            end = min(top + strip, last)
+        tops = [first, *range((first // strip + 1) * strip, last, strip)]
+        for top, end in zip(tops, [*tops[1:], last]):
             under = np.s_[top:min(end + overlap, rows)]
             sums[top:end] += pass_along(
                 *(values[under][::-1].swapaxes(0, 1) for values in (costs, below)), small,

@@ -13,7 +13,6 @@ from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 import numpy as np
 
-SMOOTHNESS = 4       # divides the penalties of the scanlines, which sum four paths
 HIDDEN = 6           # cost of a gene that something nearer hides
 CONTRADICTED = 15    # cost of a gene that would hide what can be seen
 SAMPLE_STEP = 16     # one row in so many is measured where a sample is enough
@@ -27,25 +26,14 @@ class CensusFitness:
         rows, columns = validity.shape
         self._bands = cut_bands(rows)
         self.largest_cost = possibility.model.largest
-        penalties = possibility.penalties
         self._possibility = possibility     # whose features are addresses
         self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
-        self.penalties = penalties._replace(
-            small=penalties.small // SMOOTHNESS, across=np.zeros_like(penalties.across),
-            down=np.zeros_like(penalties.down))
         self._costs = np.zeros((rows, columns), np.uint8)
         self._exchange = Exchange(rows, columns, neighbours=4)
 
-    def set_pair(self, pool, inside):
+    def set_pair(self, inside):
         """Set a new pair; inside: the first and the last column of the target that exist."""
         self._scene = self._scene._replace(inside=inside)
-        scaled, full = self.penalties, self._possibility.penalties
-
-        def scale(band):
-            rows = slice(band[1], band[2])
-            np.floor_divide(full.across[rows], SMOOTHNESS, out=scaled.across[rows])
-            np.floor_divide(full.down[rows], SMOOTHNESS, out=scaled.down[rows])
-        pool.each(scale, self._bands)
 
     def measure(self, pool, chromosome, every=SAMPLE_STEP):
         """
@@ -59,7 +47,7 @@ class CensusFitness:
             gene_cost.gene_costs(
                 *self._kernel_arguments(), chromosome, self._costs, every, band[1], band[2])
             totals[band[0]] = gene_cost.row_costs(
-                *self.penalties, chromosome, self._costs, every, band[1], band[2])
+                *self._possibility.penalties, chromosome, self._costs, every, band[1], band[2])
         pool.each(measure_band, self._bands)
         total, number = totals.sum(axis=0)
         return 1 - int(total) / (self.largest_cost * int(number))
@@ -77,8 +65,8 @@ class CensusFitness:
         def change(band):
             part = slice(share * band[0], share * (band[0] + 1))
             gene_cost.exchange_changes(
-                *self._kernel_arguments(), *self.penalties, first, second, exchange.cells[part],
-                exchange.alone[part], exchange.pairs[part])
+                *self._kernel_arguments(), *self._possibility.penalties, first, second,
+                exchange.cells[part], exchange.alone[part], exchange.pairs[part])
         pool.each(change, self._bands)
         cost = crossover(exchange, random)
         if cost >= 0:

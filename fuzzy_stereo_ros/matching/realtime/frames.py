@@ -14,7 +14,7 @@ in which inherited genes are no longer fitter.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_bent, reject_unfounded
@@ -160,23 +160,21 @@ class FrameEvolution:
         """
         genes, self._inside, self._half_luminance = self.carried, inside, half_luminance
 
-        def sample(band):
+        def follow(band):
+            rows = band[1:]
             grid.sample_map(
                 chromosome, chosen.labels, chosen.offsets, validity, chosen.margins, CLEAR,
                 *self._origin, self._of_map, self._consistent, self._mutated, self._doubts,
-                band[1], band[2])
+                *widened(band, REACH, self._shape[0]))
             grid.edge_weights(half_luminance, self._roots, self._by_step, self._across, self._down,
-                              band[1], band[2])
-
-        def complete(band):
+                              *rows)
             grid.follow_map(self._of_map, REACH, np.float32(STEEPEST), self._mutated,
-                            genes.evolved, genes.planes, self._tangents, band[1], band[2])
+                            genes.evolved, genes.planes, self._tangents, *rows)
             grid.trust_visible(
                 genes.planes, self._consistent, self._origin[1], inside[0], self._highest,
                 costs.TRUSTED, UNTRUSTED, self._nearest[band[0]], self._current, self._trusted,
-                self._trust, band[1], band[2])
-        self._pool.each(sample, self._bands)
-        self._pool.each(complete, self._bands)
+                self._trust, *rows)
+        self._pool.each(follow, self._bands)
 
     def write(self, chromosome, chosen, validity, luminance):
         """

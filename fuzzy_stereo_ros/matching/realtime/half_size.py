@@ -10,7 +10,8 @@ from functools import partial
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import by_bands
+from fuzzy_stereo_ros.matching.bands import filter_band, widened
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
@@ -20,6 +21,7 @@ from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Sc
 import numpy as np
 
 TILE = 64               # side of the tiles that are searched at a time, at either size
+MEDIAN = 5              # side of the square of the median of the filled labels
 SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
 DEAD_ZONE, CUT = 1, 2   # px from the prior that cost nothing; largest cost, reached at 3 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
@@ -33,19 +35,21 @@ class Half(NamedTuple):
     The half-size chromosome.
 
     labels: uint8 or uint16 (R / 2, C / 2), dense; validity: uint8, which are consistent; chosen:
-    the `Chosen` of the scanlines, before inconsistent labels were filled
+    the `Chosen` of the scanlines, before inconsistent labels were filled; prior: the `Prior` of
+    the full search where texture is weak
     """
 
     labels: np.ndarray
     validity: np.ndarray
     chosen: Chosen
+    prior: Prior
 
 
 class HalfSize:
     """
     The half-size search of one image size and its memory.
 
-    weak: uint8 (R / 2, C / 2), where texture is weak, once `prior` was called
+    weak: uint8 (R / 2, C / 2), where texture is weak, after a search
     """
 
     def __init__(self, possibility, rows, columns, disparities):
@@ -66,13 +70,15 @@ class HalfSize:
                                np.zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT))
 
-    def search(self, pool, inside, grey):
+    def search(self, pool, inside, grey, windows):
         """
-        Return the `Half` of the pair that the possibility was filled with.
+        Return the `Half` of the pair that the possibility was filled with; write windows.
 
-        inside: the first and the last column of the full target that exist; grey: uint8, full left
+        inside: the first and the last column of the full target that exist; grey: uint8, full
+        left; windows: those of the full search, of tiles of TILE pixels, whose ranges are written
         """
         chosen, half_inside = self._scanlines.chosen, (inside[0] // 2, inside[1] // 2)
+        rows, prior = len(self._labels), self._prior
 
         def check(band):
             check_consistency(chosen.labels, chosen.target, self._half_disparities, half_inside,
@@ -83,28 +89,21 @@ class HalfSize:
             self._speckles.reject(self._validity, SPECKLE, band)
             filling.fill_rows(chosen.labels, self._validity, self._filled, band[1], band[2])
             disparity_ranges.texture_steps(grey, self._steps, band[1], band[2])
+
+        def write_limits(band):
+            index, first, last = band
+            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
+                        self._labels, (index, *widened(band, GROW // 2, rows)))
+            disparity_ranges.tile_windows(
+                self._labels, self._disparities, TILE, GROW, MARGIN, windows.low, windows.blocks,
+                2 * first // TILE, 2 * last // TILE if last < rows else len(windows.low))
+            disparity_ranges.weak_texture(self._steps, WEAK_TEXTURE, self.weak, first, last)
+            disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
+            disparity_ranges.half_prior(
+                self._labels, (chosen.labels, chosen.offsets, chosen.margins), self._validity,
+                self.weak, self._smooth, CLEAR, prior.labels, prior.weights, first, last)
         self._scanlines.search(pool, then=check)
         self._speckles.join(chosen.labels, 1)
         pool.each(fill, self._scanlines.bands)
-        by_bands(pool, partial(cv2.medianBlur, ksize=5), 2, self._filled, self._labels)
-        return Half(self._labels, self._validity, chosen)
-
-    def prior(self, pool, half):
-        """Return the prior of the full search where texture is weak."""
-        chosen = half.chosen
-
-        def write_prior(band):
-            disparity_ranges.weak_texture(self._steps, WEAK_TEXTURE, self.weak, band[1], band[2])
-            disparity_ranges.flat(half.labels, FLAT, self._smooth, band[1], band[2])
-            disparity_ranges.half_prior(
-                half.labels, (chosen.labels, chosen.offsets, chosen.margins), half.validity,
-                self.weak, self._smooth, CLEAR, self._prior.labels, self._prior.weights,
-                band[1], band[2])
-        pool.each(write_prior, self._scanlines.bands)
-        return self._prior
-
-    def disparity_ranges(self, half, windows, tile):
-        """Write the disparity range of each tile of the full search; return the `Windows`."""
-        disparity_ranges.tile_windows(half.labels, self._disparities, tile, GROW, MARGIN,
-                                      windows.low, windows.blocks)
-        return windows
+        pool.each(write_limits, self._scanlines.bands)
+        return Half(self._labels, self._validity, chosen, prior)

@@ -81,7 +81,8 @@ class RealtimeMatcher:
             columns, config.disparities, labels_type, self._scanlines.bands)
         self._fitness = CensusFitness(
             self._views.full, self._refinement.validity, self._scanlines.chosen.target)
-        self.population = Population(config.population, self._fitness, self._scanlines.bands)
+        self.population = Population(
+            config.population, self._fitness, self._scanlines.chosen.labels)
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(self._views.full, rows, columns)
         self._durations = Durations()
@@ -108,17 +109,18 @@ class RealtimeMatcher:
                          watch.times, True, self._warm_start.motion, kept=True), state
         self._views.describe(pool, self._stages.describe)
         watch.lap('possibility')
-        half = self._half_size.search(pool, self._views.inside, self._views.full.left.grey)
-        texture_prior = self._half_size.prior(pool, half)
+        half = self._half_size.search(
+            pool, self._views.inside, self._views.full.left.grey, self._scanlines.windows)
         previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         watch.lap('coarse')
-        ranges = self._half_size.disparity_ranges(half, self._scanlines.windows, TILE)
         chosen = self._scanlines.search(
-            pool, ranges, texture_prior, previous_prior,
+            pool, self._scanlines.windows, half.prior, previous_prior,
             partial(self._refinement.check, self._scanlines.chosen, self._views.inside, config))
         watch.lap('scanlines')
-        validity = self._refinement.reject_speckles(pool, chosen, config)
-        self._fitness.set_pair(pool, self._views.inside)
+        validity = self._refinement.reject_speckles(
+            pool, self._scanlines.bands, chosen, config,
+            partial(self.population.fill, chosen.labels, self._refinement.validity))
+        self._fitness.set_pair(self._views.inside)
         self.population.initialise(pool, chosen.labels, validity)
         watch.lap('seeds')
         budget = budget.reserving(self._durations[REFINING])

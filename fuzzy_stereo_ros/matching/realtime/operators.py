@@ -34,38 +34,37 @@ class Population:
 
     best = 0
 
-    def __init__(self, size, fitness, bands):
+    def __init__(self, size, fitness, labels):
         """
-        Create a population, which allocates its memory at the first pair.
+        Allocate; size: number of chromosomes, at most two are made.
 
-        size: number of chromosomes, at most two are made; fitness: the `CensusFitness` of the
-        pair; bands: of rows, as `cut_bands` returns them
+        fitness: the `CensusFitness` of the pairs; labels: (R, C), chromosomes are like these
         """
-        self._size, self._measure, self._bands = min(size, 2), fitness, bands
-        self.genes, self.fitness, self.converged = None, None, True
+        self._measure = fitness
+        self.genes = np.zeros((min(size, 2), *labels.shape), labels.dtype)
+        self.fitness, self.converged = np.zeros(len(self.genes)), True
+        self._below = np.zeros(labels.shape[1], labels.dtype)
 
-    def initialise(self, pool, labels, validity):
+    def fill(self, labels, validity, band):
         """
-        Fill inconsistent cells with background genes: by rows, and by columns.
+        Fill the inconsistent cells of a band with background genes of their rows.
 
         labels: (R, C); validity: uint8 (R, C), which of them are consistent
         """
-        if self.genes is None:
-            self.genes = np.zeros((self._size, *labels.shape), labels.dtype)
-            self._below = np.zeros(labels.shape[1], labels.dtype)
-        by_rows = self.genes[0]
-        pool.each(lambda band: filling.fill_rows(
-            labels, validity, by_rows, band[1], band[2]), self._bands)
-        if self._size > 1:
+        filling.fill_rows(labels, validity, self.genes[0], band[1], band[2])
+
+    def initialise(self, pool, labels, validity):
+        """Fill the second chromosome by columns, once all bands are filled; measure the first."""
+        if len(self.genes) > 1:
             pool.each(lambda band: filling.fill_columns(
-                labels, validity, by_rows, self.genes[1], self._below, band[1], band[2]),
+                labels, validity, self.genes[0], self.genes[1], self._below, band[1], band[2]),
                 cut_bands(labels.shape[1]))
-        self.fitness = np.full(self._size, self._measure.measure(pool, by_rows))
+        self.fitness = np.full(len(self.genes), self._measure.measure(pool, self.genes[0]))
         self.converged = False
 
     def cross(self, pool, crossover, random):
         """Cross the first with each of the others; it takes what makes it fitter."""
-        for other in range(1, self._size):
+        for other in range(1, len(self.genes)):
             gained, ahead = self._measure.cross(
                 pool, crossover, random, self.genes[0], self.genes[other])
             self.fitness[other] = self.fitness[0] + ahead

@@ -9,7 +9,7 @@ seldom right: they are found as by cv2.filterSpeckles, but by bands that threads
 from functools import partial
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import by_bands, cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -18,7 +18,7 @@ import numpy as np
 
 ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty is a pixel's confidence
-LEAST_SURE = 1e-6    # mean certainty below which a label is a guess: no certain pixel around
+MEDIAN = 5           # side of the square of the last median of labels
 # Share of right pixels by tenths of certainty, from every other Middlebury scene, with noise of 0
 # and 1.5 grey levels, cold and warm; `benchmark accuracy` prints how true it is on other scenes.
 RIGHT = 0, 0.4, 0.54, 0.675, 0.81, 0.89, 0.95, 0.993, 0.999, 1, 1    # concave
@@ -34,14 +34,15 @@ class Speckles:
 
     def __init__(self, columns, bands):
         """Allocate for images of so many columns; bands: of all rows, see `cut_bands`."""
-        self._bands, self._columns, rows = bands, columns, bands[-1][2]
-        self._edges = np.array([first for _, first, _ in bands])
+        self._columns, rows = columns, bands[-1][2]
+        self._edges = np.zeros(len(bands), np.int64)
         self._marks = np.zeros((len(bands), 3), np.int64)
         self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
 
     def find(self, labels, validity, step, band):
         """Find the components of a band."""
         index, first, last = band
+        self._edges[index] = first
         find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, *self._runs,
                         self._marks[index], first, last)
 
@@ -89,10 +90,12 @@ class Refinement:
         fine_type = np.int16 if disparities < 2000 else np.int32
         self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
         self._fine = np.zeros((rows, columns + LANES), fine_type)
-        self._certain, self._blurred = (np.zeros((rows, columns), np.float32) for _ in range(2))
+        self._certain, self._around = (
+            np.zeros((rows, columns), dtype) for dtype in (np.uint16, np.int32))
         slopes = np.diff(RIGHT)
-        self._lines = np.column_stack(
-            (RIGHT[:-1] - np.arange(10) * slopes, 10 * slopes)).astype(np.float32)
+        self._lines = np.column_stack((
+            RIGHT[:-1] - np.arange(10) * slopes,
+            10 * slopes / (AROUND**2 * subpixel.CERTAIN))).astype(np.float32)
         self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
     @property
@@ -107,12 +110,20 @@ class Refinement:
         if config.speckle_size > 1:
             self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
 
-    def reject_speckles(self, pool, chosen, config):
-        """Reject speckles once all bands are checked; return the validity, uint8 (R, C)."""
+    def reject_speckles(self, pool, bands, chosen, config, then):
+        """
+        Reject speckles once all bands are checked; return the validity, uint8 (R, C).
+
+        bands: those that were checked; then: called with each once its speckles are rejected
+        """
         if config.speckle_size > 1:
             self._speckles.join(chosen.labels, config.speckle_range)
-            pool.each(lambda band: self._speckles.reject(
-                self.validity, config.speckle_size, band), self._bands)
+
+        def reject(band):
+            if config.speckle_size > 1:
+                self._speckles.reject(self.validity, config.speckle_size, band)
+            then(band)
+        pool.each(reject, bands)
         return self.validity
 
     def smooth(self, pool, labels, chromosome, grey):
@@ -125,17 +136,18 @@ class Refinement:
         columns = chromosome.shape[1]
         bits = max(int(self._disparities - 1).bit_length(), 1)
 
-        def prepare(band):
-            reject_changed(
-                labels, chromosome, self.validity, self.final_validity, band[1], band[2])
-            filling.pad_map(chromosome, columns, self._padded, band[1], band[2])
-            filling.pad_map(grey, columns, self._padded_grey, band[1], band[2])
-        pool.each(prepare, self._bands)
-        pool.each(lambda band: filling.membership_median(
-            self._padded, self._padded_grey, ALIKE, bits, columns, self._median,
-            self._members[band[0]], band[1], band[2]), self._bands)
-        by_bands(pool, partial(cv2.medianBlur, ksize=5), 2, self._median[:, :columns],
-                 self._labels)
+        def smooth_band(band):
+            rows, median = len(labels), self._median
+            first, last = widened(band, MEDIAN // 2 + filling.RADIUS, rows)
+            reject_changed(labels, chromosome, self.validity, self.final_validity, first, last)
+            filling.pad_map(chromosome, columns, self._padded, first, last)
+            filling.pad_map(grey, columns, self._padded_grey, first, last)
+            filling.membership_median(
+                self._padded, self._padded_grey, ALIKE, bits, columns, median,
+                self._members[band[0]], *widened(band, MEDIAN // 2, rows))
+            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, median[:, :columns],
+                        self._labels, band)
+        pool.each(smooth_band, self._bands)
         return self._labels
 
     def write(self, pool, labels, chosen, reliance, config):
@@ -148,21 +160,19 @@ class Refinement:
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
 
-        def fit(band):
-            subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, band[1],
-                         band[2])
-            subpixel.certainty(chosen.sums, chosen.margins, *reliance, self.final_validity,
-                               self._certain, band[1], band[2])
+        blur = partial(cv2.boxFilter, ddepth=cv2.CV_32S, ksize=(AROUND, AROUND), normalize=False)
 
-        def write_out(band):
+        def write_band(band):
+            rows = widened(band, AROUND // 2, len(labels))
+            subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
+            subpixel.certainty(chosen.sums, chosen.margins, *reliance, self.final_validity,
+                               self._certain, *rows)
+            filter_band(blur, AROUND // 2, self._certain, self._around, band)
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
-                                    band[1], band[2])
+                                    *band[1:])
             subpixel.write_out(
-                self._fine, self.final_validity, self._blurred, np.float32(LEAST_SURE),
-                self._lines, config.min_disparity, config.disparities, config.fill,
-                np.float32(config.confidence_threshold), disparity, confidence, band[1], band[2])
-        pool.each(fit, self._bands)
-        by_bands(pool, partial(cv2.blur, ksize=(AROUND, AROUND)), AROUND // 2, self._certain,
-                 self._blurred)
-        pool.each(write_out, self._bands)
+                self._fine, self.final_validity, self._around, self._lines, config.min_disparity,
+                config.disparities, config.fill, np.float32(config.confidence_threshold),
+                disparity, confidence, *band[1:])
+        pool.each(write_band, self._bands)
         return disparity, confidence

@@ -6,7 +6,7 @@ The scanline chromosome: the best map that the data of one pair give.
 Not in the paper, whose random population does not converge in the time of a frame. Four scanline
 passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
-from fuzzy_stereo_ros.matching.bands import cut_bands, OVERLAP
+from fuzzy_stereo_ros.matching.bands import cut_bands, cut_by_work, OVERLAP
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import sweep
@@ -79,6 +79,8 @@ class Scanlines:
             self.windows.low[:] = 0
             self.windows.blocks[:] = self.most_blocks
         self._pack()
+        if windows is not None:
+            self.bands = cut_by_work(self._work(), self.bands, OVERLAP)
         # Kept alive: the kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._last = self.search_by(*self._priors)
@@ -99,6 +101,12 @@ class Scanlines:
         used = sizes.sum(axis=1)
         windows.row_size[:] = used + (SHIFT - used) % PAGE
 
+    def _work(self):
+        """Return about how long each row takes: windows of one and two blocks are fast."""
+        blocks = self.windows.blocks
+        of_tiles = np.where(blocks <= 2, 2 + blocks, 3 * blocks).sum(axis=1)
+        return np.repeat(of_tiles, self.tile)[:len(self.chosen.labels)]
+
     def _kernel_arguments(self, band):
         """Return the Search and the Scratch of a band, as kernels take them."""
         return tuple(self._last), tuple(self._scratch[band])
@@ -108,13 +116,14 @@ class Scanlines:
         arguments = self._kernel_arguments(band)
         start, priced = max(first - OVERLAP, 0), first
         sweep.outside(*arguments, start, first, True)
-        for strip in range(first, last, self.tile):
-            end = min(strip + self.tile, last)
+        strip = first
+        while strip < last:
+            end = min((strip // self.tile + 1) * self.tile, last)
             below = min(end + OVERLAP, self._last.rows)
             sweep.downwards(*arguments, start, priced, min(below, last))
             sweep.outside(*arguments, max(priced, min(below, last)), below, False)
             sweep.upwards(*arguments, strip, end, below - 1)
-            priced = below
+            strip, priced = end, below
 
     def search_by(self, half_prior, previous_prior):
         """Return the Search of two priors; it has addresses of arrays here and in the priors."""

@@ -7,7 +7,7 @@ Not in the paper, whose memberships have a fixed width. Noise is estimated from 
 at both sizes, in the plainest tiles: the mean of 2 x 2 pixels halves white noise, while the second
 differences of texture grow at the coarser size.
 """
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import roughness, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE, luminance_shift, View)
@@ -17,6 +17,7 @@ PLAINEST = 0.1       # share of the tiles, those of least second differences, th
 _SECOND = 1.954      # mean size of second differences of white noise of 1
 _LOST = 0.75         # share of the variance of noise that the half-size picture has lost
 SPREAD = 8.0         # times the noise, the largest difference from its 3 x 3 mean that is noise
+NEAR, FAR = 1, 2     # rows around a row that its denoised picture and its census depend on
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
 
@@ -113,20 +114,14 @@ class Views:
         full, half, shift = self.full, self.half, self._shift
         tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
 
-        def halve(band):
-            _, first, last = band
-            full.left.halve(half.left, first // 2, last // 2)
-            full.right.halve(half.right, first // 2, last // 2)
-            full.denoise(int(256 * tolerance), first, last)
-
-        def describe_full(band):
-            _, first, last = band
-            full.describe(describe, first, last)
-            half.denoise(int(128 * tolerance), first // 2, last // 2)
-
-        if shift < 0:
-            pool.each(lambda band: full.right.spread(
-                self._right, -shift, band[1], band[2]), self._bands)
-        pool.each(halve, self._bands)
-        pool.each(describe_full, self._bands)
-        pool.each(lambda band: half.describe(describe, band[1] // 2, band[2] // 2), self._bands)
+        def describe_band(band):
+            half_band = band[0], band[1] // 2, band[2] // 2
+            if shift < 0:
+                full.right.spread(self._right, -shift,
+                                  *widened(band, 2 * (NEAR + FAR), full.rows))
+            for view, half_view in zip((full.left, full.right), (half.left, half.right)):
+                view.halve(half_view, *widened(half_band, NEAR + FAR, half.rows))
+            for views, rows, unit in ((full, band, 256), (half, half_band, 128)):
+                views.denoise(int(unit * tolerance), *widened(rows, FAR, views.rows))
+                views.describe(describe, *rows[1:])
+        pool.each(describe_band, self._bands)

@@ -10,11 +10,12 @@ not depend on the previous frame. Without noise it adds nothing, and is not used
 """
 from dataclasses import dataclass, replace
 
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
 from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging, STILL
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
@@ -185,14 +186,17 @@ class WarmStart:
                     move_map(source, left.choices, *shift, outside, moved, band[1], band[2])
             pool.each(move, bands)
             labels, validity = self._moved
-        half_bands = cut_bands(len(self._trusted))
-        pool.each(lambda band: previous_best.trusted_cells(
-            labels, validity, half.labels, DISTANCE, self._half_labels, self._trusted, band[1],
-            band[2]), half_bands)
-        pool.each(lambda band: disparity_ranges.flat(
-            self._half_labels, FLAT, self._smooth, band[1], band[2]), half_bands)
-        pool.each(lambda band: previous_best.previous_prior(
-            self._trusted, self._smooth, self._strengths, self._weights, band[1], band[2]), bands)
+        rows = len(self._trusted)
+
+        def weigh(band):
+            half_band = band[0], *(TILE // 2 * tile_row for tile_row in band[1:])
+            previous_best.trusted_cells(labels, validity, half.labels, DISTANCE, self._half_labels,
+                                        self._trusted, *widened(half_band, 2, rows))
+            disparity_ranges.flat(self._half_labels, FLAT, self._smooth,
+                                  *widened(half_band, 1, rows))
+            previous_best.previous_prior(
+                self._trusted, self._smooth, self._strengths, self._weights, *band[1:])
+        pool.each(weigh, bands)
         return labels
 
     @property

@@ -6,8 +6,9 @@ from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
     flat, half_prior, texture_steps, tile_windows, weak_texture)
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Windows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
+from fuzzy_stereo_ros.matching.realtime.half_size import GROW, HalfSize, MARGIN, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, HALF_SIZE, luminance_shift, View)
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
@@ -25,7 +26,9 @@ SHAPES = [(2, 2), (3, 3), (2, 9), (9, 2), (13, 21), (16, 40)]
 def windows_of(half, shape, disparities, tile, grow, margin):
     tiles = -(-shape[0] // tile), -(-shape[1] // tile)
     low, blocks = np.full(tiles, -1), np.full(tiles, -1)
-    tile_windows(half, disparities, tile, grow, margin, low, blocks)
+    middle = tiles[0] // 2
+    for rows in ((0, middle), (middle, tiles[0])):
+        tile_windows(half, disparities, tile, grow, margin, low, blocks, *rows)
     return low, blocks
 
 
@@ -152,8 +155,13 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     for view, half in zip(full, (possibility.left, possibility.right)):
         view.halve(half, 0, half_rows)
     possibility.describe(View.describe, 0, half_rows)
+    tiles = -(-shape[0] // TILE), -(-shape[1] // TILE)
+    windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)), np.zeros(tiles[0], np.int64))
     half = HalfSize(possibility, *shape, disparities).search(
-        ThreadPool(1), (min_disparity, min_disparity + shape[1] - 1), full[0].grey)
+        ThreadPool(1), (min_disparity, min_disparity + shape[1] - 1), full[0].grey, windows)
     labels, validity = half_map_of_twins(left, right, disparities, places, min_disparity)
     np.testing.assert_array_equal(half.validity, validity)
     np.testing.assert_array_equal(half.labels, labels)
+    low, blocks = windows_of(half.labels, shape, disparities, TILE, GROW, MARGIN)
+    np.testing.assert_array_equal(windows.low, low)
+    np.testing.assert_array_equal(windows.blocks, blocks)

@@ -6,10 +6,11 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Line, Regions
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
-from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import exchange_changes, gene_costs, Scene
+from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import (
+    exchange_changes, gene_costs, Scene, SMOOTHNESS)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.realtime.fitness import (
-    CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP, SMOOTHNESS)
+    CensusFitness, CONTRADICTED, HIDDEN, SAMPLE_STEP)
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -70,6 +71,11 @@ def test_a_sample_of_rows_is_that_of_the_image_not_of_the_band(first, last, look
 # ---- an exchange of genes ----
 
 
+def smoothness(chromosome, penalties):
+    """Return what jumps cost each gene: int64 (R, C)."""
+    return twins.jump_costs(chromosome, *(number // SMOOTHNESS for number in penalties))
+
+
 @settings(max_examples=200, deadline=None)
 @given(sizes, sizes, st.sampled_from([2, 3, 12, 40, 300]), st.sampled_from([0, 3, 6, 9]),
        st.integers(0, 9), st.integers(0, 10**6))
@@ -79,7 +85,8 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
     first, second = (random_map((rows, columns), disparities, seed + k, dtype) for k in range(2))
     agree = random_map((rows, columns), 10, seed + 2) < alike
     second[agree] = first[agree]
-    penalties = Penalties(small, *(random_map((rows, columns), 30, seed + k) for k in (3, 4)))
+    penalties = Penalties(
+        SMOOTHNESS * small, *(random_map((rows, columns), 120, seed + k) for k in (3, 4)))
     exchange = Exchange(rows, columns, 4)
     exchange.set_size(differing_cells(first, second, exchange.all_cells))
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(first != second))
@@ -88,7 +95,7 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
                      exchange.pairs)
 
     def cost(chromosome):
-        return int(twin(chromosome).sum() + twins.jump_costs(chromosome, *penalties).sum())
+        return int(twin(chromosome).sum() + smoothness(chromosome, penalties).sum())
     for share in (2, 5, 10):
         exchange.taken[:] = random_map((exchange.cells.size,), 10, share) < share
         child = first.copy()
@@ -111,17 +118,14 @@ def fitness_of(shape, disparities, min_disparity=0, seed=0):
         (shape[0], possibility.right.columns), disparities, seed + 2)
     measured = CensusFitness(possibility, validity, target)
     inside = min_disparity, min_disparity + shape[1] - 1
-    measured.set_pair(POOL, inside)
+    measured.set_pair(inside)
     volume = twin_costs(left, right, disparities, min_disparity)
-    penalties = possibility.penalties
 
     def gene_costs_of(chromosome):
         return twins.gene_costs(volume, chromosome, validity, target, inside, HIDDEN, CONTRADICTED)
 
     def fitness(chromosome, every=1):
-        costs = gene_costs_of(chromosome) + twins.jump_costs(
-            chromosome, penalties.small // SMOOTHNESS, penalties.across // SMOOTHNESS,
-            penalties.down // SMOOTHNESS)
+        costs = gene_costs_of(chromosome) + smoothness(chromosome, possibility.penalties)
         return 1 - costs[::every].mean() / possibility.model.largest
     return measured, fitness, gene_costs_of
 

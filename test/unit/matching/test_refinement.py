@@ -14,7 +14,7 @@ from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
 from fuzzy_stereo_ros.matching.realtime.refinement import (
-    ALIKE, AROUND, LEAST_SURE, Refinement, RIGHT)
+    ALIKE, AROUND, Refinement, RIGHT)
 from fuzzy_stereo_ros.matching.realtime.refinement import reject_speckles
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
@@ -202,6 +202,24 @@ def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities
         twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.integers(1, 40), st.integers(1, 30), st.integers(1, 12), st.integers(0, 99))
+def test_bands_change_nothing(rows, columns, height, seed):
+    shape = rows, columns
+    chosen, validity, final = chosen_at_random(shape, 30, seed)
+    grey, reliance = random_map(shape, 256, seed + 7), random_map(shape, 3, seed + 8)
+    edges = [*range(0, rows, height), rows]
+    found = []
+    for bands in ([(0, 0, rows)], list(zip(range(len(edges)), edges, edges[1:]))):
+        refinement = Refinement(columns, 30, final.dtype, bands)
+        refinement.validity[:] = validity
+        labels = refinement.smooth(POOL, chosen.labels, final, grey)
+        found.append((labels, *refinement.write(
+            POOL, labels, chosen, (reliance, DUE), MatcherConfig(disparities=30))))
+    for whole, parts in zip(*found):
+        np.testing.assert_array_equal(whole, parts)
+
+
 POOL = ThreadPool(1)
 DUE = np.array([0, 6, 24], np.uint8)
 
@@ -241,13 +259,13 @@ def written(shape, disparities, seed=0, validity=None, **changes):
 
 def check(shape, disparities, seed=0, **changes):
     disparity, confidence, fine, sure, validity = written(shape, disparities, seed, **changes)
-    right = np.where(sure >= LEAST_SURE, np.interp(10 * sure, range(11), RIGHT), 0)
+    right = np.where(sure > 0, np.interp(10 * sure, range(11), RIGHT), 0)
     np.testing.assert_allclose(confidence, right, atol=1e-4)
     # Where the twin's certainty is rounded otherwise, the threshold decides by the kernel's.
     config = MatcherConfig(disparities=disparities, **changes)
     np.testing.assert_array_equal(disparity, twins.disparities_of(
         fine, validity, confidence, config.min_disparity, disparities, config.fill,
-        np.float32(max(config.confidence_threshold, LEAST_SURE))))
+        np.float32(max(config.confidence_threshold, 1e-9))))
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (1, 9), (9, 1), (2, 2), (7, 33)])

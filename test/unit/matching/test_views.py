@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What is read of images: luminance, halving, census, gradient, penalties, noise."""
-from census_scene import seen, small_pair
+from census_scene import random_map, seen, small_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     extra_columns, FULL_SIZE, luminance_shift, View)
-from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate
+from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate, Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -283,6 +284,24 @@ def test_the_census_compares_the_nearest_as_they_are_and_the_others_denoised(mir
     grey = 256 * image.astype(np.int64)
     expected = (twins.census(grey) & 255) + (twins.census(twins.denoised(grey, 5000)) & ~255)
     np.testing.assert_array_equal(codes[:, ::-1] if mirrored else codes, expected)
+
+
+@pytest.mark.parametrize('min_disparity', [-30, 0, 3])
+def test_the_bands_of_a_pair_change_nothing(min_disparity):
+    left, right = (random_map((300, 70), 40, seed) for seed in range(2))
+    config = MatcherConfig(disparities=20, min_disparity=min_disparity)
+    found = []
+    for bands in ([(0, 0, 300)], [(0, 0, 64), (1, 64, 128), (2, 128, 192), (3, 192, 300)]):
+        views = Views(config, 300, 70, 32, NoiseEstimate)
+        views._bands = bands
+        views.read(ThreadPool(1), left, right, lambda *_: 1.0)
+        assert views.noise > 0.4
+        views.describe(ThreadPool(1), View.describe)
+        found.append([array for size in (views.full, views.half)
+                      for array in (size.left.census, size.right.census, size.left.slopes,
+                                    size.right.slopes, *size.penalties[1:])])
+    for whole, parts in zip(*found):
+        np.testing.assert_array_equal(whole, parts)
 
 
 def test_a_pair_without_noise_is_matched_as_if_nobody_asked():

@@ -26,13 +26,16 @@ class Scene(NamedTuple):
     contradicted: int         # cost of a gene that hides what can be seen
 
 
+SMOOTHNESS = 4       # divides the penalties of the scanlines, which sum four paths
+
+
 @kernel
 def jump_cost(one, other, small, jump):
-    """Return what a change of labels costs: 0, P1 for one, P2 beyond."""
+    """Return what a change of labels costs: 0, P1 for one, P2 beyond, of Penalties."""
     difference = abs(one - other)
     if difference == 0:
         return 0
-    return small if difference == 1 else np.int64(jump)
+    return (np.int64(small) if difference == 1 else np.int64(jump)) // SMOOTHNESS
 
 
 @inlined

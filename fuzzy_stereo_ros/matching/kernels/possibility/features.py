@@ -149,17 +149,18 @@ def halve(luminance, grey, columns, offset, half_luminance, half_grey, first, la
 
     columns: of the half image; offset: first column used of the full one.
     """
+    begin = MARGIN + offset
     for row in range(first, last):
-        above, below = luminance[2 * row + MARGIN], luminance[2 * row + 1 + MARGIN]
+        above, below = luminance[2 * row + MARGIN, begin:], luminance[2 * row + 1 + MARGIN, begin:]
+        line = half_luminance[row + MARGIN, MARGIN:]
         for column in range(columns):
-            left = 2 * column + offset + MARGIN
-            half_luminance[row + MARGIN, column + MARGIN] = (
-                np.uint32(above[left]) + above[left + 1] + below[left] + below[left + 1]
-            ) >> np.uint32(2)
+            left = 2 * column
+            line[column] = (np.uint32(above[left]) + above[left + 1] + below[left]
+                            + below[left + 1]) >> np.uint32(2)
         pad_row(half_luminance, row, columns)
-        above_grey, below_grey = grey[2 * row], grey[2 * row + 1]
+        above_grey, below_grey = grey[2 * row, offset:], grey[2 * row + 1, offset:]
         for column in range(columns):
-            left = 2 * column + offset
+            left = 2 * column
             half_grey[row, column] = (
                 np.uint16(above_grey[left]) + above_grey[left + 1] + below_grey[left]
                 + below_grey[left + 1] + np.uint16(2)) >> np.uint16(2)

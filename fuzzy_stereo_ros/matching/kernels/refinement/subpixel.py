@@ -34,7 +34,7 @@ def fit(labels, offsets, validity, fitted, first, last):
             inside[column] = value if validity[row, column] != INVALID else INVALID_FIT
 
 
-@kernel
+@kernel(error_model='numpy')
 def smooth_offsets(final, fitted, total, count, fine, first, last):
     """
     Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.
@@ -72,53 +72,56 @@ def smooth_offsets(final, fitted, total, count, fine, first, last):
 
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
+CERTAIN = 255 * 256   # of a label that is certain
+LINES = 10           # that confidence is the least of
 
 
-@kernel
+@kernel(error_model='numpy')
 def certainty(sums, margins, reliance, due, validity, certain, first, last):
     """
     Say how sure each label is by itself: how possible, and by how much the only one.
 
     sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
     elsewhere is; reliance: uint8 (R, C), how much the search relied on the previous best, and
-    due: uint8, by that, how much of a margin comes of it; certain: float32 (R, C), 0 to 1, 0 where
-    not consistent.
+    due: uint8, by that, how much of a margin comes of it; certain: uint16 (R, C), 0 to CERTAIN, 0
+    where not consistent.
     """
-    alone = np.empty(256, np.float32)
-    for margin in range(256):
-        alone[margin] = np.float32(margin) / np.float32(256 * (margin + CLEAR_MARGIN))
+    columns = sums.shape[1]
+    lost = np.empty(columns, np.uint8)
     for row in range(first, last):
-        for column in range(sums.shape[1]):
+        for column in range(columns):
+            lost[column] = due[reliance[row, column]]
+        for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(validity[row, column] == CONSISTENT)
-            margin = max(np.int32(margins[row, column]) - np.int32(due[reliance[row, column]]), 0)
-            certain[row, column] = possible * alone[margin] * consistent
+            margin = np.float32(max(
+                np.int32(margins[row, column]) - np.int32(lost[column]), np.int32(0)))
+            certain[row, column] = np.int32(
+                possible * consistent * np.float32(CERTAIN / 256)
+                * (margin / (margin + np.float32(CLEAR_MARGIN))))
 
 
 @kernel
-def write_out(fine, validity, certain, least, lines, min_disparity, disparities, fill, threshold,
+def write_out(fine, validity, certain, lines, min_disparity, disparities, fill, threshold,
               disparity, confidence, first, last):
     """
     Write disparities in pixels and how sure each is.
 
-    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: float32 (R, C), of the area, 0 to
-    1; least: float32, what is less certain is as good as any label; lines: float32 (n, 2),
-    confidence is the least of lines[:, 0] + lines[:, 1] * certainty; threshold: float32, pixels of
-    less confidence are NaN unless filled; disparity, confidence: float32 (R, C). What is not
-    consistent has confidence 0.
+    fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: int32 (R, C), the sum of the area;
+    lines: float32 (LINES, 2), confidence is the least of lines[:, 0] + lines[:, 1] * certain;
+    threshold: float32, pixels of less confidence are NaN unless filled; disparity, confidence:
+    float32 (R, C). What is not consistent, or has no certain pixel around, has confidence 0.
     """
     lowest = np.float32(min_disparity)
     highest = np.float32(min_disparity + disparities - 1)
     for row in range(first, last):
         of_area, share = certain[row], confidence[row]
-        share[:] = 1
-        for line in range(len(lines)):
-            start, slope = lines[line, 0], lines[line, 1]
-            for column in range(share.size):
-                share[column] = min(share[column], start + slope * of_area[column])
         for column in range(share.size):
-            enough = (validity[row, column] == CONSISTENT) & (of_area[column] >= least)
-            sure = share[column] if enough else np.float32(0)
+            area, sure = np.float32(of_area[column]), np.float32(1)
+            for line in range(LINES):
+                sure = min(sure, lines[line, 0] + lines[line, 1] * area)
+            enough = (validity[row, column] == CONSISTENT) & (of_area[column] > 0)
+            sure = sure if enough else np.float32(0)
             share[column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
             known = fill | (enough & (sure >= threshold))

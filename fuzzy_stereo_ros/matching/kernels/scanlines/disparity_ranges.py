@@ -10,24 +10,29 @@ import numpy as np
 
 
 @kernel
-def tile_windows(half, disparities, tile, grow, margin, low, blocks):
+def tile_windows(half, disparities, tile, grow, margin, low, blocks, first_row, last_row):
     """
     Write the labels that each tile searches: those of the half map around it, and a margin.
 
     half: (r, c) labels at half size; tile, grow: pixels of the full image, even; low, blocks:
-    int64 (tile rows, tile columns), first label and number of blocks of 32.
+    int64 (tile rows, tile columns), first label and number of blocks of 32; first_row, last_row:
+    of the tiles.
     """
     rows, columns = half.shape
     most = (disparities + LANES - 1) // LANES
-    for tile_row in range(low.shape[0]):
+    for tile_row in range(first_row, last_row):
         for tile_column in range(low.shape[1]):
             least, largest = disparities, 0
             top, left = tile_row * tile, tile_column * tile
-            for row in range(max(top - grow, 0) // 2, min((top + tile + grow) // 2, rows)):
-                for column in range(max(left - grow, 0) // 2,
-                                    min((left + tile + grow) // 2, columns)):
-                    label = np.int64(half[row, column])
-                    least, largest = min(least, 2 * label), max(largest, 2 * label + 1)
+            begin, end = max(left - grow, 0) // 2, min((left + tile + grow) // 2, columns)
+            below = min((top + tile + grow) // 2, rows) if begin < end else 0
+            for row in range(max(top - grow, 0) // 2, below):
+                line = half[row, begin:end]
+                lowest = highest = line[0]
+                for column in range(len(line)):
+                    lowest, highest = min(lowest, line[column]), max(highest, line[column])
+                least = min(least, 2 * np.int64(lowest))
+                largest = max(largest, 2 * np.int64(highest) + 1)
             if largest < least:
                 least, largest = 0, disparities - 1
             least, largest = max(least - margin, 0), min(largest + margin, disparities - 1)
@@ -63,14 +68,16 @@ def weak_texture(steps, limit, weak, first, last):
     sum to less than `limit`.
     """
     rows, columns = steps.shape
+    total = np.empty(columns + 2, np.uint16)
+    left, middle, right = total[:-2], total[1:-1], total[2:]
     for row in range(first, last):
-        above, below = max(row - 1, 0), min(row + 1, rows - 1)
+        above, here, below = steps[max(row - 1, 0)], steps[row], steps[min(row + 1, rows - 1)]
         for column in range(columns):
-            left, right = max(column - 1, 0), min(column + 1, columns - 1)
-            total = (steps[above, left] + steps[above, column] + steps[above, right]
-                     + steps[row, left] + steps[row, column] + steps[row, right]
-                     + steps[below, left] + steps[below, column] + steps[below, right])
-            weak[row, column] = total < limit
+            middle[column] = above[column] + here[column] + below[column]
+        total[0], total[columns + 1] = total[1], total[columns]
+        line = weak[row]
+        for column in range(columns):
+            line[column] = np.int32(left[column]) + middle[column] + right[column] < limit
 
 
 @kernel
