@@ -134,6 +134,22 @@ def store(typing, array, index, vector):
 
 
 @intrinsic
+def prefetch(typing, address, index):
+    """Ask for the bytes at an address, from `index` on, which are soon read."""
+    signature = types.void(types.intp, types.intp)
+
+    def generate(context, builder, signature, arguments):
+        place = place_of(context, builder, signature.args[0], *arguments, ir.IntType(8))
+        # to read, into all caches, data
+        how = [ir.Constant(ir.IntType(32), number) for number in (0, 3, 1)]
+        kind = ir.FunctionType(ir.VoidType(), [place.type, *(number.type for number in how)])
+        builder.call(builder.module.declare_intrinsic('llvm.prefetch', [place.type], kind),
+                     [place, *how])
+        return context.get_dummy_value()
+    return signature, generate
+
+
+@intrinsic
 def splat(typing, scalar):
     """Return a vector with the same number, uint8 or uint16, in every lane."""
     signature = VECTOR[scalar.bitwidth](scalar)

@@ -10,9 +10,12 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, fit_offsets, least_elsewhere, lowest_of_four, MIDDLE, NEAR, store_four, unpacked,
     without_least)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, equal_bits, first_set, LANES, lanes_of, load_like, saturating_add, splat, splat_wide,
-    store, subtract)
+    bit_or, equal_bits, first_set, LANES, lanes_of, load_like, prefetch, saturating_add, splat,
+    splat_wide, store, subtract)
 import numpy as np
+
+
+CACHE_LINE = 64      # bytes
 
 
 @inlined
@@ -24,13 +27,16 @@ def _note(column, best, low, at, totals, labels, below, above):
 
 
 @inlined
-def _choose_single(low, begin, end, at, costs, sums, jumps, penalty, paths, place, totals, labels,
-                   least_sums, margins, below, above):
+def _choose_single(low, begin, end, at, size, costs, sums, jumps, penalty, paths, place, totals,
+                   labels, least_sums, margins, below, above):
     """Do for four columns at once, of one or two blocks, what _choose_tile does; return where."""
     one = lanes_of(penalty)
     two, three = 2 * one, 3 * one
     column = begin
     while column + 4 <= end:
+        for line in range(0, 4 * one, CACHE_LINE):
+            prefetch(costs, at - size + line)
+            prefetch(sums, at - size + line)
         path_0 = advance(load_like(penalty, paths, place),
                          splat_word(penalty, jumps, column), penalty,
                          load_like(penalty, costs, at))
@@ -131,13 +137,13 @@ def choose_tile(search, scratch, tile, first, last):
         widen(search.down, jumps + begin, jumps + end, words, 0)
         at, middle, out = start + (row - first) * size, 0, row * search.columns + begin
         if blocks == 1:
-            middle = _choose_single(low, 0, width, at, costs, sums, words, penalty, paths, 0,
-                                    totals, chosen, search.sums + out, search.margins + out,
+            middle = _choose_single(low, 0, width, at, size, costs, sums, words, penalty, paths,
+                                    0, totals, chosen, search.sums + out, search.margins + out,
                                     below, above)
         elif blocks == 2:
-            middle = _choose_single(low, 0, width, at, costs, sums, words, wide_penalty, paths, 0,
-                                    totals, chosen, search.sums + out, search.margins + out,
-                                    below, above)
+            middle = _choose_single(low, 0, width, at, size, costs, sums, words, wide_penalty,
+                                    paths, 0, totals, chosen, search.sums + out,
+                                    search.margins + out, below, above)
         ahead = LANES * blocks * middle
         _choose_tile(blocks, low, middle, width, at + ahead, costs, sums, words, search.small,
                      paths, ahead, totals, chosen, search.sums + out, search.margins + out, below,
