@@ -255,8 +255,9 @@ class _PartCompiler(Compiler):
 class _Kernel(CPUDispatcher):
     """What numba makes of a function; kernels that call it get a part of their own code."""
 
-    def __init__(self, function, **options):
-        options |= {'nopython': True, 'boundscheck': None, 'no_cfunc_wrapper': True}
+    def __init__(self, function, allocates=False, **options):
+        options |= {'nopython': True, 'boundscheck': None, 'no_cfunc_wrapper': True,
+                    'error_model': 'numpy', '_nrt': allocates}
         super().__init__(function, targetoptions=options)
         self._part = CPUDispatcher(function, targetoptions={**options, 'no_cpython_wrapper': True},
                                    pipeline_class=_PartCompiler)
@@ -284,9 +285,11 @@ def kernel(function=None, **options):
     """
     Compile a function that Python calls: without the GIL, and cached for the next process.
 
-    options: further ones of njit. Python passes the fields of named tuples, which the kernel names
-    again: numba before 0.60 loses the types of the first fields of a named tuple at each call, and
-    keeps the rest in memory for ever.
+    options: `allocates`, for a function that makes arrays, and further ones of njit. Elsewhere
+    numba need not count who uses an array: that costs more than a short function, most of all
+    where several threads count. Numba does not look for divisions by 0. Python passes the fields
+    of named tuples, which the kernel names again: numba before 0.60 loses the types of the first
+    fields of a named tuple at each call, and keeps the rest in memory for ever.
     """
     if function is None:
         return partial(kernel, **options)

@@ -97,7 +97,7 @@ def weighted(support, genes, reference_gradient, target_gradient):
     return total
 
 
-@kernel
+@kernel(allocates=True)
 def least_possible_level(chosen, share):
     """
     Return the level below which a cell is one of the least possible ones, and a share of ties.

@@ -88,7 +88,7 @@ def fill_chosen(possibility, genes, first, last, chosen):
             chosen[row, column] = possibility[genes[row, column], row, column]
 
 
-@kernel
+@kernel(allocates=True)
 def fill_neighbour_weights(colours, similar, weights):
     """
     Write how uniform each cell is with its eight neighbours, as whole parts of WEIGHTS.

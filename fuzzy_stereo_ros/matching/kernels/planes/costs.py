@@ -67,7 +67,7 @@ def _cost_at(volume, row, column, label, lean):
     return max(np.float32(volume[row, columns - 1, inside]), np.float32(_OUTSIDE))
 
 
-@kernel(error_model='numpy')
+@kernel
 def plane_costs(volume, disparities, planes, selected, supports, masses, radius, stride, origin,
                 lean, costs, first, last):
     """

@@ -46,7 +46,7 @@ def random_plane(points, first, number, key, count):
     return abs(a) <= _STEEPEST and abs(b) <= _STEEPEST, a, b, d - a * x - b * y
 
 
-@kernel(error_model='numpy')
+@kernel
 def local_planes(disparities, colours, radius, by_colour, limit, growth, planes, first, last):
     """
     Write the plane fitted to the like neighbours around each pixel, its slopes held back.
@@ -104,7 +104,7 @@ def _points_of(flat, known, begin, end, pixels, columns, points):
     return number
 
 
-@kernel(error_model='numpy')
+@kernel
 def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, points, planes, first,
                   last):
     """

@@ -115,7 +115,7 @@ def _slope(before, here, after, reach, limit):
     return (after - before) / np.float32(2 * reach) if flat else np.float32(0)
 
 
-@kernel(error_model='numpy')
+@kernel
 def grid_costs(features, largest, unit, inside, down, right, planes, selected, costs, first, last):
     """
     Write what the matches of the selected cells cost: int32 (r, c), 0 to unit.

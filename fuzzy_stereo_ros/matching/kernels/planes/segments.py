@@ -274,7 +274,7 @@ def _fitted(points, first, last, slope, fall, offset, limit):
     return np.float32(a), np.float32(b), np.float32(c + d0 - a * x0 - b * y0)
 
 
-@kernel(error_model='numpy')
+@kernel
 def fit_planes(points, starts, rounds, limit, share, key, planes, begin, end):
     """
     Fit a plane to the regions begin .. end: the best of random ones, then least squares.

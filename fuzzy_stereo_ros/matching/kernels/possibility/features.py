@@ -166,7 +166,7 @@ def halve(luminance, grey, columns, offset, half_luminance, half_grey, first, la
                 + below_grey[left + 1] + np.uint16(2)) >> np.uint16(2)
 
 
-@kernel
+@kernel(allocates=True)
 def denoise(luminance, tolerance, columns, denoised, first, last):
     """
     Replace each pixel by its 3 x 3 mean where both differ by no more than a tolerance (coring).

@@ -7,6 +7,7 @@ Classes are of grey levels, and of gradients as well; cells around are along row
 """
 from fuzzy_stereo_ros.matching.kernels import simd
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 import numpy as np
 
 
@@ -86,7 +87,7 @@ def _squared(first, second):
     return np.int32(step * step)
 
 
-@kernel
+@kernel(allocates=True)
 def average_over_uniform(possibility, colours, similar, near, along_columns, first, last,
                          average):
     """
@@ -159,7 +160,7 @@ def most_possible(planes, first, last, best, chromosome):
     chromosome: uint16 (R + 2, W), framed, index of a disparity, written
     """
     for row in range(first + 1, last + 1):
-        best[:] = planes[0, row]
+        copy_row(planes[0, row], best)
         chromosome[row] = 0
         for index in range(1, planes.shape[0]):
             plane = planes[index, row]

@@ -55,7 +55,7 @@ def _apart(one, other):
     return bit_or(saturating_subtract(one, other), saturating_subtract(other, one))
 
 
-@kernel(error_model='numpy')
+@kernel
 def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disparities,
                first_inside, costs, first, last):
     """

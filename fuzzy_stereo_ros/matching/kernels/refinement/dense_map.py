@@ -90,7 +90,7 @@ def sums_around(disparities, colours, row, column, radius, by_colour, limit, gro
     return s, sx, sy, sxx, sxy, syy, sd, sxd, syd
 
 
-@kernel(error_model='numpy')
+@kernel
 def local_planes(disparities, colours, radius, by_colour, limit, growth, result, first, last):
     """
     Replace each disparity by that of the plane fitted to the like neighbours around it.

@@ -34,7 +34,7 @@ def fit(labels, offsets, validity, fitted, first, last):
             inside[column] = value if validity[row, column] != INVALID else INVALID_FIT
 
 
-@kernel(error_model='numpy')
+@kernel
 def smooth_offsets(final, fitted, total, count, fine, first, last):
     """
     Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.
@@ -76,7 +76,7 @@ CERTAIN = 255 * 256   # of a label that is certain
 LINES = 10           # that confidence is the least of
 
 
-@kernel(error_model='numpy')
+@kernel(allocates=True)
 def certainty(sums, margins, reliance, due, validity, certain, first, last):
     """
     Say how sure each label is by itself: how possible, and by how much the only one.

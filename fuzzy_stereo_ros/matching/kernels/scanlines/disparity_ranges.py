@@ -59,7 +59,7 @@ def texture_steps(grey, steps, first, last):
         steps[row, columns - 1] = steps[row, max(columns - 2, 0)]
 
 
-@kernel
+@kernel(allocates=True)
 def weak_texture(steps, limit, weak, first, last):
     """
     Mark the half-size pixels around which the full image has little texture.
@@ -80,7 +80,7 @@ def weak_texture(steps, limit, weak, first, last):
             line[column] = np.int32(left[column]) + middle[column] + right[column] < limit
 
 
-@kernel
+@kernel(allocates=True)
 def flat(labels, most, smooth, first, last):
     """Mark the pixels whose 3 x 3 labels span at most `most`: uint8 (r, c)."""
     rows, columns = labels.shape
@@ -100,7 +100,7 @@ def flat(labels, most, smooth, first, last):
             line[column] = largest - least <= most
 
 
-@kernel
+@kernel(allocates=True)
 def half_prior(half, found, validity, weak, smooth, clear, labels, weights, first, last):
     """
     Spread the half map, doubled, as a prior: weight 1 where it can be relied on, else 0.

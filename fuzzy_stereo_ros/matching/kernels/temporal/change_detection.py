@@ -28,7 +28,7 @@ class Rules(NamedTuple):
     oldest: int      # frames that are averaged at the most
 
 
-@kernel
+@kernel(allocates=True)
 def compare_tiles(now, before, down, right, differences, first, last):
     """
     Measure how tiles of a picture differ from the picture before, moved down and to the right.
@@ -104,7 +104,7 @@ def _sum_up(of_columns, height, begin, end, found):
         found[3, tile] = bump * unit / np.float32(BLOCK * BLOCK)
 
 
-@kernel
+@kernel(allocates=True)
 def roughness(luminance, columns, rough, first, last):
     """
     Measure the second differences along the rows of each tile; a row in four is read.
@@ -164,7 +164,7 @@ def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
     return number / choices.size
 
 
-@kernel
+@kernel(allocates=True)
 def blend(luminance, grey, before, shifts, choices, ages, limits, after, first, last):
     """
     Average a picture with the one before, tile by tile, and write a copy of the result.

@@ -7,7 +7,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
 
-@kernel
+@kernel(allocates=True)
 def thumbnail(luminance, margin, size, small):
     """Write the means of squares of size x size pixels of luminance inside a margin."""
     columns = small.shape[1] * size

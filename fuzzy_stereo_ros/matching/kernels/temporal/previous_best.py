@@ -45,7 +45,7 @@ def trusted_cells(labels, validity, half, distance, half_labels, trusted, first,
             marks[column] = (apart <= distance) & (was[2 * column] == CONSISTENT)
 
 
-@kernel
+@kernel(allocates=True)
 def previous_prior(trusted, smooth, strengths, weights, first, last):
     """
     Write the weights of the prior at full size.

@@ -32,7 +32,7 @@ def _seen_from(view, column, row, disparity):
             nearness)
 
 
-@kernel(error_model='numpy')    # no division here is by 0
+@kernel
 def move_labels(labels, lowest, view, moved, source):
     """
     Move each cell to its place in the other frame; where several meet, the nearest one stays.
@@ -82,7 +82,7 @@ def _place_before(label, lowest, view, row, column, rows, columns):
     return np.int64(down + 0.5) * columns + np.int64(across + 0.5) if inside else np.int64(-1)
 
 
-@kernel(error_model='numpy')    # no division here is by 0
+@kernel
 def census_distances(moved, half, near, lowest, view, now, before, distances, half_distances,
                      first, last):
     """
@@ -113,7 +113,7 @@ def census_distances(moved, half, near, lowest, view, now, before, distances, ha
             distances[row, column], half_distances[row, column] = found, other
 
 
-@kernel
+@kernel(allocates=True)
 def trusted_moved(moved, source, validity, distances, half, half_distances, rules, strengths,
                   survived, first, last):
     """
@@ -158,7 +158,7 @@ def _or_far(label):
     return label if label >= 0 else np.float32(np.inf)
 
 
-@kernel
+@kernel(allocates=True)
 def moved_prior(moved, strengths, highest, above, known, weights, labels, first, last):
     """
     Spread the moved map to full size, where the search relies on nothing yet.
@@ -227,7 +227,7 @@ def to_right(moved, shift, seen):
                 seen[row, cell] = max(seen[row, cell], label)
 
 
-@kernel(error_model='numpy')    # no division here is by 0
+@kernel
 def look_back(labels, lowest, view, shift, of_right, across, down, first, last):
     """
     Write which pixel of the previous frame showed the point of a cell's centre.
