@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Bands of rows: cut by the image's size alone, so that threads share work, never results."""
+"""Bands of rows, cut by the pair and never by the threads, which share work, not results."""
 import os
 from queue import SimpleQueue
 from threading import Thread

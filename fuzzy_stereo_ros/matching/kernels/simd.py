@@ -136,17 +136,13 @@ def store(typing, array, index, vector):
 @intrinsic
 def prefetch(typing, address, index):
     """Ask for the bytes at an address, from `index` on, which are soon read."""
-    signature = types.void(types.intp, types.intp)
-
     def generate(context, builder, signature, arguments):
         place = place_of(context, builder, signature.args[0], *arguments, ir.IntType(8))
         # to read, into all caches, data
-        how = [ir.Constant(ir.IntType(32), number) for number in (0, 3, 1)]
-        kind = ir.FunctionType(ir.VoidType(), [place.type, *(number.type for number in how)])
-        builder.call(builder.module.declare_intrinsic('llvm.prefetch', [place.type], kind),
-                     [place, *how])
+        how = [context.get_constant(types.uint32, number) for number in (0, 3, 1)]
+        called(builder, 'llvm.prefetch.p0i8', ir.VoidType(), [place, *how])
         return context.get_dummy_value()
-    return signature, generate
+    return types.void(types.intp, types.intp), generate
 
 
 @intrinsic
@@ -169,11 +165,7 @@ def splat_wide(typing, scalar):
 @intrinsic
 def lanes_of(typing, vector):
     """Return how many lanes a vector has."""
-    signature = types.intp(vector)
-
-    def generate(context, builder, signature, arguments):
-        return ir.Constant(ir.IntType(64), vector.lanes)
-    return signature, generate
+    return types.intp(vector), lambda context, *_: context.get_constant(types.intp, vector.lanes)
 
 
 @intrinsic

@@ -17,7 +17,7 @@ PLAINEST = 0.1       # share of the tiles, those of least second differences, th
 _SECOND = 1.954      # mean size of second differences of white noise of 1
 _LOST = 0.75         # share of the variance of noise that the half-size picture has lost
 SPREAD = 8.0         # times the noise, the largest difference from its 3 x 3 mean that is noise
-NEAR, FAR = 1, 2     # rows around a row that its denoised picture and its census depend on
+NEAR, FAR = 1, 2     # rows around a row that it is denoised by, and that its census compares
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
 

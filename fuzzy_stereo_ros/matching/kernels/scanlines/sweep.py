@@ -4,7 +4,7 @@
 A scanline chromosome of a band of rows, one row of tiles after the other: down, then up.
 
 The upward paths of a row of tiles start some rows below it, the downward paths of a band so many
-rows above: bands are cut by the image's size, so that threads never change a result.
+rows above: bands are cut by the pair, so that threads never change a result.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import load_long
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
