@@ -1,13 +1,16 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read and write single numbers without a check of bounds, in arrays and at addresses.
+Read, write and find single numbers without a check of bounds, in arrays and at addresses.
 
 Kernels that get addresses instead of arrays compile in a fraction of the time.
 """
-from fuzzy_stereo_ros.matching.kernels.simd import bits_at, broadcast, place_of
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    bits_at, broadcast, equal_bits, first_set, LANES, load, place_of, splat)
 from numba import types
 from numba.extending import intrinsic
+import numpy as np
 
 
 def address_of(array):
@@ -94,3 +97,21 @@ def splat_word(typing, vector, words, index):
         word = builder.load(_element(context, builder, types.uint32, *arguments[1:]))
         return builder.bitcast(broadcast(builder, word, vector.lanes // 4), arguments[0].type)
     return signature, generate
+
+
+@inlined
+def next_byte(numbers, at, number, equal):
+    """
+    Return the first index from `at` on where a flat uint8 array has a number, else its size.
+
+    equal: False for the first index where it has another number
+    """
+    while at + LANES <= numbers.size:
+        bits = equal_bits(load(numbers, at), splat(np.uint8(number)))
+        bits = bits if equal else ~bits
+        if bits != 0:
+            return at + first_set(bits)
+        at += LANES
+    while at < numbers.size and (numbers[at] == number) != equal:
+        at += 1
+    return at

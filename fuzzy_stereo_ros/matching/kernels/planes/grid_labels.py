@@ -5,6 +5,7 @@ From plane genes on a grid, see grid.py, to the labels of all pixels around its 
 
 Few pixels change in a frame: vectors look for those, and each is then looked at by itself.
 """
+from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
@@ -52,26 +53,23 @@ def _is_far(lines, place, right, down, label):
 @kernel
 def _doubted(upper, lower, down, side, labels, begin, doubted):
     """
-    Write which pixels are far from the plane of a cell around them; return how many.
+    Write which pixels are far from the plane of a cell around them.
 
     upper, lower: of the cells above and below, see _spread; down, side: 1 for the lower and the
     right ones of a cell's four pixels; labels: of the row, every other one from `begin` on;
     doubted: uint8
     """
     # indices without a sign, else this is no loop of vectors
-    number, half = 0, np.float32(0.5)
+    half = np.float32(0.5)
     above, below, before, after = (half * np.float32(down), half * np.float32(-down),
                                    half * np.float32(side), half * np.float32(-side))
     for column in range(doubted.size):
         label = np.float32(labels[np.uint64(2 * column + begin)])
         one, two = np.uint64(column), np.uint64(column + side)
-        found = (_is_far(upper, one, before, above, label)
-                 | _is_far(upper, two, after, above, label)
-                 | _is_far(lower, one, before, below, label)
-                 | _is_far(lower, two, after, below, label))
-        doubted[one] = found
-        number += found
-    return number
+        doubted[one] = (_is_far(upper, one, before, above, label)
+                        | _is_far(upper, two, after, above, label)
+                        | _is_far(lower, one, before, below, label)
+                        | _is_far(lower, two, after, below, label))
 
 
 @kernel
@@ -96,12 +94,13 @@ def write_labels(planes, evolved, trusted, luminance, down, right, apart, highes
             for side in range(2):
                 # few pixels differ by so much from any plane around them
                 there = doubted[:min(columns, (chromosome.shape[1] - right - side + 1) // 2)]
-                if _doubted(lines[row & 1], lines[(row + lower) & 1], lower, side, chromosome[y],
-                            right + side, there) == 0:
-                    continue
-                for column in range(there.size):
-                    if not doubted[column]:
-                        continue
+                _doubted(lines[row & 1], lines[(row + lower) & 1], lower, side, chromosome[y],
+                         right + side, there)
+                column = -1
+                while True:
+                    column = next_byte(there, column + 1, 0, False)
+                    if column == there.size:
+                        break
                     x = 2 * column + right + side
                     r, c = _like(luminance, y, x, row, column, down, right, evolved.shape)
                     if not evolved[r, c]:

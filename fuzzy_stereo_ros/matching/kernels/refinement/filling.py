@@ -8,30 +8,17 @@ jumps. A rejected run that is no such strip is a mismatch: nothing says that it 
 The membership median is, at a jump of disparity, the median of the neighbours of like grey: a
 fuzzy class made crisp, that of a pixel being what its 7 x 7 neighbours share in grey.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, bit_or, choose, equal_bits, first_set, LANES, less, load, maximum, minimum,
-    saturating_subtract, shift_right, splat, splat_like, store, subtract)
+    add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
+    saturating_subtract, shift_right, splat_like, store, subtract)
 import numpy as np
 
 WIDEST = 3       # a run is no hidden strip when it is wider than so many jumps ...
 BESIDE = 2       # ... and the columns beside it that an edge makes inconsistent
-
-
-@inlined
-def _next(seen, column, rejected):
-    """Return the first column from `column` on that is rejected, or is not; else their number."""
-    while column + LANES <= len(seen):
-        bits = equal_bits(load(seen, column), splat(np.uint8(INVALID)))
-        bits = bits if rejected else ~bits
-        if bits != 0:
-            return column + first_set(bits)
-        column += LANES
-    while column < len(seen) and (seen[column] == INVALID) != rejected:
-        column += 1
-    return column
 
 
 @kernel
@@ -47,10 +34,10 @@ def fill_rows(labels, validity, filled, first, last):
         copy_row(labels[row], line)
         column = 0
         while True:
-            begin = _next(seen, column, True)
+            begin = next_byte(seen, column, INVALID, True)
             if begin == columns:
                 break
-            column = _next(seen, begin, False)
+            column = next_byte(seen, begin, INVALID, False)
             if begin == 0 and column == columns:
                 for place in range(columns):
                     line[place] = filled[row - 1, place] if row > first else 0
