@@ -191,9 +191,9 @@ class WarmStart:
         def weigh(band):
             half_band = band[0], *(TILE // 2 * tile_row for tile_row in band[1:])
             previous_best.trusted_cells(labels, validity, half.labels, DISTANCE, self._half_labels,
-                                        self._trusted, *widened(half_band, 2, rows))
+                                        self._trusted, *widened(half_band, 1, rows))
             disparity_ranges.flat(self._half_labels, FLAT, self._smooth,
-                                  *widened(half_band, 1, rows))
+                                  *widened(half_band, 0, rows))
             previous_best.previous_prior(
                 self._trusted, self._smooth, self._strengths, self._weights, *band[1:])
         pool.each(weigh, bands)

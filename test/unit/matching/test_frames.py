@@ -16,6 +16,7 @@ from made_matches import wrong
 import numpy as np
 import pytest
 import reference_grid as twins
+import skimage
 
 SHAPES = [(2, 2), (3, 40), (17, 33), (40, 51)]      # of images
 CONFIG = MatcherConfig(disparities=32, threads=1, fill=True)
@@ -232,3 +233,26 @@ def test_a_covered_lens_never_gets_confidence_however_long_it_is_covered():
         pair = (with_noise(np.full((160, 240, 3), 30, np.uint8), 1.5, random) for _ in range(2))
         match = matcher.match(*pair)
     assert (match.confidence > 0.95).mean() < 0.001
+
+
+def test_the_bands_of_a_sequence_change_nothing():
+    left, right, _ = skimage.data.stereo_motorcycle()
+    random = np.random.default_rng(0)
+    pairs = [[with_noise(image[100:400, 200:500], 1.5, random) for image in (left, right)]
+             for _ in range(FRAMES)]
+    found = []
+    for whole in (False, True):
+        matcher = StereoMatcher(MatcherConfig(disparities=60, threads=1))
+        sequence = [matcher.match(*pairs[0])]
+        frames, averaging = matcher.algorithm.frames, matcher.algorithm._warm_start._averaging
+        assert len(frames._bands) == len(averaging.bands) == 2
+        if whole:
+            frames._bands = [(0, 0, 150)]
+            averaging.bands = [(0, 0, 19)]
+        sequence += [matcher.match(*pair) for pair in pairs[1:]]
+        assert matcher.state.evolved.any()
+        assert matcher.algorithm._warm_start.reliance[0].any()
+        found.append([matcher.state.planes, *(match.disparity for match in sequence),
+                      *(match.confidence for match in sequence)])
+    for parts, one in zip(*found):
+        np.testing.assert_array_equal(parts, one)
