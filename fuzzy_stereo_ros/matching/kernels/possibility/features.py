@@ -257,9 +257,9 @@ def jump_penalties(grey, jump, jump_at_edge, slope, columns, across, down, first
         left[0] = jump
         for column in range(1, columns):
             step = np.uint16(abs(np.int16(here[column]) - np.int16(here[column - 1])))
-            left[column] = max(high - np.int16((min(step, np.uint16(63)) * fall) >> np.uint16(8)),
-                               low)
+            fallen = np.int16(np.uint16(min(step, np.uint16(63)) * fall) >> np.uint16(8))
+            left[column] = max(np.int16(high - fallen), low)
         for column in range(columns):
             step = np.uint16(abs(np.int16(here[column]) - np.int16(above[column])))
-            up[column] = max(high - np.int16((min(step, np.uint16(63)) * fall) >> np.uint16(8)),
-                             low)
+            fallen = np.int16(np.uint16(min(step, np.uint16(63)) * fall) >> np.uint16(8))
+            up[column] = max(np.int16(high - fallen), low)

@@ -66,7 +66,8 @@ def reject_changed(labels, genes, validity, settled, first, last):
     for row in range(first, last):
         for column in range(labels.shape[1]):
             away = abs(np.int32(labels[row, column]) - np.int32(genes[row, column]))
-            settled[row, column] = np.uint8(INVALID) if away > 1 else validity[row, column]
+            before = validity[row, column]      # always read: AVX2 masks no bytes
+            settled[row, column] = np.uint8(INVALID) if away > 1 else before
 
 
 @kernel

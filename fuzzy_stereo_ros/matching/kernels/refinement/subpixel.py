@@ -124,6 +124,6 @@ def write_out(fine, validity, certain, lines, min_disparity, disparities, fill, 
             sure = sure if enough else np.float32(0)
             share[column] = sure
             value = np.float32(fine[row, column]) * np.float32(1 / STEPS) + lowest
+            value = min(max(value, lowest), highest)
             known = fill | (enough & (sure >= threshold))
-            disparity[row, column] = min(max(value, lowest), highest) if known else np.float32(
-                np.nan)
+            disparity[row, column] = value if known else np.float32(np.nan)
