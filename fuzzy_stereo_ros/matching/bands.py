@@ -1,8 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows, cut by the pair and never by the threads, which share work, not results."""
+from contextlib import suppress
+import ctypes
 import os
 from queue import SimpleQueue
+import sys
 from threading import Thread
 import time
 from weakref import finalize
@@ -11,6 +14,7 @@ import numpy as np
 
 OVERLAP = 16        # rows that a band's vertical paths start early
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
+_current_processor = ctypes.CDLL(None).sched_getcpu if sys.platform == 'linux' else lambda: None
 
 
 class ThreadPool:
@@ -26,7 +30,7 @@ class ThreadPool:
     def __init__(self, threads):
         """Start the threads; threads: their number, 0 for one per core."""
         self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
-        self._calls = SimpleQueue()
+        self._calls, self._left_free = SimpleQueue(), None
         self._helpers = [Thread(target=_run_calls, args=(self._calls,), name='pool', daemon=True)
                          for _ in range(self.threads - 1)]
         for helper in self._helpers:
@@ -37,6 +41,8 @@ class ThreadPool:
         """Call work(item) for every item and return when all are done; errors are raised here."""
         helpers, begun = min(len(self._helpers), len(items) - 1), time.perf_counter()
         rest, done = iter(items), SimpleQueue()
+        if helpers:
+            self._keep_apart()
         for _ in range(helpers):
             self._calls.put((work, rest, done))
         try:
@@ -48,6 +54,23 @@ class ThreadPool:
         for error in errors:
             if error is not None:
                 raise error
+
+    def _keep_apart(self):
+        """
+        Keep the helpers off the processor that the calling thread runs on.
+
+        To Linux in a virtual machine an idle processor looks taken: it would wake a helper on the
+        caller's, and after a pause both would share that for a whole frame. A thread that a
+        helper starts is kept off it too: helpers call nothing that starts threads.
+        """
+        processor = _current_processor()
+        if processor == self._left_free:
+            return
+        self._left_free = processor
+        others = os.sched_getaffinity(0) - {processor}
+        for helper in self._helpers:
+            with suppress(OSError):     # there is no other one, or it was taken away meanwhile
+                os.sched_setaffinity(helper.native_id, others)
 
     def close(self):
         """End the threads."""

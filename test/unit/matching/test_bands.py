@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows, and the pool that works on them."""
+import os
 import threading
 
 from fuzzy_stereo_ros.matching.bands import (
@@ -84,6 +85,36 @@ def test_a_thread_pool_does_all_the_work_before_it_returns(threads):
 def test_two_threads_work_at_the_same_time():
     pool, both = ThreadPool(2), threading.Barrier(2, timeout=20)
     pool.each(lambda _: both.wait(), range(2))
+    pool.close()
+
+
+def processors_of_helpers(pool):
+    return [os.sched_getaffinity(helper.native_id) for helper in pool._helpers]
+
+
+@pytest.mark.skipif(not hasattr(os, 'sched_getaffinity') or len(os.sched_getaffinity(0)) < 2,
+                    reason='needs Linux and two processors')
+def test_helpers_run_on_other_processors_than_the_calling_thread(monkeypatch):
+    pool, allowed = ThreadPool(3), os.sched_getaffinity(0)
+    assert processors_of_helpers(pool) == [allowed, allowed]
+    for processor in sorted(allowed)[:2]:
+        monkeypatch.setattr('fuzzy_stereo_ros.matching.bands._current_processor',
+                            lambda: processor)      # noqa: B023
+        pool.each(lambda item: None, range(3))
+        assert processors_of_helpers(pool) == 2 * [allowed - {processor}]
+        assert os.sched_getaffinity(0) == allowed
+    pool.close()
+
+
+@pytest.mark.skipif(not hasattr(os, 'sched_getaffinity'), reason='needs Linux')
+def test_helpers_share_the_only_processor_that_is_allowed():
+    pool, allowed, done = ThreadPool(2), os.sched_getaffinity(0), []
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        pool.each(done.append, range(3))
+    finally:
+        os.sched_setaffinity(0, allowed)
+    assert sorted(done) == [0, 1, 2] and processors_of_helpers(pool) == [allowed]
     pool.close()
 
 
