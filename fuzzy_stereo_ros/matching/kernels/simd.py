@@ -13,11 +13,11 @@ from numba.extending import intrinsic, models, register_model
 
 LANES = 32
 FLOATS = 16     # lanes of a vector of float32
-_FLOATS_IN_LLVM = ir.VectorType(ir.FloatType(), FLOATS)
+_FLOAT = 'float32'
 
 
 class _Vector(types.Type):
-    """The type of a vector of a number of unsigned integers of a number of bits."""
+    """The type of a vector of unsigned integers of a number of bits, or of _FLOAT."""
 
     def __init__(self, bits, lanes=LANES):
         self.bits, self.lanes = bits, lanes
@@ -34,26 +34,11 @@ class _VectorModel(models.PrimitiveModel):
 
 def lanes_in_llvm(bits, lanes=LANES):
     """Return what LLVM calls a vector of a number of lanes."""
-    return ir.VectorType(ir.IntType(bits), lanes)
-
-
-class _Floats(types.Type):
-    """The type of a vector of FLOATS numbers, float32."""
-
-    def __init__(self):
-        super().__init__(name=f'Vector{FLOATS}xfloat32')
-
-
-@register_model(_Floats)
-class _FloatsModel(models.PrimitiveModel):
-    """They live in registers too."""
-
-    def __init__(self, manager, vector):
-        super().__init__(manager, vector, _FLOATS_IN_LLVM)
+    return ir.VectorType(ir.FloatType() if bits == _FLOAT else ir.IntType(bits), lanes)
 
 
 VECTOR = {bits: _Vector(bits) for bits in (8, 16, 32)}
-WIDE = _Vector(8, 2 * LANES)     # two blocks of labels in one value
+_FLOATS_IN_LLVM = lanes_in_llvm(_FLOAT, FLOATS)
 
 
 def broadcast(builder, scalar, lanes=LANES):
@@ -156,10 +141,11 @@ def splat(typing, scalar):
 
 
 @intrinsic
-def splat_wide(typing, scalar):
-    """Return a vector of two blocks with the same uint8 in every lane."""
-    return WIDE(types.uint8), lambda context, builder, signature, arguments: broadcast(
-        builder, arguments[0], WIDE.lanes)
+def doubled(typing, vector):
+    """Return a vector of twice as many lanes: its own, two times."""
+    wide = _Vector(vector.bits, 2 * vector.lanes)
+    return wide(vector), lambda context, builder, signature, arguments: shuffled(
+        builder, *arguments, *arguments, list(range(wide.lanes)))
 
 
 @intrinsic
@@ -281,6 +267,19 @@ def equal_bits(typing, a, b):
 
 
 @intrinsic
+def first_equal(typing, a, b):
+    """Return the index of the first lane that is equal in two vectors, of which there is one."""
+    signature = types.intp(a, b)
+
+    def generate(context, builder, signature, arguments):
+        kind, place = ir.IntType(a.lanes), ir.IntType(64)
+        bits = builder.bitcast(builder.icmp_unsigned('==', *arguments), kind)
+        index = called(builder, f'llvm.cttz.i{a.lanes}', kind, [bits, ir.IntType(1)(1)])
+        return builder.trunc(index, place) if a.lanes > 64 else builder.zext(index, place)
+    return signature, generate
+
+
+@intrinsic
 def choose(typing, mask, a, b):
     """Lanes of a where the mask is set, of b where it is 0."""
     signature = a(mask, a, b)
@@ -351,7 +350,7 @@ def lane_numbers(typing, vector):
 @intrinsic
 def no_floats(typing):
     """Return a vector of float32 with 0 in every lane."""
-    return _Floats()(), lambda context, builder, signature, arguments: ir.Constant(
+    return _Vector(_FLOAT, FLOATS)(), lambda context, builder, signature, arguments: ir.Constant(
         _FLOATS_IN_LLVM, [0.0] * FLOATS)
 
 

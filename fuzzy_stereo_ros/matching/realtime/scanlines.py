@@ -11,7 +11,8 @@ from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import sweep
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen, Scratch, Search, Windows
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
+    blocks_of, Chosen, Scratch, Search, Windows)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -53,7 +54,7 @@ class Scanlines:
         rows, columns = possibility.rows, possibility.columns
         target_columns = possibility.right.columns
         self.possibility, self.tile, self.bands = possibility, tile, cut_bands(rows, tile)
-        self.most_blocks = -(-possibility.disparities // LANES)
+        self.most_blocks = blocks_of(possibility.disparities)
         tiles = -(-rows // tile), -(-columns // tile)
         height, kept = min(tile, rows), min(1 + -(-OVERLAP // tile), tiles[0])
         self._scratch, self._memory = zip(*(
@@ -102,9 +103,9 @@ class Scanlines:
         windows.row_size[:] = used + (SHIFT - used) % PAGE
 
     def _work(self):
-        """Return about how long each row takes: windows of one and two blocks are fast."""
+        """Return about how long each row takes: windows of up to four blocks are fast."""
         blocks = self.windows.blocks
-        of_tiles = np.where(blocks <= 2, 2 + blocks, 3 * blocks).sum(axis=1)
+        of_tiles = np.where(blocks <= 4, 2 + blocks, 3 * blocks).sum(axis=1)
         return np.repeat(of_tiles, self.tile)[:len(self.chosen.labels)]
 
     def _kernel_arguments(self, band):
@@ -153,7 +154,7 @@ def _scratch(columns, target_columns, blocks, height, kept):
     row, words, labels = columns * LANES * blocks + PAGE, columns + LANES, LANES * blocks
     sizes = {
         'costs': kept * height * row, 'sums': kept * height * row, 'down': row, 'up': row,
-        'carried': row, 'chains': ROWS_AT_ONCE * labels, 'labels': max(labels, 256) + 128,
+        'carried': row, 'chains': ROWS_AT_ONCE * labels, 'labels': max(labels, 16 * LANES) + 128,
         'outside': labels, 'ring': 3 * row, 'codes': 4 * 4 * ROWS_AT_ONCE * words,
         'priors': 4 * 2 * ROWS_AT_ONCE * words, 'across': 4 * ROWS_AT_ONCE * words,
         'below': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns,

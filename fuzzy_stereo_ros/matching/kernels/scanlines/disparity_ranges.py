@@ -4,6 +4,7 @@
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
@@ -19,7 +20,7 @@ def tile_windows(half, disparities, tile, grow, margin, low, blocks, first_row, 
     of the tiles.
     """
     rows, columns = half.shape
-    most = (disparities + LANES - 1) // LANES
+    most = blocks_of(disparities)
     for tile_row in range(first_row, last_row):
         for tile_column in range(low.shape[1]):
             least, largest = disparities, 0
@@ -36,7 +37,7 @@ def tile_windows(half, disparities, tile, grow, margin, low, blocks, first_row, 
             if largest < least:
                 least, largest = 0, disparities - 1
             least, largest = max(least - margin, 0), min(largest + margin, disparities - 1)
-            number = min((largest - least + LANES) // LANES, most)
+            number = min(blocks_of(largest - least + 1), most)
             spare = LANES * number - (largest - least + 1)
             first = min(least - spare // 2, disparities - LANES * number)
             low[tile_row, tile_column] = max(first, 0)

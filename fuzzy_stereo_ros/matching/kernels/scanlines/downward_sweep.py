@@ -8,13 +8,14 @@ Up to four rows at once: the downward paths go through all of them while their c
 from fuzzy_stereo_ros.matching.kernels.addresses import load_long, splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, cost_rows, raw_row
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, carry, clear, step, widen
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
+    advance, carry, clear, in_registers, step, widen)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import (
     costs_and_rightwards_single, left_and_down, left_and_down_single, rightwards,
     rightwards_single, ROWS_AT_ONCE)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    LANES, load, lowest, splat, splat_wide, store, subtract)
+    LANES, load, lowest, splat, store, subtract)
 import numpy as np
 
 
@@ -54,13 +55,33 @@ def _enter_tile(paths, path, count, window, previous, labels):
 
 
 @inlined
+def _right(search, scratch, row, begin, end, low, at, size, penalty):
+    """Run the paths from the left through four rows of a tile."""
+    if search.box > 0:
+        rightwards_single(begin, end, at, size, scratch.across, scratch.words, penalty,
+                          scratch.costs, scratch.sums, scratch.chains, scratch.chain)
+    else:
+        costs_and_rightwards_single(
+            search, row, begin, end, low, at, size, scratch.across, scratch.words, penalty,
+            scratch.costs, scratch.sums, scratch.chains, scratch.chain, scratch.codes,
+            scratch.priors)
+
+
+@inlined
+def _left(search, scratch, begin, end, start, offset, size, penalty):
+    """Run the paths from the right and from above through four rows of a tile."""
+    left_and_down_single(begin, end, start + offset, size, scratch.across, scratch.below,
+                         scratch.words, search.small, penalty, scratch.costs, scratch.sums,
+                         scratch.chains, scratch.chain, scratch.down, offset)
+
+
+@inlined
 def sweep_rows(search, scratch, row, count):
     """Run the paths from left, right and above through `count` rows; costs of boxes are there."""
     costs, sums, chains, path = scratch.costs, scratch.sums, scratch.chains, scratch.chain
     across, down, stride = scratch.across, scratch.below, scratch.words
     columns, tile_row = search.columns, row // search.tile
-    penalty, wide_penalty = (splat(np.uint8(search.small)),
-                             splat_wide(np.uint8(search.small)))
+    penalty, of_two, of_four = in_registers(search.small)
     for near in range(count):
         first = (row + near) * columns
         widen(search.across, first, first + columns, across, near * stride)
@@ -75,20 +96,12 @@ def sweep_rows(search, scratch, row, count):
         low, blocks, offset = previous = window
         at = start + offset
         fast = count == ROWS_AT_ONCE and end - begin >= ROWS_AT_ONCE
-        if fast and blocks == 1 and search.box > 0:
-            rightwards_single(begin, end, at, size, across, stride, penalty, costs, sums, chains,
-                              path)
-        elif fast and blocks == 2 and search.box > 0:
-            rightwards_single(begin, end, at, size, across, stride, wide_penalty, costs, sums,
-                              chains, path)
-        elif fast and blocks == 1:
-            costs_and_rightwards_single(
-                search, row, begin, end, low, at, size, across, stride, penalty, costs, sums,
-                chains, path, scratch.codes, scratch.priors)
+        if fast and blocks == 1:
+            _right(search, scratch, row, begin, end, low, at, size, penalty)
         elif fast and blocks == 2:
-            costs_and_rightwards_single(
-                search, row, begin, end, low, at, size, across, stride, wide_penalty, costs, sums,
-                chains, path, scratch.codes, scratch.priors)
+            _right(search, scratch, row, begin, end, low, at, size, of_two)
+        elif fast and blocks == 4:
+            _right(search, scratch, row, begin, end, low, at, size, of_four)
         else:
             if search.box == 0:
                 cost_rows(search, row, count, begin, end, low, blocks, costs, at, size,
@@ -103,13 +116,11 @@ def sweep_rows(search, scratch, row, count):
         low, blocks, offset = previous = window
         fast = count == ROWS_AT_ONCE and end - begin >= ROWS_AT_ONCE
         if fast and blocks == 1:
-            left_and_down_single(begin, end, start + offset, size, across, down, stride,
-                                 search.small, penalty, costs, sums, chains, path, scratch.down,
-                                 offset)
+            _left(search, scratch, begin, end, start, offset, size, penalty)
         elif fast and blocks == 2:
-            left_and_down_single(begin, end, start + offset, size, across, down, stride,
-                                 search.small, wide_penalty, costs, sums, chains, path,
-                                 scratch.down, offset)
+            _left(search, scratch, begin, end, start, offset, size, of_two)
+        elif fast and blocks == 4:
+            _left(search, scratch, begin, end, start, offset, size, of_four)
         else:
             left_and_down(blocks, begin, end, start + offset, size, across, down, stride, 0,
                           count, search.small, costs, sums, chains, path, scratch.down, offset)

@@ -11,15 +11,22 @@ Paths are kept with their least cost, min L(q), already taken off.
 from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, store_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    label_above, label_below, LANES, load, lowest, minimum, saturating_add, splat, splat_like,
-    store, subtract)
+    doubled, label_above, label_below, LANES, load, lowest, minimum, saturating_add, splat,
+    splat_like, store, subtract)
 import numpy as np
+
+
+@inlined
+def in_registers(small):
+    """Return P1 as vectors of one, two and four blocks: paths of such windows need no memory."""
+    penalty = splat(np.uint8(small))
+    return penalty, doubled(penalty), doubled(doubled(penalty))
 
 
 @inlined
 def advance(path, jump, penalty, costs):
     """
-    Return L(p, d) of one or two blocks of labels; all arguments are vectors.
+    Return L(p, d) of one, two or four blocks of labels; all arguments are vectors.
 
     path: L(q, d) - min L(q); jump, penalty: P2 and P1; costs: C(p, d).
     """

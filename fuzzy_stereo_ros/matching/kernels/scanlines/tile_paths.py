@@ -3,8 +3,8 @@
 """
 Paths from left, right and above through a tile of some rows, in step with each other.
 
-With windows of one or two blocks, four rows go at once and stay in registers: their horizontal
-paths hide each other's latency.
+With windows of one, two or four blocks, four rows go at once and stay in registers: their
+horizontal paths hide each other's latency.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
@@ -51,7 +51,7 @@ def _store_rows(memory, at, size, one, two, three, four):
 @inlined
 def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, stride, penalty,
                                 costs, sums, paths, path, codes, priors):
-    """Fill the costs of four rows of a tile of one or two blocks and run from the left."""
+    """Fill the costs of four rows of a tile and run from the left, in registers."""
     width, far = end - begin, search.target_stride
     prepare_costs(search, row, ROWS_AT_ONCE, begin, end, low, codes, priors)
     cuts, lanes = cuts_of(search, penalty), lanes_of(penalty)
@@ -92,7 +92,7 @@ def costs_and_rightwards_single(search, row, begin, end, low, at, size, jumps, s
 
 @inlined
 def rightwards_single(begin, end, at, size, jumps, stride, penalty, costs, sums, paths, path):
-    """Run four rows of a tile of one or two blocks: what rightwards does for any, in registers."""
+    """Run four rows of a tile: what rightwards does for any number of blocks, in registers."""
     one, two, three, lanes = size, 2 * size, 3 * size, lanes_of(penalty)
     path_0, path_1, path_2, path_3 = _rows_of(penalty, paths, path)
     for column in range(begin, end):
@@ -138,7 +138,7 @@ def _add_to(sums, at, one, other):
 def left_and_down_single(begin, end, at, size, across, down, stride, small, penalty, costs,
                          sums, paths, path, down_paths, place):
     """
-    Run four rows of a tile of one or two blocks: what left_and_down does for any, in registers.
+    Run four rows of a tile: what left_and_down does for any number of blocks, in registers.
 
     Each row is a column behind the one above it, so that its downward path is in a register and
     all eight paths of a turn are independent of each other.

@@ -4,14 +4,14 @@
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_long, load_short, splat_word, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, step, widen
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, in_registers, step, widen
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, fit_offsets, least_elsewhere, lowest_of_four, MIDDLE, NEAR, store_four, unpacked,
     without_least)
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, equal_bits, first_set, LANES, lanes_of, load_like, prefetch, saturating_add, splat,
-    splat_wide, store, subtract)
+    bit_or, first_equal, LANES, lanes_of, load_like, prefetch, saturating_add, splat, store,
+    subtract)
 import numpy as np
 
 
@@ -29,7 +29,7 @@ def _note(column, best, low, at, totals, labels, below, above):
 @inlined
 def _choose_single(low, begin, end, at, size, costs, sums, jumps, penalty, paths, place, totals,
                    labels, least_sums, margins, below, above):
-    """Do for four columns at once, of one or two blocks, what _choose_tile does; return where."""
+    """Do in registers, four columns at once, what _choose_tile does for any; return where."""
     one = lanes_of(penalty)
     two, three = 2 * one, 3 * one
     column = begin
@@ -64,10 +64,10 @@ def _choose_single(low, begin, end, at, size, costs, sums, jumps, penalty, paths
         store(totals, LANES + three, total_3)
         cheapest = lowest_of_four(total_0, total_1, total_2, total_3)
         floor_0, floor_1, floor_2, floor_3 = unpacked(penalty, cheapest)
-        best_0 = first_set(equal_bits(total_0, floor_0))
-        best_1 = first_set(equal_bits(total_1, floor_1))
-        best_2 = first_set(equal_bits(total_2, floor_2))
-        best_3 = first_set(equal_bits(total_3, floor_3))
+        best_0 = first_equal(total_0, floor_0)
+        best_1 = first_equal(total_1, floor_1)
+        best_2 = first_equal(total_2, floor_2)
+        best_3 = first_equal(total_3, floor_3)
         elsewhere = lowest_of_four(
             bit_or(total_0, load_like(penalty, NEAR, MIDDLE - best_0)),
             bit_or(total_1, load_like(penalty, NEAR, MIDDLE - best_1)),
@@ -126,8 +126,8 @@ def choose_tile(search, scratch, tile, first, last):
     costs, sums, paths, totals = scratch.costs, scratch.sums, scratch.up, scratch.labels
     words, chosen, below, above = (scratch.across, scratch.chosen, scratch.least_below,
                                    scratch.least_above)
-    tile_row, small = first // search.tile, np.uint8(search.small)
-    penalty, wide_penalty = splat(small), splat_wide(small)
+    tile_row = first // search.tile
+    penalty, of_two, of_four = in_registers(search.small)
     low, blocks, offset = window_of(search, tile_row, tile)
     begin, end = columns_of(search, tile)
     size, start = load_long(search.row_size, tile_row), row_start(search, scratch, first) + offset
@@ -137,11 +137,15 @@ def choose_tile(search, scratch, tile, first, last):
         widen(search.down, jumps + begin, jumps + end, words, 0)
         at, middle, out = start + (row - first) * size, 0, row * search.columns + begin
         if blocks == 1:
-            middle = _choose_single(low, 0, width, at, size, costs, sums, words, penalty, paths,
-                                    0, totals, chosen, search.sums + out, search.margins + out,
-                                    below, above)
+            middle = _choose_single(low, 0, width, at, size, costs, sums, words, penalty,
+                                    paths, 0, totals, chosen, search.sums + out,
+                                    search.margins + out, below, above)
         elif blocks == 2:
-            middle = _choose_single(low, 0, width, at, size, costs, sums, words, wide_penalty,
+            middle = _choose_single(low, 0, width, at, size, costs, sums, words, of_two,
+                                    paths, 0, totals, chosen, search.sums + out,
+                                    search.margins + out, below, above)
+        elif blocks == 4:
+            middle = _choose_single(low, 0, width, at, size, costs, sums, words, of_four,
                                     paths, 0, totals, chosen, search.sums + out,
                                     search.margins + out, below, above)
         ahead = LANES * blocks * middle

@@ -11,7 +11,8 @@ them keeps the arrays alive.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import load_long
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 
@@ -109,6 +110,13 @@ class Scratch(NamedTuple):
     least_below: int         # sums of the labels below the best ones
     least_above: int         # and above them
     offers: int              # uint16: what the target's pixels are offered
+
+
+@kernel
+def blocks_of(labels):
+    """Return how many blocks a window of so many labels has: four are faster than three."""
+    blocks = (labels + LANES - 1) // LANES
+    return 4 if blocks == 3 else blocks
 
 
 @inlined

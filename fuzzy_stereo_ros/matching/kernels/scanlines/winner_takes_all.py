@@ -26,9 +26,12 @@ def _least(builder, one, other):
 
 
 def _one_block(builder, vector):
-    """Return the smaller of both blocks of a vector of two."""
-    return _least(builder, *(shuffled(builder, vector, vector, list(range(first, first + LANES)))
-                             for first in (0, LANES)))
+    """Return the smallest of all blocks of a vector."""
+    blocks = [shuffled(builder, vector, vector, list(range(first, first + LANES)))
+              for first in range(0, vector.type.count, LANES)]
+    while len(blocks) > 1:
+        blocks = [*blocks[2:], _least(builder, *blocks[:2])]
+    return blocks[0]
 
 
 def _halves_met(builder, one, other, half):
@@ -93,7 +96,7 @@ def without_least(one, two, three, four):
 
 STEPS = 16       # sub-pixel steps in a pixel
 # loaded from MIDDLE - best on, it has 255 in the lanes best - 1, best and best + 1
-MIDDLE = 2 * LANES
+MIDDLE = 4 * LANES
 NEAR = np.zeros(3 * MIDDLE, np.uint8)
 NEAR[MIDDLE - 1:MIDDLE + 2] = 255
 
