@@ -115,16 +115,13 @@ class Scanlines:
     def _search_band(self, band, first, last):
         """Sweep down and up through one row of tiles after the other."""
         arguments = self._kernel_arguments(band)
-        start, priced = max(first - OVERLAP, 0), first
-        sweep.outside(*arguments, start, first, True)
-        strip = first
+        start, strip, row = max(first - OVERLAP, 0), first, first
         while strip < last:
             end = min((strip // self.tile + 1) * self.tile, last)
             below = min(end + OVERLAP, self._last.rows)
-            sweep.downwards(*arguments, start, priced, min(below, last))
-            sweep.outside(*arguments, max(priced, min(below, last)), below, False)
+            sweep.downwards(*arguments, start, first, row, min(below, last), below)
             sweep.upwards(*arguments, strip, end, below - 1)
-            strip, priced = end, below
+            strip, row = end, below
 
     def search_by(self, half_prior, previous_prior):
         """Return the Search of two priors; it has addresses of arrays here and in the priors."""

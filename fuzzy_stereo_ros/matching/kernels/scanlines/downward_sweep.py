@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 
-@inlined
+@kernel
 def fill_costs(search, scratch, row, is_start):
     """Write the costs of a row, all its tiles; rows come in order, `is_start` for the first."""
     if search.box > 0:

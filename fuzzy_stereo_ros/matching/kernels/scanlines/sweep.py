@@ -47,31 +47,23 @@ def _carry_down(search, scratch, tile_row):
 
 
 @kernel
-def outside(search, scratch, first, last, is_above):
+def downwards(search, scratch, start, first, row, until, below):
     """
-    Fill the costs of the rows first .. last - 1, outside of a band.
+    Fill the sums of the rows row .. until - 1, and the costs of those on to below - 1.
 
-    search, scratch: the fields of a Search and of a Scratch; is_above: whether the downward paths
-    start there and run through them.
+    search, scratch: the fields of a Search and of a Scratch; start: the row that the downward
+    paths start at; first: the first one of the band, to which they come without sums.
     """
     search, scratch = Search(*search), Scratch(*scratch)
-    if is_above:
-        clear(scratch.down, 0, load_long(search.row_size, first // search.tile) // LANES)
-    for row in range(first, last):
-        tile_row = row // search.tile
-        fill_costs(search, scratch, row, is_above and row == first)
-        if is_above:
-            if row > first and row % search.tile == 0:
-                _carry_down(search, scratch, tile_row)
+    if row == first:
+        clear(scratch.down, 0, load_long(search.row_size, start // search.tile) // LANES)
+        for near in range(start, first):
+            fill_costs(search, scratch, near, near == start)
+            if near > start and near % search.tile == 0:
+                _carry_down(search, scratch, near // search.tile)
             for tile in range(search.tile_columns):
-                step_tile(search, scratch, scratch.down, window_of(search, tile_row, tile)[2],
-                          tile, row, row)
-
-
-@kernel
-def downwards(search, scratch, start, row, until):
-    """Fill the sums of the rows row .. until - 1; `start` is the first row of all."""
-    search, scratch = Search(*search), Scratch(*scratch)
+                place = window_of(search, near // search.tile, tile)[2]
+                step_tile(search, scratch, scratch.down, place, tile, near, near)
     while row < until:
         tile_row = row // search.tile
         if row > start and row % search.tile == 0:
@@ -82,6 +74,8 @@ def downwards(search, scratch, start, row, until):
                 fill_box_costs(search, scratch, near, near == start)
         sweep_rows(search, scratch, row, count)
         row += count
+    for near in range(row, below):
+        fill_costs(search, scratch, near, False)
 
 
 @kernel
