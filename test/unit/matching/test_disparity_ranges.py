@@ -33,7 +33,7 @@ def windows_of(half, shape, disparities, tile, grow, margin):
 
 
 @settings(max_examples=150, deadline=None)
-@given(sizes, sizes, st.sampled_from([1, 2, 31, 33, 64, 70, 96, 97, 256, 500]),
+@given(sizes, sizes, st.sampled_from([1, 2, 31, 33, 64, 70, 96, 97, 100, 256, 257, 500]),
        st.sampled_from([4, 8, 16, 64]), st.sampled_from([0, 2, 8]), st.integers(0, 6),
        st.integers(1, 500), st.integers(0, 999))
 def test_a_tile_searches_the_labels_around_it_and_no_block_too_many(
@@ -49,9 +49,10 @@ def test_a_tile_searches_the_labels_around_it_and_no_block_too_many(
         first, number = low[at], blocks[at]
         assert 0 <= first <= least
         assert largest < first + LANES * number
-        fewest = -(-(largest - least + 1) // LANES)
+        fewest, most = -(-(largest - least + 1) // LANES), -(-disparities // LANES)
         assert number == (4 if fewest == 3 else fewest)     # three take longer than four
         assert first + LANES * number <= max(disparities, LANES * number)
+        assert number <= (4 if most == 3 else most)
 
 
 def test_a_window_stands_in_the_middle_of_what_it_must_hold():
