@@ -258,8 +258,8 @@ def total(typing, vector):
 
 @intrinsic
 def equal_bits(typing, a, b):
-    """Return a uint32, of two blocks a uint64, with a bit set for each equal lane."""
-    signature = types.Integer.from_bitwidth(a.lanes, signed=False)(a, b)
+    """Return a uint32 with a bit set for each equal lane."""
+    signature = types.uint32(a, b)
 
     def generate(context, builder, signature, arguments):
         return builder.bitcast(builder.icmp_unsigned('==', *arguments), ir.IntType(a.lanes))

@@ -20,7 +20,6 @@ def tile_windows(half, disparities, tile, grow, margin, low, blocks, first_row, 
     of the tiles.
     """
     rows, columns = half.shape
-    most = blocks_of(disparities)
     for tile_row in range(first_row, last_row):
         for tile_column in range(low.shape[1]):
             least, largest = disparities, 0
@@ -37,7 +36,7 @@ def tile_windows(half, disparities, tile, grow, margin, low, blocks, first_row, 
             if largest < least:
                 least, largest = 0, disparities - 1
             least, largest = max(least - margin, 0), min(largest + margin, disparities - 1)
-            number = min(blocks_of(largest - least + 1), most)
+            number = blocks_of(largest - least + 1)
             spare = LANES * number - (largest - least + 1)
             first = min(least - spare // 2, disparities - LANES * number)
             low[tile_row, tile_column] = max(first, 0)

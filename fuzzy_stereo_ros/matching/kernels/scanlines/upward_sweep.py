@@ -27,13 +27,16 @@ def _note(column, best, low, at, totals, labels, below, above):
 
 
 @inlined
-def _choose_single(low, begin, end, at, size, costs, sums, jumps, penalty, paths, place, totals,
-                   labels, least_sums, margins, below, above):
-    """Do in registers, four columns at once, what _choose_tile does for any; return where."""
+def _choose_single(search, scratch, low, width, at, size, out, penalty):
+    """Do in registers, four columns at once, what _choose_tile does for any; return how many."""
+    costs, sums, paths, totals = scratch.costs, scratch.sums, scratch.up, scratch.labels
+    jumps, labels, below, above = (scratch.across, scratch.chosen, scratch.least_below,
+                                   scratch.least_above)
+    least_sums, margins = search.sums + out, search.margins + out
     one = lanes_of(penalty)
     two, three = 2 * one, 3 * one
-    column = begin
-    while column + 4 <= end:
+    column = place = 0
+    while column + 4 <= width:
         for line in range(0, 4 * one, CACHE_LINE):
             prefetch(costs, at - size + line)
             prefetch(sums, at - size + line)
@@ -137,17 +140,11 @@ def choose_tile(search, scratch, tile, first, last):
         widen(search.down, jumps + begin, jumps + end, words, 0)
         at, middle, out = start + (row - first) * size, 0, row * search.columns + begin
         if blocks == 1:
-            middle = _choose_single(low, 0, width, at, size, costs, sums, words, penalty,
-                                    paths, 0, totals, chosen, search.sums + out,
-                                    search.margins + out, below, above)
+            middle = _choose_single(search, scratch, low, width, at, size, out, penalty)
         elif blocks == 2:
-            middle = _choose_single(low, 0, width, at, size, costs, sums, words, of_two,
-                                    paths, 0, totals, chosen, search.sums + out,
-                                    search.margins + out, below, above)
+            middle = _choose_single(search, scratch, low, width, at, size, out, of_two)
         elif blocks == 4:
-            middle = _choose_single(low, 0, width, at, size, costs, sums, words, of_four,
-                                    paths, 0, totals, chosen, search.sums + out,
-                                    search.margins + out, below, above)
+            middle = _choose_single(search, scratch, low, width, at, size, out, of_four)
         ahead = LANES * blocks * middle
         _choose_tile(blocks, low, middle, width, at + ahead, costs, sums, words, search.small,
                      paths, ahead, totals, chosen, search.sums + out, search.margins + out, below,
