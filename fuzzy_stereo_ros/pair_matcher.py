@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.match import Camera, Match
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
+from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 import numpy as np
@@ -23,13 +24,14 @@ class MatchedPair(NamedTuple):
     A pair and the result of matching it.
 
     config: the MatcherConfig in pixels of the pair's images. before: the FrameState with which
-    the match started, None if there was none.
+    the match started, None if there was none; rows: the Rows.
     """
 
     pair: StereoPair
     match: Match
     config: MatcherConfig
     before: FrameState | None
+    rows: Rows
 
 
 class PairMatcher:
@@ -79,10 +81,10 @@ class PairMatcher:
         if self._reset:
             self._reset = False
             self._matcher.reset()
-        before, shape = self._matcher.state, pair.left.shape[:2]
+        before, rows, shape = self._matcher.state, self._matcher.rows, pair.left.shape[:2]
         match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp,
                                     camera=camera_of(pair))
-        self.last = MatchedPair(pair, match, self._matcher.config, before)
+        self.last = MatchedPair(pair, match, self._matcher.config, before, rows)
         if prepared is not None or shape != self._shape:
             self._shape = shape
             give_back_memory()      # of the previous matcher, or of images of another size

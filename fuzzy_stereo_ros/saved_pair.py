@@ -7,7 +7,7 @@ Save a pair, its match, and all that the match depends on, in a folder: a bug re
 |---|---|
 | left.png, right.png | the images that were matched |
 | pair.json | stamp, frame_id, calibration, parameters, history, versions, and further texts |
-| arrays.npz | disparity and confidence, and the FrameState before the match if there was one |
+| arrays.npz | disparity, confidence, points of the Rows; the FrameState before if there was one |
 | README.txt | how to match it again |
 
 `fuzzy-stereo match --saved FOLDER` matches it again and says whether the result is the same, bit
@@ -31,6 +31,8 @@ from fuzzy_stereo_ros.matching.realtime.moving_camera import NO_CAMERA
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
+from fuzzy_stereo_ros.matching.row_alignment import Rows
+from fuzzy_stereo_ros.matching.row_offsets import LARGEST
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 import numba
@@ -44,6 +46,7 @@ fuzzy-stereo match --saved .
 """
 RESULTS = 'disparity', 'confidence'
 STATE_NUMBERS = 'stamp', 'frame', 'still', 'kept'
+ROWS_NUMBERS = 'pair', 'search', 'pause'
 
 
 def versions():
@@ -77,7 +80,8 @@ class SavedPair:
     A pair, its parameters and its match; ValueError if these do not fit each other.
 
     pair: the StereoPair that was matched. config: its MatcherConfig. state: the FrameState before
-    the match, or None. about: {name: text}, further information. versions: as of `versions`.
+    the match, or None; rows: the Rows before it. about: {name: text}, further information.
+    versions: as of `versions`.
     """
 
     pair: StereoPair
@@ -86,12 +90,14 @@ class SavedPair:
     match: Match
     about: dict = field(default_factory=dict)
     versions: dict = field(default_factory=versions)
+    rows: Rows = Rows()
 
     def __post_init__(self):
         checked_pair(self.pair.left, self.pair.right, self.config)
         shape = self.pair.left.shape[:2]
         for name in RESULTS:
             _check_array(name, getattr(self.match, name), np.float32, shape)
+        _check_rows(self.rows)
         if self.state is not None:
             _check_state(self.state, self.config)
         if self.match.warm and (self.state is None or not self.state.fits(
@@ -162,7 +168,10 @@ def _write_files(folder, saved):
         'parameters': _parameters(saved.config), 'state': None, 'warm': match.warm,
         'kept': match.kept, 'motion': match.motion, 'times': _floats(match.times),
         'generations': [{**asdict(row), 'gains': _floats(row.gains)} for row in match.history],
-        'versions': saved.versions, 'about': saved.about}
+        'versions': saved.versions, 'about': saved.about,
+        'rows': {**saved.rows._asdict(), 'undone': saved.rows.undone.tolist(),
+                 'rig': list(saved.rows.rig), 'points': len(saved.rows.points)}}
+    arrays['points'] = saved.rows.points
     if state is not None:
         record['state'] = {'config': _parameters(state.config),
                            **{name: getattr(state, name) for name in STATE_NUMBERS}}
@@ -198,7 +207,7 @@ def _saved_pair(record, arrays, left, right):
     _checked('pair.json', record, {
         'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
         'state': object, 'warm': bool, 'kept': bool, 'motion': str, 'times': dict,
-        'generations': list, 'versions': dict, 'about': dict})
+        'generations': list, 'versions': dict, 'about': dict, 'rows': dict})
     calibration = _checked('calibration', record['calibration'], {
         'focal': float, 'baseline': float, 'offset': float, 'left': dict, 'remarks': list})
     projection = _checked('left', calibration['left'], dict.fromkeys(Projection._fields, float))
@@ -213,6 +222,10 @@ def _saved_pair(record, arrays, left, right):
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
                   all_of(float, 'times', record['times']), record['warm'], record['motion'],
                   record['kept'])
+    rows = _checked('rows', record['rows'], {
+        'points': int, 'undone': list, 'rig': list, **dict.fromkeys(ROWS_NUMBERS, int)})
+    rows = Rows(arrays.pop('points'), np.array(rows['undone'], np.float64), *(
+        rows[name] for name in ROWS_NUMBERS), tuple(rows['rig']))
     state = record['state']
     if state is not None:
         _checked('state', state, {'stamp': object, 'config': dict,
@@ -222,7 +235,7 @@ def _saved_pair(record, arrays, left, right):
         if not isinstance(state.stamp, (int, type(None))):
             raise ValueError('the stamp of the state is not a number')
     return SavedPair(pair, config, state, match, *(
-        all_of(str, name, record[name]) for name in ('about', 'versions')))
+        all_of(str, name, record[name]) for name in ('about', 'versions')), rows)
 
 
 def _checked(name, record, kinds):
@@ -268,6 +281,14 @@ def _check_state(state, config):
     if state.config.reference != config.reference:
         raise ValueError(f'the state is of the {state.config.reference} image, the match of the '
                          f'{config.reference} one')
+
+
+def _check_rows(rows):
+    """Raise ValueError for Rows that no matcher has made."""
+    _check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
+    _check_array('undone of the rows', rows.undone, np.float64, (4,))
+    if not (np.isfinite(rows.points).all() and (np.abs(rows.undone) <= LARGEST).all()):
+        raise ValueError('the rows have points or offsets out of range')
 
 
 def _check_array(name, array, kind, shape):

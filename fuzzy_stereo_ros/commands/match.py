@@ -13,7 +13,6 @@ from fuzzy_stereo_ros.commands.parts import (
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
-from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.image_files import (
     check_image_suffix, colour_disparity, read_pair, write_image)
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
@@ -88,12 +87,10 @@ def run(arguments, stream):
     truth, mask = truth_and_mask(arguments, left.shape[:2])
     matcher = warm_matcher(config, sys.stderr, left.shape[:2])
     if saved is not None:
-        matcher.restore(saved.state)
+        matcher.restore(saved.state, saved.rows)
     start = time.perf_counter()
     match = matcher.match(left, right, **known)
     milliseconds = 1000 * (time.perf_counter() - start)
-    check = EpipolarCheck()
-    check.measure(left, right, match.disparity, match.confidence, config.reference)
     if 'output' in outputs:
         write_disparity(outputs['output'], match.disparity)
     if 'picture' in outputs:
@@ -114,7 +111,7 @@ def run(arguments, stream):
         'density': 100 * float(np.isfinite(match.disparity).mean()),
         'mean_confidence': float(match.confidence.mean()),
         'ground_truth': None if truth is None else asdict(score(match.disparity, truth, mask)),
-        'misalignment': check.misalignment and check.misalignment.record,
+        'misalignment': match.misalignment and match.misalignment.record,
     }
     if saved is not None:
         figures['saved'] = {'folder': arguments.saved, **comparison(saved, config, match)}

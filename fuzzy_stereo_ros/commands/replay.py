@@ -166,7 +166,6 @@ def run(arguments, stream, progress_stream=None):
 def _match_all(options, source, outputs, bar):
     """Match the pairs of a ReplaySource, here or on workers, write them, and return the Stats."""
     stats = Stats()
-    stats.epipolar.warm_up()
     if source.topics.raw_by_name and not options.settings['rectify']:
         stats.note(f'{source.topics.left} and {source.topics.right} are matched without '
                    'rectification; give --rectify if they are raw images', bar.log)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import ALGORITHMS, Baseline, dense
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
@@ -50,13 +51,15 @@ class Maps(NamedTuple):
 
     raw: float32 (R, C), pixels, NaN = invalid. filled: the same without gaps.
     milliseconds: of the fastest run, from images to raw; None = not known.
-    confidence: float32 (R, C), 0 to 1, of raw; None if the matcher has none.
+    confidence: float32 (R, C), 0 to 1, of raw; None if the matcher has none. misalignment: of the
+    rows so far, None where it is unknown.
     """
 
     raw: np.ndarray
     filled: np.ndarray
     milliseconds: float | None
     confidence: np.ndarray | None = None
+    misalignment: Misalignment | None = None
 
 
 @dataclass(frozen=True)
@@ -105,12 +108,12 @@ class Ours:
             before = raw.state
 
             def again():
-                raw.restore(before)
+                raw.restore(before, raw.rows)
                 return raw.match(pair.left, pair.right)
 
             found, milliseconds = fastest(again, task.repeats)
             return Maps(found.disparity, filling.match(pair.left, pair.right).disparity,
-                        milliseconds, found.confidence)
+                        milliseconds, found.confidence, found.misalignment)
         return match
 
 

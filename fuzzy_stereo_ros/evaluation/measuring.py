@@ -8,7 +8,6 @@ from fuzzy_stereo_ros.evaluation.ground_truth import MASKS
 from fuzzy_stereo_ros.evaluation.matchers import Task
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 import numpy as np
 
@@ -18,7 +17,7 @@ SCENE, SEQUENCE, MEAN = 'scene', 'sequence', 'mean'
 FIGURES = ('density', *(f'bad_{kind}_{limit:g}' for kind in ('sparse', 'dense')
                         for limit in THRESHOLDS),
            'd1_sparse', 'd1_dense', 'average_error', 'rms_error')
-ROWS = 'row_offset', 'row_offset_by_roll', 'row_offset_by_zoom', 'row_offset_doubt', 'row_advice'
+ROWS = 'row_tilt', 'row_roll', 'row_zoom', 'row_yaw', 'row_doubt', 'row_advice'
 COLUMNS = (
     'kind', 'name', 'layout', 'family', 'rows', 'columns', 'disparities', 'disparities_told_by',
     'frames', 'truths', 'matcher', 'start', 'milliseconds', 'mde_per_second', 'covered', 'flicker',
@@ -99,7 +98,6 @@ def _match_frames(frames, matcher, start, task):
     """
     match = matcher.begin(task, start)
     figures, times, covered, flickers, last = {}, [], [], [], None
-    epipolar = EpipolarCheck()
     for name, pair in frames:
         if pair.left.shape[:2] != task.size:
             sequence, number = name.rsplit('/', 1)
@@ -116,8 +114,6 @@ def _match_frames(frames, matcher, start, task):
             for kind, disparity in zip(MAPS, maps):
                 figures.setdefault((mask, kind), []).append(
                     figures_of(score(pair.as_scored(disparity), pair.truth, where)))
-        if maps.confidence is not None:
-            epipolar.measure(pair.left, pair.right, maps.raw, maps.confidence)
         times.append(maps.milliseconds)
         covered.append(100 * float(np.isfinite(maps.raw).mean()))
         if last is not None:
@@ -127,9 +123,9 @@ def _match_frames(frames, matcher, start, task):
     estimates = task.size[0] * task.size[1] * task.disparities
     shared = {'milliseconds': milliseconds,
               'mde_per_second': milliseconds and estimates / milliseconds / 1000}
-    found = epipolar.misalignment
+    found = last and last.misalignment
     if found is not None:
-        shared.update(zip(ROWS, (*found[1:4], max(found.doubts), found.advice)))
+        shared.update(zip(ROWS, (*found[:4], max(found.doubts), found.advice)))
     records = []
     for mask in [mask for mask in MASKS if (mask, RAW) in figures] or ['']:
         for place, kind in enumerate(MAPS):

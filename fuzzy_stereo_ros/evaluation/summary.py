@@ -124,12 +124,13 @@ def _row_offsets(results):
     measured = [(result.subject.path, record) for result in results for record in [next(
         (one for one in result.records if one.get(ROWS[0]) is not None), None)] if record]
     return [Table(
-        'Row offsets', ('', 'offset [px]', 'by roll [px]', 'by zoom [px]', 'doubt [px]', ''),
+        'Row offsets', ('', 'tilt [px]', 'roll [px]', 'zoom [px]', 'yaw [px]', 'doubt [px]', ''),
         [(path, *(record[name] for name in ROWS[:-1]), record[ROWS[-1]] or 'fits')
          for path, record in measured],
-        'By how much the right image stands lower than the left one: in the middle, and how much '
-        'more at the right edge (roll) and at the lower edge (zoom). *doubt*: the largest '
-        'standard deviation of the three.')] if measured else []
+        'By how much the right image stands lower than the left one: in the centre (tilt), and '
+        'how much more at the right edge (roll), at the lower edge (zoom) and in the lower right '
+        'corner (yaw); ours undoes it before matching. *doubt*: the largest standard deviation '
+        'of the four.')] if measured else []
 
 
 def _settings(results, sequences, matchers, settings):

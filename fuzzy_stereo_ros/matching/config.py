@@ -47,6 +47,8 @@ class MatcherConfig:
     speckle_range: int = _number(
         1, 0, 255, 'px',
         'largest step of disparity inside a connected region (realtime and quality)')
+    align_rows: bool = _switch(
+        True, 'undo the offset between the rows of both images, as it is measured')
     warm_start: bool = _switch(
         True, 'let the best chromosome of the previous frame take part (realtime)')
     evolution_ms: float = _number(

@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 import numpy as np
 
 MIRROR = np.diag((-1.0, 1.0, 1.0))
@@ -48,6 +49,7 @@ class Match:
     warm: whether the previous frame's chromosomes took part, as a prior or as a parent.
     motion: how the camera moved, or why that is unknown; '' where no camera was given.
     kept: whether it is the result of an earlier frame, since the scene stands still.
+    misalignment: by how much the rows of the pairs so far differ; None where it is unknown.
     generations: how many ran; gains: by how much each operator raised the fitness.
     """
 
@@ -58,6 +60,7 @@ class Match:
     warm: bool
     motion: str = ''
     kept: bool = False
+    misalignment: Misalignment | None = None
 
     @property
     def generations(self):

@@ -12,6 +12,7 @@ from fuzzy_stereo_ros.matching.match import Camera, mirrored
 from fuzzy_stereo_ros.matching.paper.matcher import PaperMatcher
 from fuzzy_stereo_ros.matching.quality.matcher import QualityMatcher
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
+from fuzzy_stereo_ros.matching.row_alignment import rig_of, RowAlignment, Rows
 import numpy as np
 
 WARM_UP_SIZE = 64, 96       # rows, columns; the kernels are the same for all sizes
@@ -25,7 +26,8 @@ class StereoMatcher:
     Matches pairs one after the other, each warm-started with the previous one.
 
     algorithm: the matcher of the profile for the size of the last pair, with its `population` and
-    `possibility_of`; None before the first.
+    `possibility_of`; None before the first. state: what the next frame needs of the last one, or
+    None; rows: the `Rows` of the rig.
     """
 
     def __init__(self, config=None, stages=None):
@@ -36,7 +38,7 @@ class StereoMatcher:
         profile with some of them exchanged; None for its own.
         """
         self.config = config or MatcherConfig()
-        self._stages = stages
+        self._stages, self._alignment = stages, RowAlignment(self.config)
         self.algorithm, self._shape = None, None
         self.reset()
 
@@ -58,13 +60,18 @@ class StereoMatcher:
         if self.config.reference == 'right':
             left, right = mirrored(right), mirrored(left)
             camera = camera and camera.mirrored_right(left.shape[1])
-        previous = self._previous(left.shape[:2], stamp)
+        shape = left.shape[:2]
+        aligned, rows = self._alignment.align(self.rows, left, right, camera)
+        align_ms = (time.perf_counter_ns() - started) / 1e6
+        previous = self._previous(shape, stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
-        match, state = self._algorithm_of(left.shape[:2]).match(
-            left, right, previous, Random((self.config.seed, frame if stamp is None else stamp)),
+        match, state = self._algorithm_of(shape).match(
+            left, aligned, previous, Random((self.config.seed, frame if stamp is None else stamp)),
             Budget(self.config.generations, self.config.deadline_ms, started), observe,
             camera)
         self.state = state and replace(state, stamp=stamp, frame=frame)
+        match.times['rows'] = align_ms
+        match = self._watched(rows, left, right, match)
         if self.config.reference == 'right':
             match = replace(match, disparity=mirrored(match.disparity),
                             confidence=mirrored(match.confidence))
@@ -72,12 +79,12 @@ class StereoMatcher:
         return match
 
     def reset(self):
-        """Forget the previous frame."""
-        self.state = None
+        """Forget all previous frames."""
+        self.restore(None)
 
-    def restore(self, state):
-        """Continue after the `state` of a matcher with the same configuration."""
-        self.state = state
+    def restore(self, state, rows=None):
+        """Continue after the `state` and the `rows` of a matcher of the same configuration."""
+        self.state, self.rows = state, Rows() if rows is None else rows
 
     def warm_up(self, rows, columns):
         """
@@ -94,6 +101,22 @@ class StereoMatcher:
             # The system maps memory at the first write: now, not in the first frame.
             blank = np.zeros((rows, columns), np.uint8)
             algorithm.match(blank, blank, None, Random((self.config.seed, 0)), Budget(0, 0, 0))
+
+    def _watched(self, rows, left, right, match):
+        """Return a Match with the Misalignment of its rows, and without those beyond the image."""
+        index, hidden = self._alignment.hidden(rows, left.shape[:2])
+        match.confidence[index] = np.where(hidden, np.float32(0), match.confidence[index])
+        if not self.config.fill:
+            match.disparity[index] = np.where(hidden, np.float32(np.nan), match.disparity[index])
+        started = time.perf_counter_ns()
+        self.rows = rows if match.kept else self._alignment.watch(rows, left, right, match)
+        match.times['rows'] += (time.perf_counter_ns() - started) / 1e6
+        measured = self._alignment.measured(self.rows, left.shape[:2])
+        if measured is not None:
+            measured = measured._replace(undone=bool(rows.undone.any()))
+            if self.config.reference == 'right':
+                measured = measured.of_the_right()
+        return replace(match, misalignment=measured)
 
     def _previous(self, shape, stamp):
         """Return the state of the previous frame if this pair may start from it, else None."""
@@ -127,6 +150,9 @@ def warm_up_pairs(config):
     for kind in (np.uint8, np.uint16):
         for channels in (1, 3):
             matcher = StereoMatcher(small)
+            if channels == 1:       # those of colour search for the rows
+                rig = rig_of(scene[0], warm_up_camera(scene[0]))
+                matcher.restore(None, Rows(undone=np.array([0.5, 0, 0, 0]), pair=1, rig=rig))
             for picture in scene:
                 image = np.squeeze(np.stack([picture.astype(kind)] * channels, -1))
                 yield matcher, image, image

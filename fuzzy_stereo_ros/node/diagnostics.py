@@ -48,6 +48,11 @@ class Diagnostics:
                 f'time of {stage}': value for stage, value in match.times.items()}})
             self._match = match
 
+    @property
+    def misalignment(self):
+        """The Misalignment of the rows of the newest pairs, None where it is unknown."""
+        return self._match and self._match.misalignment
+
     def reject(self, reason):
         """Count a rejected pair by its reason; may be called from any thread."""
         with self._lock:
@@ -57,15 +62,16 @@ class Diagnostics:
         """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def publish(self, now, counts, values, loading, idle, silence, misalignment):
+    def publish(self, now, counts, values, loading, idle, silence):
         """
         Publish the status at a time in s.
 
         counts: {key: number} of `counts_of`. values: {key: text}, further ones.
-        loading, idle, silence: as for `status_of`. misalignment: a Misalignment, None if unknown.
+        loading, idle, silence: as for `status_of`.
         """
         rates = self.rates(now, counts)
         level, sentence = status_of(loading, idle, silence, rates)
+        misalignment = self.misalignment
         if misalignment and misalignment.advice and not idle:
             level = 'WARN' if level == 'OK' else level
             sentence += f'; {misalignment.advice}'

@@ -19,7 +19,6 @@ from fuzzy_stereo_ros.node.services import Services
 from fuzzy_stereo_ros.node.subscriptions import INFO_TOPICS, INPUT_TOPICS, Subscriptions
 from fuzzy_stereo_ros.node.worker import Worker
 from fuzzy_stereo_ros.pair_matcher import PairMatcher
-from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
@@ -85,7 +84,6 @@ class DisparityNode(Node):
         resources.callback(self._outputs.close)
         self._diagnostics, self._losses = Diagnostics(self, self._started), LossReports()
         resources.callback(self._diagnostics.close)
-        self._epipolar = EpipolarCheck()
         resources.callback(Services(
             self, self._matcher, settings['save_directory'], self._describe).close)
         # With use_sim_time and no /clock a timer on the node's clock never fires.
@@ -163,13 +161,11 @@ class DisparityNode(Node):
             'latency': 1000 * (time.monotonic() - arrived),
             'age': (self.get_clock().now().nanoseconds - matched_set.stamp) / 1e6,
             'stamps apart': matched_set.spread / 1e6})
-        self._epipolar.measure_within_share(pair, matched.match, matched.config.reference)
 
     # Also in the worker's thread; `_log_prepared` runs in the thread that prepares matchers.
 
     def _warm_up(self):
         self._matcher.warm_up(self._log_compiling)
-        self._epipolar.warm_up()
         if not self.context.ok():
             return      # shutting down
         self._ready.set()
@@ -240,7 +236,7 @@ class DisparityNode(Node):
         report = self._inputs.report(now)
         if report:
             self.get_logger().warning(report)
-        matcher, misalignment = self._matcher, self._epipolar.misalignment
+        matcher, misalignment = self._matcher, self._diagnostics.misalignment
         if misalignment is not None and misalignment.advice:
             self._log_once(misalignment.advice)
         state, change, idle = matcher.change, 'none', ''
@@ -252,7 +248,7 @@ class DisparityNode(Node):
             now, counts, {'disparity_range in use': str(matcher.config.disparities),
                           'change of parameters': change},
             '' if self._ready.is_set() else self._loading, idle,
-            self._inputs.seconds_without_pair(now), misalignment)
+            self._inputs.seconds_without_pair(now))
 
     def _counts(self):
         return counts_of(self._synchroniser, self._worker.counts(), self._inputs.lost)

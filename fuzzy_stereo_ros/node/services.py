@@ -64,8 +64,8 @@ class Services:
                 raise ValueError('there is no home; set save_directory to another folder')
             folder.parent.mkdir(parents=True, exist_ok=True)
             write_saved_pair(folder, SavedPair(
-                pair=last.pair, config=last.config, state=last.before, match=last.match,
-                about=about))
+                pair=last.pair, config=last.config, state=last.before, rows=last.rows,
+                match=last.match, about=about))
             response.success = True
             response.message = (f'saved to {folder}; match it again with '
                                 f'`fuzzy-stereo match --saved {folder}`')

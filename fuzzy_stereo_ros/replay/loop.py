@@ -13,8 +13,9 @@ import signal
 import threading
 import time
 
+from fuzzy_stereo_ros.matching.row_alignment import Rows
+from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 from fuzzy_stereo_ros.pair_matcher import camera_of, MatchedPair, without_missing
-from fuzzy_stereo_ros.pairs.epipolar import EpipolarCheck
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, kind_of
 from fuzzy_stereo_ros.replay.source import Rejection, rejection_of
 
@@ -31,7 +32,8 @@ class Stats:
     of the last matched pair, None before the first. interrupted: whether the user stopped the
     replay. error: the DamagedBag, OSError or ValueError that ended it, or None. segments: number
     of matched segments; workers: largest number of workers, 0 if this process matched.
-    epipolar: check of the rows of the images. calibration: of the last matched pair.
+    misalignment: of the rows of the pairs so far, None where it is unknown. calibration: of the
+    last matched pair.
     """
 
     matched: int = 0
@@ -48,7 +50,7 @@ class Stats:
     error: Exception | None = None
     segments: int = 0
     workers: int = 0
-    epipolar: EpipolarCheck = field(default_factory=EpipolarCheck)
+    misalignment: Misalignment | None = None
     calibration: Calibration | None = None
 
     def reject(self, rejection, what, log):
@@ -168,8 +170,8 @@ def _count(item, outcome, config, stats, log):
     stats.matched += not item.written
     stats.log_time, stats.stamp = item.log_time, item.stamp
     match = without_missing(outcome, item.pair.missing)
-    stats.epipolar.measure_within_share(item.pair, match)
-    return MatchedPair(item.pair, match, config, None)
+    stats.misalignment = match.misalignment or stats.misalignment
+    return MatchedPair(item.pair, match, config, None, Rows())
 
 
 @contextmanager

@@ -50,7 +50,7 @@ def figures_of(stats, synchroniser, begin):
     begin: ns, when the first message of the bag was recorded.
     """
     seconds = max(stats.seconds, 1e-9)
-    pairs, misalignment = stats.matched + stats.rematched, stats.epipolar.misalignment
+    pairs, misalignment = stats.matched + stats.rematched, stats.misalignment
     ended = 'interrupted' if stats.interrupted else 'finished'
     if stats.error is not None:
         ended = ('damaged bag' if isinstance(stats.error, DamagedBag) else

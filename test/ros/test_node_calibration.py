@@ -28,13 +28,14 @@ def status_when(bench, condition, pair):
 
 
 def test_a_pair_that_fits_is_no_reason_to_warn_and_its_figures_are_told(bench):
-    status = status_when(bench, lambda values: 'row offset' in values, (PAIR.left, PAIR.right))
+    status = status_when(bench, lambda values: 'row offset, tilt' in values,
+                         (PAIR.left, PAIR.right))
     values = {value.key: value.value for value in status.values}
     assert status.level == DiagnosticStatus.OK
     assert 'recalibrate' not in status.message
-    assert abs(float(values['row offset'].split()[0])) < 0.1
-    assert {'row offset by roll', 'row offset by zoom', 'row offset, swing',
-            'row offset, measured'} <= set(values)
+    assert abs(float(values['row offset, tilt'].split()[0])) < 0.1
+    assert {'row offset, roll', 'row offset, zoom', 'row offset, yaw', 'row offset, swing',
+            'row offset, measured', 'row offset, undone'} <= set(values)
 
 
 def test_a_camera_that_is_turned_is_warned_of_with_what_to_do_until_it_is_calibrated(bench):

@@ -85,7 +85,7 @@ def asked(ros, tmp_path):
     from ros_bench import Surroundings
     from std_srvs.srv import Trigger
 
-    last = SimpleNamespace(pair=None, config=None, before=None, match=None)
+    last = SimpleNamespace(pair=None, config=None, before=None, rows=None, match=None)
     with own_domain() as domain, closing(Surroundings(domain)) as around:
         node = rclpy.create_node('asked', context=around.context)
         services.Services(node, SimpleNamespace(last=last), str(tmp_path), dict)

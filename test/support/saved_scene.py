@@ -36,7 +36,7 @@ def running(profile='realtime', grey='', bits=8, min_disparity=0, frames=3, **ch
                 images[side] = images[side][:, :, 1].copy()
         pair = StereoPair(**images, calibration=CALIBRATION, stamp=(number + 1) * PERIOD,
                           frame_id='left_camera')
-        state = matcher.state
+        state, rows = matcher.state, matcher.rows
         match = matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))
-        saved.append(SavedPair(pair, config, state, match, ABOUT))
+        saved.append(SavedPair(pair, config, state, match, ABOUT, rows=rows))
     return tuple(saved)

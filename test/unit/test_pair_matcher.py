@@ -23,7 +23,7 @@ PAIR = StereoPair(*shifted_pair(3), calibration=CALIBRATION, stamp=None)
 class Gated:
     """A StereoMatcher for a PairMatcher; warming up waits for a permit, None or an error."""
 
-    state = None
+    state = rows = None
     begun, permits = SimpleQueue(), SimpleQueue()
 
     def __init__(self, config):

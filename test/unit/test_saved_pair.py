@@ -14,6 +14,7 @@ from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.realtime.moving_camera import CameraState, NO_CAMERA
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState, LONGEST_GAP_NS
+from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
@@ -42,6 +43,9 @@ def assert_equal(one, two):
     elif hasattr(one, '__dataclass_fields__'):
         for part in fields(one):
             assert_equal(getattr(one, part.name), getattr(two, part.name))
+    elif isinstance(one, Rows):
+        for parts in zip(one, two):
+            assert_equal(*parts)
     else:
         assert one == two
 
@@ -49,7 +53,7 @@ def assert_equal(one, two):
 def matched_again(saved):
     """Return the match of a matcher that has seen nothing else."""
     matcher = StereoMatcher(saved.config)
-    matcher.restore(saved.state)
+    matcher.restore(saved.state, saved.rows)
     return matcher.match(saved.pair.left, saved.pair.right, stamp=saved.pair.stamp,
                          camera=camera_of(saved.pair))
 
@@ -168,7 +172,11 @@ def saved_pairs(draw):
                for number in range(draw(st.integers(0, 2)))]
     match = Match(values(np.float32, rows, columns), values(np.float32, rows, columns), history,
                   draw(NUMBERS), fits and draw(st.booleans()), draw(st.text()))
-    return SavedPair(pair, config, state, match, draw(TEXTS))
+    rows = Rows(values(np.float32, draw(st.integers(0, 3)), 4,
+                       elements=st.floats(0, 99, width=32)),
+                values(np.float64, 4, elements=st.floats(-9, 9)),
+                *(draw(st.integers(0, 99)) for _ in range(3)), (rows, columns, draw(FLOATS)))
+    return SavedPair(pair, config, state, match, draw(TEXTS), rows=rows)
 
 
 @settings(max_examples=60, deadline=None)

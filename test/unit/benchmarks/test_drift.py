@@ -27,4 +27,4 @@ def test_the_report_has_known_and_detected_misalignment_and_the_cost():
 
 def test_images_too_small_to_be_measured_have_no_figures():
     small = small_scene(1, 'made', 'small')
-    assert drift._real_rows(SmallRequest(), small)[0] == ('made/small', *[None] * 5)
+    assert drift._real_rows(SmallRequest(), small)[0] == ('made/small', *[None] * 6)

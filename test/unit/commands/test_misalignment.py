@@ -32,7 +32,8 @@ def printed(capsys, *words):
 
 
 def assert_shifted(found):
-    assert found['offset'] == pytest.approx(0.8, abs=0.1)
+    assert found['tilt'] == pytest.approx(0.8, abs=0.1)
+    assert found['undone']
     assert found['faults'] == ['tilt']
     assert found['advice'].startswith('recalibrate: the right image is 0.')
 
@@ -51,7 +52,7 @@ def test_match_reports_null_for_images_too_small_to_measure(folder, capsys):
         write_image(f'{name}.png', MADE.left[:40])
     words = 'match', 'left.png', 'right.png', '--disparities', 8, '--output', 'out.pfm'
     assert json.loads(printed(capsys, *words, '--json'))['misalignment'] is None
-    assert 'rows' not in printed(capsys, *words)
+    assert 'row offset' not in printed(capsys, *words)
 
 
 def test_replay_reports_misalignment_in_its_summary(folder, capsys):
@@ -61,7 +62,7 @@ def test_replay_reports_misalignment_in_its_summary(folder, capsys):
     found = json.loads(printed(capsys, *words, 'one', '--json'))['misalignment']
     assert_shifted(found)
     lines = printed(capsys, *words, 'two').splitlines()
-    assert any('rows are lower by in the middle +0.' in line and 'recalibrate' in line
+    assert any('row offset, right image against left: tilt +0.' in line and 'recalibrate' in line
                for line in lines)
 
 
@@ -72,10 +73,10 @@ def test_evaluate_has_columns_and_a_table(folder, capsys):
     ours, theirs = ([one for one in records if one['matcher'] == name and one['kind'] == 'scene']
                     for name in ('ours', 'opencv:bm'))
     for record in ours:
-        assert record['row_offset'] == pytest.approx(0.8, abs=0.1)
-        assert record['row_offset_doubt'] < 0.05
+        assert record['row_tilt'] == pytest.approx(0.8, abs=0.1)
+        assert record['row_doubt'] < 0.05
         assert record['row_advice'].startswith('recalibrate')
-    assert theirs and not any('row_offset' in record for record in theirs)
+    assert theirs and not any('row_tilt' in record for record in theirs)
     text = printed(capsys, *words)
     assert text.count('### Row offsets') == 1 and '| recalibrate: the right image' in text
     assert 'Row offsets' not in printed(capsys, *words[:-1], 'opencv:bm')

@@ -16,6 +16,14 @@ KEYS = 'pairs dropped', 'unmatched left/image_rect', 'unmatched right/camera_inf
 NODE = SimpleNamespace(create_publisher=lambda *_: None)
 
 
+def matched(times=None, kept=False, disparity=(1.0,), confidence=(1.0,), misalignment=None,
+            generations=0, motion=''):
+    return SimpleNamespace(
+        times=times or {}, generations=generations, warm=True, motion=motion, kept=kept,
+        disparity=np.float32([disparity]), confidence=np.float32([confidence]),
+        misalignment=misalignment)
+
+
 def test_rates_count_per_second_since_the_call_before():
     made = diagnostics.Diagnostics(NODE, 10.0)
     assert made.rates(12.0, {'pairs': 6}) == {'pairs': 3.0}
@@ -26,10 +34,8 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
     made = diagnostics.Diagnostics(NODE, 0.0)
     assert made.figures() == {}
     for milliseconds in (10.0, 20.0, 30.0):
-        made.matched(SimpleNamespace(
-            times={'total': milliseconds / 2}, generations=2, warm=True, motion='followed',
-            kept=False, disparity=np.float32([[1, np.nan]]), confidence=np.float32([[0.5, 0.0]])),
-            latency=milliseconds)
+        made.matched(matched({'total': milliseconds / 2}, False, (1, np.nan), (0.5, 0.0),
+                             generations=2, motion='followed'), latency=milliseconds)
     made.reject('size')
     assert made.figures() == {
         'rejected: size': '1', 'latency, last': '30.0 ms', 'latency, median': '20.0 ms',
@@ -43,9 +49,7 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
 def test_stages_that_the_newest_pair_skipped_keep_their_figures():
     made = diagnostics.Diagnostics(NODE, 0.0)
     for times in ({'search': 8.0, 'total': 10.0}, {'total': 2.0}):
-        made.matched(SimpleNamespace(
-            times=times, generations=0, warm=True, motion='', kept='search' not in times,
-            disparity=np.float32([[1]]), confidence=np.float32([[1]])))
+        made.matched(matched(times, 'search' not in times))
     figures = made.figures()
     assert figures['time of search, last'] == figures['time of search, median'] == '8.0 ms'
     assert figures['time of total, last'] == '2.0 ms'
@@ -70,7 +74,7 @@ def test_the_status_is_the_worst_that_is_true(loading, idle, silence, rates, exp
     assert diagnostics.status_of(loading, idle, silence, rates) == expected
 
 
-MISALIGNED = SimpleNamespace(advice='recalibrate: roll', figures={'row offset': '+0.10 px'})
+MISALIGNED = SimpleNamespace(advice='recalibrate: roll', figures={'row offset, tilt': '+0.10 px'})
 
 
 @pytest.mark.parametrize('idle, silence, level, sentence', [
@@ -86,11 +90,12 @@ def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_i
         get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))), 0.0)
     counts = dict.fromkeys(['pairs synchronised', 'pairs matched', 'pairs dropped',
                             'pairs rejected'], 0)
-    made.publish(1.0, counts, {}, '', idle, silence, MISALIGNED)
+    made.matched(matched(misalignment=MISALIGNED))
+    made.publish(1.0, counts, {}, '', idle, silence)
     (status,) = published[0].status
     assert (status.level, status.message) == (
         getattr(diagnostics.DiagnosticStatus, level), sentence)
-    assert made.values['row offset'] == '+0.10 px'
+    assert made.values['row offset, tilt'] == '+0.10 px'
 
 
 def reported(lines):

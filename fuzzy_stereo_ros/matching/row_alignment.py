@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Undo the offset between the rows of a pair, as it is measured from pair to pair.
+
+Not in the paper, whose pairs are rectified exactly: a rig that was knocked or has warmed up gives
+others. Features tell the offset of the first pair before it is matched; corners with a confident
+disparity refine it every few pairs. The right image is read at the rows of the left one; the
+disparity stays that of the left image.
+"""
+from typing import NamedTuple
+
+import cv2
+from fuzzy_stereo_ros.matching.kernels.possibility.row_shift import shift_rows
+from fuzzy_stereo_ros.matching.row_offsets import (
+    CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised_half, PLACES,
+    terms_at)
+import numpy as np
+
+STEP, FINE = 0.1, 0.05      # px of sure offset from which rows are moved, and moved again
+PERIOD, FIRST = 32, 8       # pairs between two measurements; each of the first is measured
+PAIRS = 16          # newest measured pairs that count
+NEWEST = 3          # measured pairs that together tell of a knock
+KNOCK = 0.5         # px by which these surely differ from those before them
+LONGEST_PAUSE = 512     # pairs between two searches for features where these are few
+BLOCK, UNIQUE = 7, 10   # of the block matching that has to confirm features: px, percent
+FEWER = 0.99        # share of the matches that have to be left with other rows
+
+
+class Rows(NamedTuple):
+    """
+    What is known of the row offset of a rig.
+
+    points: float32 (N, 4), column, row and offset of `row_offsets`, and the number of the measured
+    pair, from 0. undone: float64 (4,), the terms that are undone, px. pair: number of the next
+    pair. search: number of the pair in which features are searched next; pause: pairs from a
+    search that finds too few to the next. rig: rows and columns of the images, and the camera.
+    """
+
+    points: np.ndarray = np.zeros((0, 4), np.float32)
+    undone: np.ndarray = np.zeros(4)
+    pair: int = 0
+    search: int = 0
+    pause: int = PERIOD
+    rig: tuple = ()
+
+    def measured(self, shape):
+        """Return the Misalignment of images of a shape (rows, columns), None if it is unknown."""
+        return self._measured(self._by_pair(), shape)
+
+    def with_points(self, points, shape):
+        """Return this with the points of a further pair, float64 (N, 3), of images of a shape."""
+        if not len(points):
+            return self
+        pairs = [*self._by_pair(), points.astype(np.float32)][-PAIRS:]
+        newest, before = (self._measured(some, shape) for some in (
+            pairs[-NEWEST:], pairs[:-NEWEST]))
+        if newest and before and before.swing is not None and newest.deviation(
+                before.terms) > KNOCK + CERTAIN * before.swing:
+            pairs = pairs[-NEWEST:]
+        return self._replace(points=np.concatenate([
+            np.column_stack([one, np.full(len(one), number, np.float32)])
+            for number, one in enumerate(pairs)]))
+
+    def _by_pair(self):
+        return np.split(self.points[:, :3], np.flatnonzero(np.diff(self.points[:, 3])) + 1)
+
+    @staticmethod
+    def _measured(pairs, shape):
+        return misalignment_of([one.astype(np.float64) for one in pairs], *shape) if pairs else (
+            None)
+
+
+class RowAlignment:
+    """Aligns the right images of pairs of one size, and measures how they lie."""
+
+    def __init__(self, config):
+        """config: a MatcherConfig; its range and `align_rows` count."""
+        self._lowest, self._disparities = config.min_disparity, config.disparities
+        self._undoes, self._moved, self._fitted = config.align_rows, None, (None, None)
+
+    def align(self, rows, left, right, camera):
+        """
+        Return the right image at the rows of the left one, and the Rows.
+
+        rows: the Rows after the previous pair; left, right: uint8 or uint16, (R, C) or (R, C, 3);
+        camera: a Camera, or None; another rig is measured anew. Where less than
+        STEP is to be undone the right image is returned as it is; else the next pair overwrites
+        the one that is returned.
+        """
+        rig = rig_of(left, camera)
+        if rig != rows.rig:
+            rows = Rows(rig=rig)
+        if rows.pair == rows.search:
+            rows = self._searched(rows, left, right)
+        return self._shifted(right, rows.undone), rows
+
+    def measured(self, rows, shape):
+        """Return the Misalignment of Rows and a shape (rows, columns), None if it is unknown."""
+        if rows.points is not self._fitted[0]:
+            self._fitted = rows.points, rows.measured(shape)
+        return self._fitted[1]
+
+    def watch(self, rows, left, right, match):
+        """
+        Return the Rows after a pair was matched; some pairs are measured.
+
+        rows: of `align`; left, right: as they came; match: the Match with the aligned image
+        """
+        pair, shape = rows.pair, match.disparity.shape
+        if pair % PERIOD == 0 or pair < FIRST or pair < PERIOD and pair & (pair - 1) == 0:
+            found = corner_offsets(left, right, match.disparity, match.confidence, rows.undone)
+            rows = self._stepped(rows.with_points(found, shape), shape)
+            if len(found) >= FEWEST[0]:
+                rows = rows._replace(pause=PERIOD)
+            elif rows.search <= pair:
+                rows = rows._replace(search=pair + rows.pause,
+                                     pause=min(2 * rows.pause, LONGEST_PAUSE))
+        return rows._replace(pair=pair + 1)
+
+    def _searched(self, rows, left, right):
+        """Return the Rows with the offset of features, if block matching confirms it."""
+        shape = left.shape[:2]
+        found = feature_offsets(left, right, self._lowest, self._disparities)
+        alone = Rows().with_points(found, shape)
+        measured, known = alone.measured(shape), self.measured(rows, shape)
+        if measured is None or not self._confirmed(left, right, rows.undone, measured):
+            return rows
+        if known is not None and measured.deviation(known.terms) > KNOCK:
+            rows = rows._replace(points=alone.points)
+        else:
+            rows = rows.with_points(found, shape)
+        return self._stepped(rows, shape)
+
+    def _stepped(self, rows, shape):
+        """Return the Rows that undo what is measured, if that surely is another offset."""
+        measured = self.measured(rows, shape)
+        if not self._undoes or measured is None or (
+                measured.deviation(rows.undone) <= (FINE if rows.undone.any() else STEP)):
+            return rows
+        terms = measured.terms
+        return rows._replace(undone=terms * (np.abs(PLACES @ terms).max() > STEP))
+
+    def _confirmed(self, left, right, undone, measured):
+        """Return whether half-size images match as well with a Misalignment undone as before."""
+        if measured.deviation(undone) <= STEP:
+            return True
+        matcher = cv2.StereoBM_create(-(-self._disparities // 32) * 16, BLOCK)
+        matcher.setMinDisparity(self._lowest // 2)
+        matcher.setUniquenessRatio(UNIQUE)
+        matcher.setDisp12MaxDiff(1)
+        left, lowest = normalised_half(left), 16 * (self._lowest // 2)
+        fewer, more = (np.count_nonzero(matcher.compute(left, normalised_half(
+            self._shifted(right, terms))) >= lowest) for terms in (undone, measured.terms))
+        return more >= FEWER * fewer
+
+    def _shifted(self, image, terms):
+        """Return an image at rows that differ by the offset of terms; as it is for none."""
+        if not terms.any():
+            return image
+        if self._moved is None or (self._moved.shape, self._moved.dtype) != (
+                image.shape, image.dtype):
+            self._moved = np.empty_like(image)
+        rows, channels = len(image), image.shape[2] if image.ndim == 3 else 1
+        shift_rows(image.reshape(rows, -1), channels, terms, np.float32(
+            np.iinfo(image.dtype).max), self._moved.reshape(rows, -1))
+        return self._moved
+
+    def hidden(self, rows, shape):
+        """
+        Return the rows of an image that see beyond the right one: an index, and bool (n, C).
+
+        rows: of `align`; shape: rows and columns of the image. The index selects n rows.
+        """
+        height, width = shape
+        reach = int(np.abs(PLACES @ rows.undone).max())
+        if not reach:
+            return slice(0, 0), np.zeros((0, width), bool)
+        index = np.unique(np.r_[:min(reach, height), max(height - reach, 0):height])
+        column, row = np.meshgrid(np.arange(width, dtype=float), index.astype(float))
+        seen = row + (terms_at(column.ravel(), row.ravel(), *shape) @ rows.undone).reshape(
+            row.shape)
+        return index, (seen < -1) | (seen > height)
+
+
+def rig_of(image, camera):
+    """Return what tells one rig from another: the size of its images and its camera, or None."""
+    return (*image.shape[:2], *(() if camera is None else map(float, camera[:5])))

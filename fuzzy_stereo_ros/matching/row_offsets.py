@@ -1,0 +1,327 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Measure by how much the rows of a rectified pair differ.
+
+Not in the paper, whose pairs are rectified exactly. A point lies in the same row of both images
+of a rectified pair. Where it is known which points belong together, from features that are
+matched in two dimensions or from corners with a confident disparity, optical flow measures the
+offset between their rows to a few hundredths of a pixel. A surface is fitted to the offsets of
+many points: its value in the centre is a tilt, its slopes are roll and zoom, and its twist is a
+yaw, by which rows converge to one side.
+"""
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+LIMIT = 0.5         # px of misalignment; more impairs matching
+SURE = 2.0          # standard deviations by which a misalignment must exceed the limit
+CERTAIN = 3.0       # the same, of an offset that is undone
+CORNERS = 300       # at most in a pair; the more confident half is measured
+QUALITY = 0.001     # least quality of a corner, relative to the best one
+DISTANCE = 16       # px, least distance of two corners
+WINDOW = 15         # px, side of the window of the optical flow, and of the mean subtracted before
+CONTRAST = 30.0     # grey levels, mean absolute deviation after normalisation
+ROW_ERROR = 1.0     # px, largest distance along the row from the position of the disparity
+RETURN_ERROR = 0.1  # px, largest distance from the corner after the flow there and back
+LARGEST = 10.0      # px, largest row offset; larger ones are outliers
+FEATURES = 1000     # at most in an image of half size
+FEATURE_SIZE = 24   # half-size px, side of the patch that a feature describes
+FAST = 7            # grey levels by which a feature differs from the circle around it
+ALIKE = 60          # of 256 bits, by which two features of one point may differ
+FOUND_ERROR = 3.0   # px from the matched feature that the flow may end
+BEYOND = 2          # px of disparity beyond the range in which features are matched
+BIN = 0.25          # px, step in which the densest offset is looked for
+SPREAD = 1.5        # px around the densest offset that the fit begins with
+TILES = 6, 8        # rows and columns of tiles; the errors within a tile are correlated
+FEWEST = 20, 6      # points and tiles needed for a result
+PAIRS_OF_SWING = 8  # pairs needed for the changes from pair to pair
+TUKEY = 4.685       # width of the biweight in standard deviations
+ROUNDS = 8          # of the biweight
+SMALLEST_SPREAD = 0.03      # px, standard deviation of offsets at the least
+PRIOR = 1e-3, 0.5, 0.5, 0.5     # points' worth of a belief that each term is 0
+PERCENTILE_WIDTH = 2.563    # standard deviations between the 10th and the 90th percentile
+TERMS = 'tilt', 'roll', 'zoom', 'yaw'
+
+
+class Misalignment(NamedTuple):
+    """
+    The offset between the rows of a rectified pair, px; positive: the right image is lower.
+
+    tilt: in the centre of the image. roll: further offset at the right edge, its negative at the
+    left edge. zoom: further offset at the lower edge, its negative at the upper edge. yaw: further
+    offset in the upper left and the lower right corner, its negative in the others.
+    doubts: standard deviations of these four. swing: standard deviation of the offset between
+    pairs; None for too few pairs. points, pairs: their numbers. rows, columns: size of the images.
+    undone: whether the right image was aligned before it was matched.
+    """
+
+    tilt: float
+    roll: float
+    zoom: float
+    yaw: float
+    doubts: tuple
+    swing: float | None
+    points: int
+    pairs: int
+    rows: int
+    columns: int
+    undone: bool = False
+
+    @property
+    def terms(self):
+        """Tilt, roll, zoom and yaw: float64 (4,), px."""
+        return np.array(self[:4])
+
+    @property
+    def roll_degrees(self):
+        """The clockwise rotation of the right camera about its optical axis."""
+        return float(np.rad2deg(self.roll / (self.columns / 2)))
+
+    @property
+    def zoom_percent(self):
+        """The percentage by which the right image is larger."""
+        return 100 * self.zoom / (self.rows / 2)
+
+    @property
+    def faults(self):
+        """The list of 'tilt', 'roll', 'zoom', 'yaw', 'timing' that surely exceed the limit."""
+        return [name for name, value, doubt in zip(
+            (*TERMS, 'timing'), (*self[:4], self.swing or 0), (*self.doubts, 0))
+            if abs(value) - SURE * doubt > LIMIT]
+
+    @property
+    def advice(self):
+        """A sentence that says what is wrong and what to do; '' without faults."""
+        words = {
+            'tilt': f'the right image is {abs(self.tilt):.2f} px too '
+                    f'{"low" if self.tilt > 0 else "high"} (one camera is tilted, or rows are '
+                    'cut off)',
+            'roll': f'the right camera is turned by {self.roll_degrees:+.2f} degrees about its '
+                    f'optical axis ({abs(self.roll):.2f} px at the left and right edges)',
+            'zoom': f'the right image is {self.zoom_percent:+.2f} % larger '
+                    f'({abs(self.zoom):.2f} px at the upper and lower edges)',
+            'yaw': f'rows converge to the {"left" if self.yaw > 0 else "right"} (one camera is '
+                   f'turned inwards; {abs(self.yaw):.2f} px in the corners)',
+            'timing': f'the offset swings by {self.swing or 0:.2f} px from pair to pair (the '
+                      'cameras do not expose at one moment, or move against each other)'}
+        faults = self.faults
+        if not faults:
+            return ''
+        if faults == ['timing']:
+            return f"synchronise the exposures: {words['timing']}"
+        undone = '; all but the swing is undone before matching' if 'timing' in faults else (
+            '; undone before matching')
+        return ('recalibrate: ' + '; '.join(words[fault] for fault in faults)
+                + undone * self.undone)
+
+    @property
+    def figures(self):
+        """The figures with their standard deviations, for diagnostics: {name: text}."""
+        return {**{f'row offset, {name}': f'{value:+.2f} +- {doubt:.2f} px'
+                   for name, value, doubt in zip(TERMS, self, self.doubts)},
+                'row offset, swing': 'unknown' if self.swing is None else f'{self.swing:.2f} px',
+                'row offset, measured': f'{self.points} points of {self.pairs} pairs',
+                'row offset, undone': 'yes' if self.undone else 'no'}
+
+    @property
+    def sentence(self):
+        """A sentence with the figures and the advice."""
+        parts = (f'{name} {value:+.2f} +- {doubt:.2f}' for name, value, doubt in zip(
+            TERMS, self, self.doubts))
+        end = self.advice or (f'OK (limit {LIMIT})' + ', undone before matching' * self.undone)
+        return f"row offset, right image against left: {', '.join(parts)} px: {end}"
+
+    @property
+    def record(self):
+        """The figures as numbers, for JSON."""
+        return {**self._asdict(), 'roll_degrees': self.roll_degrees,
+                'zoom_percent': self.zoom_percent, 'faults': self.faults, 'advice': self.advice,
+                'sentence': self.sentence}
+
+    def deviation(self, terms):
+        """Return by how much, px, the offset surely differs from terms (4,) at most, anywhere."""
+        differences = np.abs(PLACES @ (self.terms - terms))
+        doubts = np.sqrt(PLACES**2 @ np.square(self.doubts))
+        return float(np.max(differences - CERTAIN * doubts))
+
+    def of_the_right(self):
+        """Return that of the right image against the left, of one found in the mirrored pair."""
+        return self._replace(tilt=-self.tilt, zoom=-self.zoom)
+
+
+def terms_at(column, row, rows, columns):
+    """Return what each of the TERMS is multiplied by at a place of an image: float64 (N, 4)."""
+    x, y = 2 * column / max(columns - 1, 1) - 1, 2 * row / max(rows - 1, 1) - 1
+    return np.stack([np.ones_like(x), x, y, x * y], axis=1)
+
+
+# Where offsets are compared: the centre, the corners and the middles of the edges.
+PLACES = terms_at(*np.mgrid[:3, :3].reshape(2, -1).astype(float), 3, 3)
+
+
+def feature_offsets(left, right, min_disparity, disparities):
+    """
+    Return points of a pair, found without a disparity: float64 (N, 3).
+
+    Column and row in the right image, and row offset, px. ORB features (Rublee et al., 2011) of
+    half-size images are matched in two dimensions: along rows within the range of disparities,
+    and up to LARGEST across them. left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR.
+    """
+    rows, columns = left.shape[:2]
+    if min(rows, columns) < 4 * WINDOW:
+        return np.empty((0, 3))
+    left, right = _normalised(left), _normalised(right)
+    detector = cv2.ORB_create(FEATURES, nlevels=1, edgeThreshold=FEATURE_SIZE // 2,
+                              patchSize=FEATURE_SIZE, fastThreshold=FAST)
+    (there, left_bits), (here, right_bits) = (_features(detector, image)
+                                              for image in (left, right))
+    if not len(there) or not len(here):
+        return np.empty((0, 3))
+    apart = there[:, None] - here
+    near = ((apart[..., 0] >= min_disparity - BEYOND) & (np.abs(apart[..., 1]) <= LARGEST)
+            & (apart[..., 0] < min_disparity + disparities + BEYOND)).astype(np.uint8)
+    matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
+    forth = matcher.match(left_bits, right_bits, near)
+    back = {one.queryIdx: one.trainIdx for one in matcher.match(
+        right_bits, left_bits, np.ascontiguousarray(near.T))}
+    pairs = [(one.queryIdx, one.trainIdx) for one in forth
+             if one.distance < ALIKE and back.get(one.trainIdx) == one.queryIdx]
+    if not pairs:
+        return np.empty((0, 3))
+    first, second = np.array(pairs).T
+    return _flow(left, right, there[first], here[second], FOUND_ERROR)
+
+
+def corner_offsets(left, right, disparity, confidence, terms=(0.0, 0.0, 0.0, 0.0)):
+    """
+    Return points of a pair whose disparity is known: float64 (N, 3), as of `feature_offsets`.
+
+    left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR. disparity, confidence: of a Match.
+    terms: (4,), the row offset that is expected
+    """
+    rows, columns = disparity.shape
+    if min(rows, columns) < 4 * WINDOW:
+        return np.empty((0, 3))
+    left, right = _normalised(left), _normalised(right)
+    corners = _confident_corners(left, confidence)
+    column, row = corners.astype(int).T
+    expected = corners.copy()
+    expected[:, 0] -= disparity[row, column]
+    expected[:, 1] += terms_at(*expected.T.astype(float), rows, columns) @ np.array(terms)
+    return _flow(left, right, corners, expected, ROW_ERROR)
+
+
+def _flow(left, right, corners, expected, row_error):
+    """
+    Return the points of `feature_offsets` of corners whose place in the right image is expected.
+
+    corners, expected: float32 (N, 2), column and row; row_error: px that a point may lie from
+    there along the row
+    """
+    rows, columns = left.shape
+    inside = ((corners[:, 1] > WINDOW) & (corners[:, 1] < rows - WINDOW)
+              & (expected[:, 0] > WINDOW) & (expected[:, 0] < columns - WINDOW))
+    corners, expected = corners[inside], expected[inside]
+    if not len(corners):
+        return np.empty((0, 3))
+    options = {'winSize': (WINDOW, WINDOW), 'maxLevel': 0, 'flags': cv2.OPTFLOW_USE_INITIAL_FLOW,
+               'criteria': (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 20, 0.01)}
+    found, known, _ = cv2.calcOpticalFlowPyrLK(left, right, corners, expected.copy(), **options)
+    back, known_back, _ = cv2.calcOpticalFlowPyrLK(right, left, found, corners.copy(), **options)
+    offsets = (found - corners)[:, 1].astype(np.float64)
+    good = ((known[:, 0] > 0) & (known_back[:, 0] > 0) & (np.abs(offsets) < LARGEST)
+            & (np.abs(found - expected)[:, 0] < row_error)
+            & (np.abs(back - corners).max(axis=1) < RETURN_ERROR))
+    return np.column_stack([found, offsets])[good]
+
+
+def misalignment_of(pairs, rows, columns):
+    """
+    Return the Misalignment of pairs of equal size, None for too few points.
+
+    pairs: list of float64 (N, 3) of `feature_offsets` or `corner_offsets`.
+    """
+    column, row, offsets = np.concatenate(pairs).T
+    terms = terms_at(column, row, rows, columns)
+    down, across = (np.clip(((place + 1) / 2 * count).astype(int), 0, count - 1)
+                    for place, count in zip((terms[:, 2], terms[:, 1]), TILES))
+    tiles = down * TILES[1] + across
+    count = len(np.unique(tiles))
+    if len(offsets) < FEWEST[0] or count < FEWEST[1]:
+        return None
+    found, spread = np.array([_densest(offsets), 0.0, 0.0, 0.0]), SPREAD
+    for _ in range(ROUNDS):
+        residuals = offsets - terms @ found
+        weights = np.maximum(1 - (residuals / (TUKEY * spread)) ** 2, 0) ** 2
+        inverse = np.linalg.inv(terms.T @ (weights[:, None] * terms) + np.diag(PRIOR))
+        found = inverse @ (terms.T @ (weights * offsets))
+        residuals = offsets - terms @ found
+        near = np.abs(residuals)[np.abs(residuals) < 2 * SPREAD]
+        if len(near) < FEWEST[0]:
+            return None
+        spread = min(max(1.4826 * float(np.median(near)), SMALLEST_SPREAD), SPREAD)
+    # The points of a tile count as one observation, as their errors are correlated.
+    scores = np.zeros((TILES[0] * TILES[1], len(TERMS)))
+    np.add.at(scores, tiles, (weights * residuals)[:, None] * terms)
+    variances = np.diag(inverse @ (scores.T @ scores) @ inverse) * count / max(
+        count - len(TERMS), 1)
+    ends = np.cumsum([len(one) for one in pairs])[:-1]
+    medians = [np.median(one) for one in np.split(residuals, ends) if len(one)]
+    swing = None
+    if len(medians) >= PAIRS_OF_SWING:
+        low, high = np.percentile(medians, (10, 90))
+        swing = float(high - low) / PERCENTILE_WIDTH
+    if len(medians) > 1:        # where exposures swing, pairs differ by more than their points
+        count = len(medians)    # of few pairs the variance is itself not sure
+        variances[0] += np.var(medians) / count * (count + 2) / (count - 1)
+    return Misalignment(*map(float, found), tuple(map(float, np.sqrt(variances))), swing,
+                        len(offsets), len(pairs), rows, columns)
+
+
+def _densest(offsets):
+    """Return the offset around which most offsets lie; of equals the smallest."""
+    places = np.arange(-LARGEST, LARGEST + BIN, BIN)
+    places = places[np.argsort(np.abs(places), kind='stable')]
+    density = np.maximum(1 - np.abs(offsets - places[:, None]) / SPREAD, 0).sum(axis=1)
+    return float(places[np.argmax(density)])
+
+
+def _normalised(image):
+    """Return a grey image without its local mean, at equal contrast, as gains differ: uint8."""
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+    mean = cv2.blur(grey, (WINDOW, WINDOW))
+    gain = CONTRAST / max(cv2.mean(cv2.absdiff(grey, mean))[0], 1e-6)
+    return cv2.addWeighted(grey, gain, mean, -gain, 128, dtype=cv2.CV_8U)
+
+
+def normalised_half(image):
+    """Return a grey image of half the size at equal contrast: uint8 (R / 2, C / 2)."""
+    return _halved(_normalised(image))
+
+
+def _halved(image):
+    """Return a grey image of half the size, without an odd last row or column."""
+    rows, columns = (side // 2 * 2 for side in image.shape)
+    return cv2.resize(image[:rows, :columns], (columns // 2, rows // 2),
+                      interpolation=cv2.INTER_AREA)
+
+
+def _features(detector, image):
+    """Return features of an image, float32 (N, 2) column and row, and their uint8 (N, 32) bits."""
+    found, bits = detector.detectAndCompute(_halved(image), None)
+    return np.array([2 * np.array(one.pt) + 0.5 for one in found], np.float32), bits
+
+
+def _confident_corners(image, confidence):
+    """Return the more confident half of an image's corners: float32 (N, 2), column, row."""
+    half = _halved(image)
+    found = cv2.goodFeaturesToTrack(
+        half, CORNERS, QUALITY, DISTANCE / 2,
+        mask=(confidence[:2 * half.shape[0]:2, :2 * half.shape[1]:2] > 0).astype(np.uint8))
+    if found is None or not len(found):
+        return np.empty((0, 2), np.float32)
+    corners = 2 * found.reshape(-1, 2)
+    confidences = confidence[tuple(corners[:, ::-1].astype(int).T)]
+    return corners[confidences >= np.median(confidences)]

@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Rows that do not fit are undone, held, moved by measured steps, and forgotten with the rig."""
+from dataclasses import replace
+
+from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.kernels.possibility.row_shift import shift_rows
+from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows, STEP
+from fuzzy_stereo_ros.matching.row_offsets import terms_at
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, misaligned
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+
+ROWS, COLUMNS, DISPARITIES = 240, 320, 32
+CONFIG = MatcherConfig(disparities=DISPARITIES, fill=True)
+CAMERA = Camera(300.0, 300.0, 159.5, 119.5)
+
+
+@pytest.fixture(scope='module')
+def scene():
+    return make_pair(ROWS, COLUMNS, DISPARITIES, seed=2, objects=6, noise=2.0)
+
+
+def wrong(made, match):
+    return score(match.disparity, made.truth, made.visible).bad_dense[1.0]
+
+
+def shifted(image, terms):
+    channels = image.shape[2] if image.ndim == 3 else 1
+    moved = np.zeros_like(image)
+    shift_rows(image.reshape(len(image), -1), channels, np.array(terms, np.float64),
+               np.float32(np.iinfo(image.dtype).max), moved.reshape(len(image), -1))
+    return moved
+
+
+def shifted_by_numpy(image, terms):
+    """Return what shift_rows writes, pixel by pixel, in double precision: float64."""
+    rows, columns = image.shape[:2]
+    row, column = (place.ravel() for place in np.mgrid[:rows, :columns].astype(float))
+    place = row + terms_at(column, row, rows, columns) @ np.asarray(terms)
+    base = np.floor(place)
+    part = (place - base)[:, None]
+    one, two, three, four = (
+        image.reshape(rows, columns, -1)[np.clip(base + step, 0, rows - 1).astype(int),
+                                         column.astype(int)].astype(float)
+        for step in (-1, 0, 1, 2))
+    found = 0.5 * (2 * two + (three - one) * part
+                   + (2 * one - 5 * two + 4 * three - four) * part**2
+                   + (3 * two - one - 3 * three + four) * part**3)
+    return np.clip(found, 0, np.iinfo(image.dtype).max).reshape(image.shape)
+
+
+@settings(max_examples=60)
+@given(rows=st.integers(1, 20), columns=st.integers(2, 40), channels=st.sampled_from([0, 3]),
+       kind=st.sampled_from([np.uint8, np.uint16]), seed=st.integers(0, 99),
+       terms=st.lists(st.floats(-3, 3), min_size=4, max_size=4))
+def test_shifted_rows_are_those_of_numpy(rows, columns, channels, kind, seed, terms):
+    shape = (rows, columns, channels) if channels else (rows, columns)
+    image = np.random.default_rng(seed).integers(0, np.iinfo(kind).max, shape, kind,
+                                                 endpoint=True)
+    # In colour the channels of a pixel are read at places that differ by a third of a column's.
+    slope = 2 * (abs(terms[1]) + abs(terms[3])) / max(columns - 1, 1)
+    largest = np.iinfo(kind).max
+    tolerance = 0.51 + largest * (1e-5 + (2 * slope if channels else 0))
+    found = shifted(image, terms).astype(float)
+    assert np.abs(found - shifted_by_numpy(image, terms)).max() <= tolerance
+
+
+def test_a_whole_number_of_rows_moves_them_to_the_bit():
+    image = np.random.default_rng(0).integers(0, 255, (30, 40, 3), np.uint8)
+    np.testing.assert_array_equal(shifted(image, (2, 0, 0, 0))[:-2], image[2:])
+    np.testing.assert_array_equal(shifted(image, (-1, 0, 0, 0))[1:], image[:-1])
+
+
+@pytest.mark.parametrize('profile, terms', [
+    *(('realtime', terms) for terms in (
+        (0.5, 0, 0, 0), (1, 0, 0, 0), (-3, 0, 0, 0), (8, 0, 0, 0), (0, 1.5, 0, 0), (0, 0, -1, 0),
+        (0, 0, 0, 1.3), (2, 1.5, -1, 0.5))), ('quality', (2, 1.5, -1, 0.5))], ids=str)
+def test_a_single_pair_whose_rows_differ_is_matched_as_well_as_one_whose_rows_fit(
+        scene, profile, terms):
+    config = MatcherConfig.from_profile(profile, disparities=DISPARITIES, fill=True)
+    right = shifted(scene.right, -np.array(terms))
+    fits, aligned = (StereoMatcher(config).match(scene.left, image)
+                     for image in (scene.right, right))
+    left_alone = StereoMatcher(replace(config, align_rows=False)).match(scene.left, right)
+    # Rows that the right camera does not see cost some pixels at the border.
+    most = 1.15 * wrong(scene, fits) + 50 * max(abs(terms[0]) - 1, 0) / ROWS
+    assert wrong(scene, aligned) <= most
+    assert wrong(scene, aligned) < wrong(scene, left_alone)
+
+
+@pytest.mark.parametrize('reference', ['left', 'right'])
+def test_the_disparity_stays_that_of_the_reference_image(scene, reference):
+    config = replace(CONFIG, reference=reference)
+    fits, aligned = (StereoMatcher(config).match(scene.left, image).disparity
+                     for image in (scene.right, misaligned(scene.right, tilt=2.0)))
+    inner = np.s_[4:-4]
+    assert (np.abs(fits - aligned)[inner] > 1).mean() < 0.02
+
+
+@pytest.mark.parametrize('tilt', [0.0, 0.05, -0.07])
+def test_below_a_tenth_of_a_pixel_no_bit_changes(scene, tilt):
+    right = misaligned(scene.right, tilt=tilt) if tilt else scene.right
+    aligned, left_alone = (StereoMatcher(replace(CONFIG, align_rows=align)).match(
+        scene.left, right) for align in (True, False))
+    np.testing.assert_array_equal(aligned.disparity, left_alone.disparity)
+    np.testing.assert_array_equal(aligned.confidence, left_alone.confidence)
+    assert not aligned.misalignment.undone
+
+
+def test_a_match_says_what_was_measured_and_whether_it_was_undone(scene):
+    right = misaligned(scene.right, tilt=1.0)
+    undone, measured = (StereoMatcher(replace(CONFIG, align_rows=align)).match(
+        scene.left, right).misalignment for align in (True, False))
+    assert (undone.tilt, measured.tilt) == pytest.approx((1.0, 1.0), abs=0.1)
+    assert (undone.undone, measured.undone) == (True, False)
+    assert undone.faults == measured.faults == ['tilt']
+
+
+def test_rows_of_the_left_image_that_the_right_camera_does_not_see_are_invalid(scene):
+    config = replace(CONFIG, fill=False)
+    for tilt, unseen in ((6.0, np.s_[-4:]), (-6.0, np.s_[:4])):
+        match = StereoMatcher(config).match(scene.left, misaligned(scene.right, tilt=tilt))
+        assert np.isnan(match.disparity[unseen]).all()
+        assert (match.confidence[unseen] == 0).all()
+
+
+def match_all(matcher, pairs, camera=None):
+    return [matcher.match(left, right, camera=camera) for left, right in pairs]
+
+
+def test_an_offset_is_held_through_frames_without_texture(scene):
+    matcher, blank = StereoMatcher(CONFIG), np.full((ROWS, COLUMNS), 100, np.uint8)
+    pair = scene.left, misaligned(scene.right, tilt=1.5)
+    match_all(matcher, [pair])
+    undone = matcher.rows.undone
+    match_all(matcher, [(blank, blank)] * (PERIOD + 1))
+    np.testing.assert_array_equal(matcher.rows.undone, undone)
+    assert wrong(scene, matcher.match(*pair)) < 3
+
+
+def test_another_size_or_camera_begins_anew(scene):
+    matcher, right = StereoMatcher(CONFIG), misaligned(scene.right, tilt=1.5)
+    match_all(matcher, [(scene.left, right)] * 3, CAMERA)
+    assert matcher.rows.undone[0] == pytest.approx(1.5, abs=0.1)
+    match_all(matcher, [(scene.left, scene.right)], CAMERA._replace(fx=301.0))
+    assert not matcher.rows.undone.any()
+    smaller = make_pair(120, 200, 16, seed=1)
+    match_all(matcher, [(scene.left, right)])
+    assert matcher.rows.undone.any()
+    match_all(StereoMatcher(replace(CONFIG, disparities=16)), [(smaller.left, smaller.right)])
+
+
+@pytest.mark.parametrize('knock', [4.0, -6.0])
+def test_a_rig_after_a_knock_is_put_right(scene, knock):
+    matcher = StereoMatcher(CONFIG)
+    match_all(matcher, [(scene.left, scene.right)] * 5)
+    assert not matcher.rows.undone.any()
+    after = scene.left, misaligned(scene.right, tilt=knock)
+    assert wrong(scene, matcher.match(*after)) > 20
+    match_all(matcher, [after] * (2 * PERIOD))
+    assert matcher.rows.undone[0] == pytest.approx(knock, abs=0.2)
+    assert wrong(scene, matcher.match(*after)) < 5
+
+
+def test_a_swing_between_exposures_is_not_followed(scene):
+    alignment, rows = RowAlignment(CONFIG), Rows(rig=(ROWS, COLUMNS))
+    random, moves = np.random.default_rng(0), []
+    for _ in range(40):
+        column, row = random.uniform(0, COLUMNS, 60), random.uniform(0, ROWS, 60)
+        swing = np.full(60, random.normal(0, 0.8)) + random.normal(0, 0.05, 60)
+        rows = alignment._stepped(rows.with_points(
+            np.column_stack([column, row, swing]), (ROWS, COLUMNS)), (ROWS, COLUMNS))
+        moves.append(np.abs(rows.undone).max())
+    assert len(set(moves)) < 5
+
+
+def test_a_pattern_that_repeats_itself_down_the_image_moves_nothing():
+    made = make_pair(48, 320, 16, seed=1)
+    left, right = (np.tile(image, (5, 1)) for image in (made.left, made.right))
+    match = StereoMatcher(replace(CONFIG, disparities=16)).match(left, right)
+    assert not match.misalignment.undone
+
+
+def test_what_is_handed_on_gives_the_same_bits(scene):
+    right = misaligned(scene.right, tilt=1.2)
+    one, other = StereoMatcher(CONFIG), StereoMatcher(CONFIG)
+    match_all(one, [(scene.left, right)] * 5)
+    other.restore(one.state, one.rows)
+    for _ in range(PERIOD + 2):
+        first, second = (matcher.match(scene.left, right) for matcher in (one, other))
+        np.testing.assert_array_equal(first.disparity, second.disparity)
+        np.testing.assert_array_equal(one.rows.points, other.rows.points)
+        np.testing.assert_array_equal(one.rows.undone, other.rows.undone)
+
+
+def test_an_offset_that_is_not_surely_another_one_is_kept():
+    points = np.column_stack([np.random.default_rng(0).uniform(0, 200, (60, 2)), np.full(60, 0.0)])
+    points[:, 2] = 1.0
+    alignment, shape = RowAlignment(CONFIG), (200, 200)
+    rows = alignment._stepped(Rows().with_points(points, shape), shape)
+    assert rows.undone[0] == pytest.approx(1.0, abs=0.01)
+    again = alignment._stepped(rows.with_points(points + [0, 0, STEP / 4], shape), shape)
+    assert again.undone is rows.undone

@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""By how much the rows of a pair differ is found, told by kind, and never where they fit."""
+from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
+from fuzzy_stereo_ros.matching.row_offsets import (
+    corner_offsets, feature_offsets, Misalignment, misalignment_of, terms_at)
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence, misaligned
+import numpy as np
+import pytest
+from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
+
+ROWS, COLUMNS, DISPARITIES = 240, 320, 32
+ERRORS = ({'tilt': 0.3}, {'tilt': -1.0}, {'roll': 0.2}, {'roll': -0.4}, {'zoom': 0.5},
+          {'zoom': -0.4}, {'tilt': 0.8, 'roll': 0.1, 'zoom': -0.2})
+
+
+@pytest.fixture(scope='module')
+def scene():
+    return make_pair(ROWS, COLUMNS, DISPARITIES, seed=2, objects=6, noise=2.0)
+
+
+def known(made, right=None):
+    """Return what `corner_offsets` takes of a made pair, its truth as the disparity."""
+    return (made.left, made.right if right is None else right, made.truth,
+            made.visible.astype(np.float32))
+
+
+def by_features(made, right):
+    return misalignment_of([feature_offsets(made.left, right, 0, DISPARITIES)],
+                           *made.left.shape[:2])
+
+
+def by_corners(made, right):
+    return misalignment_of([corner_offsets(*known(made, right))], *made.left.shape[:2])
+
+
+def matched(pairs, disparities, **changes):
+    """Return the Misalignment of (left, right)s that are matched one after the other."""
+    matcher = StereoMatcher(MatcherConfig(disparities=disparities, **changes))
+    for left, right in pairs:
+        match = matcher.match(left, right)
+    return match.misalignment
+
+
+def at_the_edges(tilt=0.0, roll=0.0, zoom=0.0):
+    """Return tilt, roll and zoom of a moved image, px."""
+    return tilt, np.deg2rad(roll) * COLUMNS / 2, zoom / 100 * ROWS / 2
+
+
+@pytest.mark.parametrize('measure', [by_features, by_corners])
+@pytest.mark.parametrize('error', ERRORS, ids=str)
+def test_tilt_roll_and_zoom_are_recovered_to_a_tenth_of_a_pixel(scene, error, measure):
+    found = measure(scene, misaligned(scene.right, **error))
+    assert found[:3] == pytest.approx(at_the_edges(**error), abs=0.1)
+    assert max(found.doubts) < 0.06
+    assert found.roll_degrees == pytest.approx(error.get('roll', 0.0), abs=0.03)
+    assert found.zoom_percent == pytest.approx(error.get('zoom', 0.0), abs=0.08)
+
+
+@pytest.mark.parametrize('tilt', [-8.0, -3.3, 8.0])
+def test_features_find_an_offset_of_up_to_eight_pixels(scene, tilt):
+    found = by_features(scene, misaligned(scene.right, tilt=tilt))
+    assert found.terms == pytest.approx((tilt, 0, 0, 0), abs=0.1)
+
+
+def test_a_yaw_is_recovered_from_rows_that_converge():
+    random = np.random.default_rng(0)
+    column, row = random.uniform(0, COLUMNS, 300), random.uniform(0, ROWS, 300)
+    terms = np.array([0.2, -0.4, 0.1, 1.3])
+    offsets = terms_at(column, row, ROWS, COLUMNS) @ terms + random.normal(0, 0.1, 300)
+    found = misalignment_of([np.column_stack([column, row, offsets])], ROWS, COLUMNS)
+    assert found.terms == pytest.approx(terms, abs=0.05)
+    assert found.faults == ['yaw']
+    assert 'rows converge to the left' in found.advice
+
+
+@pytest.mark.parametrize('error, fault, words', [
+    ({'tilt': 0.8}, 'tilt', 'recalibrate: the right image is 0.'),
+    ({'roll': 0.4}, 'roll', 'recalibrate: the right camera is turned by +0.'),
+    ({'zoom': -0.7}, 'zoom', 'recalibrate: the right image is -0.')])
+def test_an_error_above_half_a_pixel_is_told_by_its_kind(scene, error, fault, words):
+    found = by_corners(scene, misaligned(scene.right, **error))
+    assert found.faults == [fault]
+    assert found.advice.startswith(words)
+    assert found.sentence.endswith(found.advice)
+
+
+def test_images_that_fit_are_no_fault(scene):
+    for measure in by_features, by_corners:
+        found = measure(scene, scene.right)
+        assert np.abs(found.terms).max() < 0.05
+        assert (found.faults, found.advice) == ([], '')
+        assert found.sentence.endswith('OK (limit 0.5)')
+
+
+@pytest.mark.parametrize('swing, faults', [(0.3, []), (0.9, ['timing'])])
+def test_exposures_at_different_moments_swing_from_pair_to_pair(swing, faults):
+    shifts = 2**0.5 * swing * np.sin(np.arange(24))     # as of a camera that shakes
+    frames = make_sequence(120, 200, 16, len(shifts), seed=1, noise=1.0, pan=2.0)
+    found = misalignment_of([
+        corner_offsets(*known(made, misaligned(made.right, tilt=shift)))
+        for made, shift in zip(frames, shifts)], 120, 200)
+    assert found.swing == pytest.approx(np.std(shifts), abs=0.1)
+    assert found.faults == faults
+    assert found.advice.startswith('synchronise' if faults else '')
+
+
+def test_pairs_without_change_have_no_swing_and_few_pairs_none_at_all(scene):
+    one = corner_offsets(*known(scene))
+    few = misalignment_of([one] * (row_offsets.PAIRS_OF_SWING - 1), ROWS, COLUMNS)
+    assert few.swing is None
+    enough = misalignment_of([one] * row_offsets.PAIRS_OF_SWING, ROWS, COLUMNS)
+    assert enough.swing == pytest.approx(0, abs=1e-6)
+
+
+def test_an_error_that_is_not_sure_is_no_fault():
+    found = Misalignment(0.6, 0.0, 0.0, 0.0, (0.04,) * 4, None, 50, 1, ROWS, COLUMNS)
+    assert found.faults == ['tilt']
+    assert found._replace(doubts=(0.06,) * 4).faults == []
+    assert found._replace(tilt=0.49, doubts=(0.0,) * 4).faults == []
+
+
+def test_the_advice_says_what_is_undone_and_that_a_swing_is_not():
+    found = Misalignment(0.6, 0.0, 0.0, 0.0, (0.0,) * 4, 0.2, 50, 9, ROWS, COLUMNS, undone=True)
+    assert found.advice.endswith('; undone before matching')
+    assert found._replace(swing=0.8).advice.endswith('all but the swing is undone before matching')
+    assert 'undone' not in found._replace(tilt=0.0, swing=0.8).advice
+    assert found._replace(tilt=0.2).sentence.endswith('OK (limit 0.5), undone before matching')
+
+
+def test_the_same_corners_seen_often_are_no_surer(scene):
+    one = corner_offsets(*known(scene))
+    once, often = (misalignment_of([one] * times, ROWS, COLUMNS) for times in (1, 10))
+    assert often.points == 10 * once.points
+    assert often.doubts == pytest.approx(once.doubts, rel=0.15)
+
+
+def test_mistakes_of_the_flow_do_not_move_the_result(scene):
+    found = corner_offsets(*known(scene))
+    spoilt = found.copy()
+    spoilt[::5, 2] += 4.0
+    plain, robust = (misalignment_of([one], ROWS, COLUMNS) for one in (found, spoilt))
+    assert robust.terms == pytest.approx(plain.terms, abs=0.02)
+
+
+def test_the_right_image_as_reference_tells_the_same(scene):
+    right = misaligned(scene.right, tilt=0.7, roll=0.2)
+    one, other = (matched([(scene.left, right)], DISPARITIES, reference=reference)
+                  for reference in ('left', 'right'))
+    assert one[:2] == pytest.approx((0.7, np.deg2rad(0.2) * COLUMNS / 2), abs=0.1)
+    assert other.terms == pytest.approx(one.terms, abs=0.1)
+
+
+@pytest.mark.parametrize('images', [
+    lambda left, right: (left.astype(np.uint16) * 250, right.astype(np.uint16) * 250),
+    lambda left, right: (np.stack([left] * 3, 2), right),
+    lambda left, right: (left, (0.4 * right + 60).astype(np.uint8))],
+    ids=['16 bits', 'colour', 'darker'])
+def test_any_kind_of_image_will_do_and_cameras_may_differ_in_gain(scene, images):
+    left, right = images(scene.left, misaligned(scene.right, tilt=0.7))
+    for found in (corner_offsets(left, right, *known(scene)[2:]),
+                  feature_offsets(left, right, 0, DISPARITIES)):
+        assert misalignment_of([found], ROWS, COLUMNS).tilt == pytest.approx(0.7, abs=0.05)
+
+
+@pytest.mark.parametrize('rows, columns', [(1, 1), (10, 400), (59, 80), (60, 60), (61, 103)])
+def test_small_and_plain_images_tell_nothing_and_break_nothing(rows, columns):
+    plain, textured = np.full((rows, columns), 90, np.uint8), np.random.default_rng(0).integers(
+        0, 255, (rows, columns), np.uint8)
+    disparity, confidence = np.zeros((rows, columns), np.float32), np.ones(
+        (rows, columns), np.float32)
+    for found in (corner_offsets(plain, plain, disparity, confidence),
+                  corner_offsets(textured, textured, disparity, 0 * confidence),
+                  corner_offsets(textured, textured, disparity * np.nan, 0 * confidence),
+                  feature_offsets(plain, plain, 0, 16), feature_offsets(plain, textured, 0, 16)):
+        assert misalignment_of([found], rows, columns) is None
+
+
+def test_few_points_or_few_places_tell_nothing():
+    random = np.random.default_rng(0)
+    points = np.column_stack([random.uniform(0, COLUMNS, 200), random.uniform(0, ROWS, 200),
+                              np.zeros(200)])
+    assert misalignment_of([points[:row_offsets.FEWEST[0]]], ROWS, COLUMNS) is not None
+    assert misalignment_of([points[:row_offsets.FEWEST[0] - 1]], ROWS, COLUMNS) is None
+    points[:, :2] %= 60       # the upper left tiles
+    assert misalignment_of([points], ROWS, COLUMNS) is None
+
+
+def test_invalid_pixels_take_no_part(scene):
+    left, right, disparity, confidence = known(scene)
+    disparity = disparity.copy()
+    disparity[:, 160:] = np.nan
+    confidence[:120] = 0
+    found = corner_offsets(left, right, disparity, confidence)
+    assert len(found) > 10
+    assert (found[:, 0] < 160).all() and (found[:, 1] >= 119).all()
+
+
+REAL = {
+    **{name: lambda name=name: middlebury(name) for name in ('tsukuba', 'venus', 'teddy',
+                                                             'cones')},
+    **{name: lambda name=name: third_size(name, 370, 413) for name in ('Bowling1', 'Aloe')},
+    'Motorcycle': motorcycle}
+
+
+@pytest.mark.parametrize('name', REAL)
+def test_a_real_pair_fits_as_it_is_and_is_found_turned_by_a_fifth_of_a_degree(name):
+    pair = REAL[name]()
+    plain, turned = (matched([(pair.left, right)], pair.disparities)
+                     for right in (pair.right, misaligned(pair.right, roll=0.2)))
+    assert plain.faults == []
+    assert turned.faults == ['roll']
+    assert turned.roll_degrees - plain.roll_degrees == pytest.approx(0.2, abs=0.025)
+    assert turned.tilt == pytest.approx(plain.tilt, abs=0.1)
+
+
+@pytest.mark.parametrize('name, numbers', [('000027', range(7, 12)), ('000138', (10, 11))])
+def test_rows_of_kitti_2012_converge_and_fit_otherwise(name, numbers):
+    found = matched(kitti_frames(name, numbers)[0], 96)
+    assert found.faults == ['yaw']
+    assert found.points > 200
+
+
+def test_a_flight_of_euroc_raises_no_alarm():
+    folder = DATA / 'euroc_v101_rect'
+    found = matched([[read_grey(folder / side / f'{number:04d}.png') for side in (
+        'left', 'right')] for number in range(0, 30, 3)], 64)
+    assert np.abs(found.terms).max() < 0.2
+    assert found.faults == []
