@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the real node publishes besides disparity and confidence, and that nobody pays unasked."""
-from node_process import shifted_pair, values_of
+from contextlib import ExitStack
+
+from node_process import NodeProcess, shifted_pair, START, values_of
 import numpy as np
 import pytest
 
@@ -149,3 +151,33 @@ def test_reduced_scale_keeps_metres_and_tells_focal_length_and_size(make_bench):
         info = infos[min(infos)]
         assert (info.width, info.height, info.p[0]) == (120, 60, 100.0)
         assert info.p[2] == (119.5 + 0.5) / 2 - 0.5
+
+
+def test_of_two_nodes_in_one_namespace_one_publishes_the_points_and_the_other_after_it(make_bench):
+    from sensor_msgs.msg import PointCloud2
+    from ros_bench import RELIABLE
+    yields = 'another node publishes /points2, so this node does not'
+    with make_bench(*SMALL) as bench, ExitStack() as ended:
+        second = NodeProcess(bench.domain, *SMALL, *RELIABLE[1:], '-r', '__node:=second')
+        ended.callback(second.finish)
+        points = {}
+        bench.collect(PointCloud2, 'points2', points)
+        bench.connect()
+        second.logged('ready', timeout=START)
+
+        def that_yields():
+            bench.rig.publish(*PAIR)
+            return next((node for node in (bench.node, second) if yields in node.log()), None)
+
+        def hear_points():
+            sent = bench.rig.publish(*PAIR)
+            bench.until(lambda: bench.rig.publish(*PAIR) and max(points, default=0) >= sent,
+                        'points of a new pair')
+
+        idle = bench.until(that_yields, 'one node leaves the points to the other')
+        busy = second if idle is bench.node else bench.node
+        hear_points()
+        assert yields not in busy.log()
+        bench.node = idle       # which the bench sees alive, and ends
+        assert busy.finish() == 0
+        hear_points()

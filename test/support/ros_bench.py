@@ -25,7 +25,7 @@ class Surroundings:
 
     def __init__(self, domain, **rig):
         """Join a domain; rig: options of the SimulatedCameras."""
-        self.context = rclpy.Context()
+        self.domain, self.context = domain, rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.rig = SimulatedCameras(f'rig_{domain}', FOCAL, BASELINE, context=self.context, **rig)
         self.listener = rclpy.create_node(f'listener_{domain}', context=self.context)
