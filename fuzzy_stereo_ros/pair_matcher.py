@@ -82,8 +82,14 @@ class PairMatcher:
             self._reset = False
             self._matcher.reset()
         before, rows, shape = self._matcher.state, self._matcher.rows, pair.left.shape[:2]
-        match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp,
-                                    camera=camera_of(pair))
+        try:
+            match = self._matcher.match(pair.left, pair.right, stamp=pair.stamp,
+                                        camera=camera_of(pair))
+        except ValueError:
+            raise
+        except Exception:       # noqa: B902  an internal error
+            self._matcher.reset()           # it may hold half of this pair
+            raise
         self.last = MatchedPair(pair, match, self._matcher.config, before, rows)
         if prepared is not None or shape != self._shape:
             self._shape = shape

@@ -3,12 +3,16 @@
 """A matcher of pairs whose configuration changes: the newest request wins, faults are reported."""
 from dataclasses import replace
 from queue import SimpleQueue
+from unittest.mock import Mock
 
 from fuzzy_stereo_ros import pair_matcher
 from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.pair_matcher import FAILED, PairMatcher, PREPARING, READY
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
+from made_matches import bits
 from node_process import shifted_pair
 import numpy as np
 import pytest
@@ -155,6 +159,23 @@ def test_what_a_missing_pixel_takes_part_in_is_invalid_but_not_what_is_filled():
         np.testing.assert_array_equal(found.disparity[~invalid], plain.disparity[~invalid])
         np.testing.assert_array_equal(matcher.last.match.disparity, plain.disparity)
         assert matcher.close()
+
+
+def test_after_an_internal_error_the_next_pair_is_matched_as_by_a_new_matcher(monkeypatch):
+    frames = [StereoPair(made.left, made.right, CALIBRATION, 1000 * number) for number, made in
+              enumerate(make_sequence(60, 100, 24, 5, noise=3.0, pan=1.0))]
+    matcher, fresh = (PairMatcher(MatcherConfig(disparities=24)) for _ in range(2))
+    for one in (matcher, fresh):
+        one.warm_up()
+    for pair in frames[:3]:
+        matcher.match(pair)
+    with monkeypatch.context() as patch:
+        patch.setattr(Refinement, 'write', Mock(side_effect=MemoryError))
+        with pytest.raises(MemoryError):
+            matcher.match(frames[3])
+    found, expected = (one.match(frames[4]).match for one in (matcher, fresh))
+    assert not found.warm
+    assert bits(found) == bits(expected)
 
 
 def test_no_kernel_is_parallel_as_two_threads_call_them():
