@@ -72,7 +72,7 @@ def run(arguments, stream, progress_stream=None):
         _run_frames(arguments, config, outputs, stream, progress_stream)
         return
     left, right = read_pair(arguments.left, arguments.right)
-    truth, mask = truth_and_mask(arguments, left.shape[:2])
+    truth, mask = _truth_and_mask(arguments, left.shape[:2])
     warm_matcher(config, progress_stream or sys.stderr, left.shape[:2])
     convergence = Convergence(config, left if config.reference == 'left' else right, truth, mask)
     animation = EvolutionAnimation(outputs['video'], convergence) if 'video' in outputs else None
@@ -109,7 +109,7 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
         raise ValueError(f'{arguments.left} holds {len(names[0])} files, {arguments.right} '
                          f'{len(names[1])}; give two folders of as many images')
     pairs = list(zip(*names))
-    truth, mask = truth_and_mask(arguments, read_pair(*pairs[0])[0].shape[:2])
+    truth, mask = _truth_and_mask(arguments, read_pair(*pairs[0])[0].shape[:2])
     frames = list(bar(progress_stream or sys.stderr, iterable=watched_frames(
         replace(config, warm_start=True), (read_pair(*pair) for pair in pairs), truth, mask),
         total=len(pairs), desc='frames'))
@@ -128,6 +128,15 @@ def _run_frames(arguments, config, outputs, stream, progress_stream):
                      f"{100 * frame.figures['evolved']:11.1f}  {gained or 'nothing'}{wrong}")
     lines.extend(f'{path}: written' for path in outputs.values())
     print('\n'.join(lines), file=stream)
+
+
+def _truth_and_mask(arguments, shape):
+    """Return `truth_and_mask`; ValueError if no pixel counts, as no curve can be drawn then."""
+    truth, mask = truth_and_mask(arguments, shape)
+    if truth is not None and not score(truth, truth, mask).pixels:
+        raise ValueError(f'no pixel of {arguments.ground_truth} counts: it has no valid ones, or '
+                         '--mask leaves none of them')
+    return truth, mask
 
 
 def _figures(arguments, outputs, convergence, match):

@@ -138,13 +138,22 @@ def _sentences(figures):
         lines.insert(1, f"{figures['picture']}: the same in colours")
     found = figures['ground_truth']
     if found is not None:
-        lines.append(
-            f"of {found['pixels']} pixels with ground truth {found['density']:.1f} % have a "
-            f"disparity; off by more than 1 px are {found['bad_sparse'][1.0]:.2f} % of these, "
-            f"off or invalid {found['bad_dense'][1.0]:.2f} % of all; "
-            f"average error {found['average_error']:.2f} px")
+        lines.append(_sentence_on(found))
     if figures['misalignment'] is not None:
         lines.append(figures['misalignment']['sentence'])
     if saved is not None:
         lines.append(sentence(saved))
     return '\n'.join(lines)
+
+
+def _sentence_on(score):
+    """Return the fields of a `Score` as a sentence."""
+    pixels = f"{score['pixels']} pixels with ground truth"
+    if not score['pixels']:
+        return 'no pixel has ground truth'
+    if score['density'] == 0:
+        return f'none of {pixels} has a disparity'
+    return (f"of {pixels} {score['density']:.1f} % have a disparity; off by more than 1 px are "
+            f"{score['bad_sparse'][1.0]:.2f} % of these, off or invalid "
+            f"{score['bad_dense'][1.0]:.2f} % of all; "
+            f"average error {score['average_error']:.2f} px")

@@ -21,8 +21,9 @@ from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import Population, Tools, View
-from fuzzy_stereo_ros.matching.quality.result import consistent, refine
-from fuzzy_stereo_ros.matching.quality.seed import costs_of_pixels, realtime_maps, ScanlineSeed
+from fuzzy_stereo_ros.matching.quality.result import consistent, refine, without_uncertain
+from fuzzy_stereo_ros.matching.quality.seed import (
+    costs_of_pixels, realtime_matches, ScanlineSeed)
 import numpy as np
 
 ROOT = 16        # edges are measured in 16 * root of a colour, whose noise is the same everywhere
@@ -68,8 +69,14 @@ class QualityMatcher:
         """
         watch = Stopwatch()
         self.population = None
-        starts, volume = self._starts(left, right, random, budget)
+        pairs = (left, right), (mirrored(right), mirrored(left))
+        found = realtime_matches(self._config, pairs, random)
+        starts = self._starts(pairs, found, budget)
         watch.lap('seeds')
+        if not starts[0].complete:      # the deadline is past: the best so far
+            return Match(*without_uncertain(self._config, found[0].disparity,
+                                            found[0].confidence), [], watch.times, False), None
+        volume = costs_of_pixels(self._config, self.pool, left, right)
         self.population = self._initial_population(starts, volume)
         seed = starts[0].seed
         del starts, volume       # frees their memory
@@ -113,14 +120,11 @@ class QualityMatcher:
         self.population.tools.release()
         return self.fittest()
 
-    def _starts(self, left, right, random, budget):
-        """Return the `Start`s of both views, and the costs of all matches of the left pixels."""
-        pairs = (left, right), (mirrored(right), mirrored(left))
-        maps = realtime_maps(self._config, pairs, random)
-        scanlines = ScanlineSeed(self._config, *self._shape)
-        starts = [scanlines.find(*pair, found, budget.in_time) for pair, found in zip(pairs, maps)]
-        del scanlines       # its memory
-        return starts, costs_of_pixels(self._config, self.pool, left, right)
+    def _starts(self, pairs, found, budget):
+        """Return the `Start`s of both views, given their `Match`es of the profile `realtime`."""
+        scanlines, lowest = ScanlineSeed(self._config, *self._shape), self._config.min_disparity
+        return [scanlines.find(*pair, match.disparity - np.float32(lowest), budget.in_time)
+                for pair, match in zip(pairs, found)]
 
     def _initial_population(self, starts, volume):
         """Return the population of a pair: planes around the pixels of both seeds."""

@@ -129,7 +129,11 @@ def refine(pool, config, population, seed, random):
     confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed
     confidence[confidence < LEAST_SURE] = 0
     confidence = np.interp(10 * confidence, range(11), RIGHT).astype(np.float32)
-    disparity += np.float32(config.min_disparity)
+    return without_uncertain(config, disparity + np.float32(config.min_disparity), confidence)
+
+
+def without_uncertain(config, disparity, confidence):
+    """Return disparities, NaN where they are too uncertain unless all are wanted; confidence."""
     if not config.fill:
         disparity[(confidence == 0) | (confidence < config.confidence_threshold)] = np.nan
     return disparity, confidence

@@ -68,6 +68,7 @@ class Start(NamedTuple):
     The maps that the first chromosomes of a view are made of.
 
     seed: a `Seed`; realtime: float32 (R, C), px, the map of the profile `realtime`
+    complete: whether there was time for the whole seed; else it is the map of `realtime`
     colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1
     """
 
@@ -75,6 +76,7 @@ class Start(NamedTuple):
     realtime: np.ndarray
     colour: np.ndarray
     weak: np.ndarray
+    complete: bool
 
 
 class ScanlineSeed:
@@ -101,9 +103,8 @@ class ScanlineSeed:
         luminance = self._set_pair(left, right)
         seed = Seed(realtime.copy(), np.zeros(realtime.shape, np.int16),
                     np.zeros(realtime.shape, np.uint16))
-        start = Start(seed, realtime, self._colour, weak_texture(luminance))
-        self._cross_children(start, in_time)
-        return start
+        start = Start(seed, realtime, self._colour, weak_texture(luminance), True)
+        return start._replace(complete=self._cross_children(start, in_time))
 
     def _set_pair(self, left, right):
         """Set a pair; return the luminance of its left image."""
@@ -113,7 +114,11 @@ class ScanlineSeed:
         return pictures[0][1]
 
     def _cross_children(self, start, in_time):
-        """Write the first child into the seed, then the fitter regions of the others."""
+        """
+        Write the first child into the seed, then the fitter regions of the others.
+
+        Returns whether there was time for all of them.
+        """
         found, dense, fitness = self._scanlines, self._dense, self._fitness
         seed = start.seed
         self._parent[:] = start.realtime
@@ -137,6 +142,7 @@ class ScanlineSeed:
                 fitness.cross(seed.surface, costs[0], other, its_costs, STEPS)
         seed.surface[:] = dense.smooth(self._pool, seed.surface, self._colour, OUTPUT_RADIUS,
                                        OUTPUT_LIMIT)
+        return len(children) == len(CHILDREN)
 
     def _search(self, child, surface, weak, in_time):
         """
@@ -178,13 +184,12 @@ def _pictures(config, left, right):
             max(lowest, 0))
 
 
-def realtime_maps(config, pairs, random):
-    """Return the map of the profile `realtime` for each pair: float32 (R, C), px from 0."""
+def realtime_matches(config, pairs, random):
+    """Return the `Match` of the profile `realtime` for each pair, filled."""
     matcher = RealtimeMatcher(MatcherConfig.from_profile(
         'realtime', disparities=config.disparities, min_disparity=config.min_disparity,
         threads=config.threads, fill=True, warm_start=False), *pairs[0][0].shape[:2])
-    return [matcher.match(*pair, None, random, Budget(1, 0, 0))[0].disparity
-            - np.float32(config.min_disparity) for pair in pairs]
+    return [matcher.match(*pair, None, random, Budget(1, 0, 0))[0] for pair in pairs]
 
 
 def weak_texture(luminance):

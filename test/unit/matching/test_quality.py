@@ -75,6 +75,20 @@ def test_a_uniform_pair_is_rejected_and_noise_is_not_sure():
     assert np.isnan(unlike.disparity).mean() > 0.9 and unlike.confidence.max() < 0.4
 
 
+def test_past_the_deadline_the_map_of_realtime_is_the_result():
+    pair = scene(90, 140)
+    for fill in (False, True):
+        found = matched(pair, CONFIG, deadline_ms=1e-3, fill=fill)
+        expected = matched(pair, MatcherConfig.from_profile(
+            'realtime', disparities=24, threads=1, fill=True, warm_start=False,
+            align_rows=CONFIG.align_rows))
+        sure = expected.confidence > 0
+        assert sure.mean() > 0.5 and found.generations == 0
+        np.testing.assert_array_equal(found.disparity[sure], expected.disparity[sure])
+        np.testing.assert_array_equal(found.confidence, expected.confidence)
+        assert np.isfinite(found.disparity[~sure]).all() == fill
+
+
 def test_an_observer_sees_the_members_as_labels():
     seen = []
     pair = scene()
