@@ -19,6 +19,7 @@ ROW_DIFFERENCE = 0.5    # px, by which cy of a rectified pair may differ
 FARTHEST_CENTRE = 1e6   # px, of cx and cy from 0, and from each other
 LARGEST_MILLIMETRES = 65535     # of uint16
 LENGTHS = 1e-9, 1e9     # of focal lengths in px, and of the baseline in metres
+LONG_BASELINE = 10.0    # m; longer ones are probably given in millimetres
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,9 @@ def _remarks(left, right, baseline):
     if abs(left.cy - right.cy) > ROW_DIFFERENCE:
         yield (f'cy is {left.cy:g} in the left and {right.cy:g} in the right camera_info; rows '
                'of a rectified pair lie at the same height, calibrate the two as a pair')
+    if baseline > LONG_BASELINE:
+        yield (f'the baseline is {baseline:g} m; if that is meant to be mm, all depths and points '
+               'are 1000 times too far: P[3] of the right camera_info is -fx * baseline in metres')
     missing = [f'K of the {side} camera_info is not that of a calibrated camera'
                for side, camera in (('right', right), ('left', left)) if not camera.has_k]
     if not baseline:

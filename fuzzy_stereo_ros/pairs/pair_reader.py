@@ -15,6 +15,7 @@ SCALES = (1.0, 0.5, 0.25)
 SIDES = ('left', 'right')
 COEFFICIENTS = {'plumb_bob': (4, 5, 8, 12, 14), 'rational_polynomial': (4, 5, 8, 12, 14),
                 'equidistant': (4,)}        # numbers that D may have, by distortion_model
+SIZE_SHARE = 0.01       # by which ratios of sizes differ if only rounding made them
 ROTATION_TOLERANCE = 0.01   # of each element of R times its transpose
 LARGEST = 1e9               # absolute value in K, D and P, as products must stay finite
 RADIUS_STEPS = 1000         # samples in the search for the radius where a distortion folds back
@@ -130,8 +131,19 @@ class PairReader:
             if self._rectify or self._crop:
                 raise BadPair('size', f'{fact}; it can be neither rectified nor cropped: correct '
                               'the camera_info, or set rectify and crop to false')
-            remarks.append(f'{fact}; disparities are of the image as it is')
+            remarks.append(f'{fact}: {_effect((rows, columns), expected)}')
         return remarks
+
+
+def _effect(size, expected):
+    """Return what is wrong with depth and points of images of a size that is not expected."""
+    down, across = (of_info / of_image for of_info, of_image in zip(expected, size))
+    if abs(down - across) > SIZE_SHARE * across:
+        return ('if it is cut out, points lie beside their place: give its region of interest '
+                'in both camera_info')
+    ratio, far = (across, 'far') if across > 1 else (1 / across, 'near')
+    return (f'depth and points are {ratio:.3g} times too {far}, as fx is of the other size: '
+            'publish the camera_info of this size')
 
 
 def _read_images(left, right):

@@ -290,6 +290,15 @@ def test_without_k_or_a_baseline_a_calibration_has_no_metres_and_one_remark(left
     assert 'depth and points are left out; calibrate the two cameras as a pair' in remark
 
 
+def test_a_baseline_that_is_probably_in_millimetres_is_told_with_what_it_does_to_depth():
+    calibration = read_calibration(info(), info(tx=-24000.0))
+    assert calibration.baseline == pytest.approx(120.0)
+    assert calibration.remarks == (
+        'the baseline is 120 m; if that is meant to be mm, all depths and points are 1000 times '
+        'too far: P[3] of the right camera_info is -fx * baseline in metres',)
+    assert read_calibration(info(), info(tx=-1000.0)).remarks == ()      # 5 m
+
+
 def test_rounding_of_a_calibration_is_not_a_vertical_rig():
     read_calibration(info(), info(p=projection(p3=-24.0, p7=-1e-14)))
 

@@ -34,8 +34,19 @@ def test_an_image_of_another_size_than_its_camera_info_is_used_with_a_remark():
     pair = PairReader().read(image(noise(40, 50), 'mono8'), info(),
                              image(noise(40, 50), 'mono8'), info(tx=-24.0, width=0))
     assert pair.calibration.remarks == (
-        'the left image is 50x40, its camera_info expects 100x80; disparities are of the image '
-        'as it is',)
+        'the left image is 50x40, its camera_info expects 100x80: depth and points are 2 times '
+        'too far, as fx is of the other size: publish the camera_info of this size',)
+
+
+@pytest.mark.parametrize('size, effect', [
+    ((160, 200), 'depth and points are 2 times too near, as fx is of the other size: publish '
+                 'the camera_info of this size'),
+    ((80, 60), 'if it is cut out, points lie beside their place: give its region of interest in '
+               'both camera_info')])
+def test_what_an_unexpected_size_does_to_depth_and_points_is_told(size, effect):
+    pair = PairReader().read(image(noise(*size), 'mono8'), info(),
+                             image(noise(*size), 'mono8'), info(tx=-24.0))
+    assert [remark.split(': ', 1)[1] for remark in pair.calibration.remarks] == 2 * [effect]
 
 
 def test_a_binned_image_of_a_region_has_the_expected_size():
