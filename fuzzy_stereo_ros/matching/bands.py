@@ -22,55 +22,59 @@ class ThreadPool:
     The threads of one matcher, with the calling thread as one of them.
 
     Kernels release the GIL while they run. An executor, with a future for each item, costs five
-    times as much, and there are some twenty calls a frame.
+    times as much, and there are some twenty calls a frame. Nobody waits for a helping thread that
+    has taken no item: on a processor with other work it may wake long after all items are done.
 
     shared: ms spent in `each`; the rest of a frame runs in one thread
     """
 
     def __init__(self, threads):
-        """Start the threads; threads: their number, 0 for one per core."""
+        """threads: their number, 0 for one per core; helping ones start when they are needed."""
         self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
-        self._calls, self._left_free = SimpleQueue(), None
-        self._helpers = [Thread(target=_run_calls, args=(self._calls,), name='pool', daemon=True)
-                         for _ in range(self.threads - 1)]
-        for helper in self._helpers:
-            helper.start()
-        self._end = finalize(self, _end, self._calls, len(self._helpers))
+        self._helpers, self._queues, self._apart = [], [], None
+        self._end = finalize(self, _end, self._queues)
 
     def each(self, work, items):
         """Call work(item) for every item and return when all are done; errors are raised here."""
-        helpers, begun = min(len(self._helpers), len(items) - 1), time.perf_counter()
+        begun, left = time.perf_counter(), len(items)
         rest, done = iter(items), SimpleQueue()
-        if helpers:
-            self._keep_apart()
-        for _ in range(helpers):
-            self._calls.put((work, rest, done))
+        for queue in self._asked(min(self.threads, left) - 1):
+            queue.put((work, rest, done))
         try:
             for item in rest:
+                left -= 1
                 work(item)
         finally:
-            errors = [done.get() for _ in range(helpers)]
+            left -= len(list(rest))     # after an error nobody takes these
+            errors = [done.get() for _ in range(left)]
             self.shared += 1000 * (time.perf_counter() - begun)
         for error in errors:
             if error is not None:
                 raise error
 
-    def _keep_apart(self):
+    def _asked(self, number):
         """
-        Keep the helpers off the processor that the calling thread runs on.
+        Return the queues of some helpers, which are kept off the caller's processor.
 
         To Linux in a virtual machine an idle processor looks taken: it would wake a helper on the
         caller's, and after a pause both would share that for a whole frame. A thread that a
         helper starts is kept off it too: helpers call nothing that starts threads.
         """
-        processor = _current_processor()
-        if processor == self._left_free:
-            return
-        self._left_free = processor
-        others = os.sched_getaffinity(0) - {processor}
-        for helper in self._helpers:
-            with suppress(OSError):     # there is no other one, or it was taken away meanwhile
-                os.sched_setaffinity(helper.native_id, others)
+        while len(self._helpers) < number:
+            queue = SimpleQueue()
+            self._helpers.append(Thread(
+                target=_run_calls, args=(queue,), name='pool', daemon=True))
+            self._queues.append(queue)
+            self._helpers[-1].start()
+            self._apart = None
+        if number > 0 and sys.platform == 'linux':
+            processor, allowed = _current_processor(), os.sched_getaffinity(0)
+            if (number, processor, allowed) != self._apart:
+                self._apart = number, processor, allowed
+                for helper in self._helpers[:number]:
+                    with suppress(OSError):     # a processor was taken away meanwhile
+                        os.sched_setaffinity(helper.native_id, allowed - {processor} or allowed)
+        return self._queues[:max(number, 0)]
 
     def close(self):
         """End the threads."""
@@ -121,19 +125,20 @@ def filter_band(work, reach, image, result, band):
 def _run_calls(calls):
     """Take items of each call of `each`, until None comes in the place of a call."""
     for work, rest, done in iter(calls.get, None):
-        error = None
-        try:
-            for item in rest:
+        for item in rest:
+            error = None
+            try:
                 work(item)
-        except BaseException as raised:     # `each` raises it
-            error = raised
-        done.put(error)
-        del work, rest, done, error         # a waiting thread keeps no frame in memory
+            except BaseException as raised:     # `each` raises it
+                error = raised
+            done.put(error)
+            del item, error
+        del work, rest, done        # a waiting thread keeps no frame in memory
 
 
-def _end(calls, helpers):
-    for _ in range(helpers):
-        calls.put(None)
+def _end(queues):
+    for queue in queues:
+        queue.put(None)
 
 
 def cut_bands(rows, height=1):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bands of rows, and the pool that works on them."""
 import os
+from queue import SimpleQueue
 import threading
 
 from fuzzy_stereo_ros.matching.bands import (
@@ -96,7 +97,6 @@ def processors_of_helpers(pool):
                     reason='needs Linux and two processors')
 def test_helpers_run_on_other_processors_than_the_calling_thread(monkeypatch):
     pool, allowed = ThreadPool(3), os.sched_getaffinity(0)
-    assert processors_of_helpers(pool) == [allowed, allowed]
     for processor in sorted(allowed)[:2]:
         monkeypatch.setattr('fuzzy_stereo_ros.matching.bands._current_processor',
                             lambda: processor)      # noqa: B023
@@ -109,12 +109,50 @@ def test_helpers_run_on_other_processors_than_the_calling_thread(monkeypatch):
 @pytest.mark.skipif(not hasattr(os, 'sched_getaffinity'), reason='needs Linux')
 def test_helpers_share_the_only_processor_that_is_allowed():
     pool, allowed, done = ThreadPool(2), os.sched_getaffinity(0), []
+    pool.each(done.append, range(3))
     try:
-        os.sched_setaffinity(0, {min(allowed)})
+        os.sched_setaffinity(0, {min(allowed)})     # while the pool works
         pool.each(done.append, range(3))
+        assert processors_of_helpers(pool) == [{min(allowed)}]
     finally:
         os.sched_setaffinity(0, allowed)
-    assert sorted(done) == [0, 1, 2] and processors_of_helpers(pool) == [allowed]
+    pool.each(done.append, range(3))
+    assert processors_of_helpers(pool)[0] <= allowed
+    assert sorted(done) == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    pool.close()
+
+
+def test_nobody_waits_for_a_helper_that_does_other_work():
+    pool, gate, done = ThreadPool(2), threading.Event(), []
+    pool.each(done.append, range(2))
+    (queue,) = pool._queues
+    queue.put((lambda _: gate.wait(20), iter([0]), SimpleQueue()))
+    pool.each(done.append, range(2, 5))
+    assert sorted(done) == [0, 1, 2, 3, 4] and not gate.is_set()
+    gate.set()
+    pool.close()
+
+
+def test_an_item_that_a_helper_has_begun_is_waited_for():
+    pool, begun, done = ThreadPool(2), threading.Event(), []
+    caller = threading.get_ident()
+
+    def work(item):
+        if threading.get_ident() == caller:
+            assert begun.wait(20)
+        else:
+            begun.set()
+            threading.Event().wait(0.05)
+        done.append(item)
+    pool.each(work, range(2))
+    assert sorted(done) == [0, 1]
+    pool.close()
+
+
+def test_more_helpers_than_items_are_not_started():
+    pool = ThreadPool(64)
+    pool.each(lambda item: None, range(4))
+    assert len(pool._helpers) == 3
     pool.close()
 
 
@@ -135,6 +173,7 @@ def test_0_threads_means_one_per_core():
 def test_the_threads_of_a_deleted_thread_pool_end():
     before = set(threading.enumerate())
     pool = ThreadPool(3)
+    pool.each(lambda item: None, range(3))
     helpers = set(threading.enumerate()) - before
     assert len(helpers) == 2
     del pool
