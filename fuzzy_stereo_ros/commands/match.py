@@ -11,6 +11,8 @@ import time
 from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, truth_and_mask, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
+from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import (
@@ -91,6 +93,7 @@ def run(arguments, stream):
     start = time.perf_counter()
     match = matcher.match(left, right, **known)
     milliseconds = 1000 * (time.perf_counter() - start)
+    finding = PlausibilityCheck().add(left, right, match, config)
     if 'output' in outputs:
         write_disparity(outputs['output'], match.disparity)
     if 'picture' in outputs:
@@ -111,6 +114,7 @@ def run(arguments, stream):
         'density': 100 * float(np.isfinite(match.disparity).mean()),
         'mean_confidence': float(match.confidence.mean()),
         'ground_truth': None if truth is None else asdict(score(match.disparity, truth, mask)),
+        'hint': finding and finding._asdict(),
         'misalignment': match.misalignment and match.misalignment.record,
     }
     if saved is not None:
@@ -139,8 +143,10 @@ def _sentences(figures):
     found = figures['ground_truth']
     if found is not None:
         lines.append(_sentence_on(found))
-    if figures['misalignment'] is not None:
-        lines.append(figures['misalignment']['sentence'])
+    if figures['hint'] is not None:
+        lines.append(f"hint: {figures['hint']['sentence']}")
+    lines.append(f'row offset: {NOT_MEASURED}' if figures['misalignment'] is None else
+                 figures['misalignment']['sentence'])
     if saved is not None:
         lines.append(sentence(saved))
     return '\n'.join(lines)

@@ -10,6 +10,7 @@ from fuzzy_stereo_ros.bags.reading import BagReader
 from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
+from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_changes,
     node_settings)
@@ -165,7 +166,8 @@ def run(arguments, stream, progress_stream=None):
 
 def _match_all(options, source, outputs, bar):
     """Match the pairs of a ReplaySource, here or on workers, write them, and return the Stats."""
-    stats = Stats()
+    stats = Stats(plausibility=PlausibilityCheck(scale=options.settings['scale']))
+    stats.plausibility.warm_up()
     if source.topics.raw_by_name and not options.settings['rectify']:
         stats.note(f'{source.topics.left} and {source.topics.right} are matched without '
                    'rectification; give --rectify if they are raw images', bar.log)

@@ -43,6 +43,8 @@ SMALLEST_SPREAD = 0.03      # px, standard deviation of offsets at the least
 PRIOR = 1e-3, 0.5, 0.5, 0.5     # points' worth of a belief that each term is 0
 PERCENTILE_WIDTH = 2.563    # standard deviations between the 10th and the 90th percentile
 TERMS = 'tilt', 'roll', 'zoom', 'yaw'
+MEASURED = 'row offset, measured'       # key of diagnostics
+NOT_MEASURED = 'not measured: too few points are found in both images'
 
 
 class Misalignment(NamedTuple):
@@ -122,7 +124,7 @@ class Misalignment(NamedTuple):
         return {**{f'row offset, {name}': f'{value:+.2f} +- {doubt:.2f} px'
                    for name, value, doubt in zip(TERMS, self, self.doubts)},
                 'row offset, swing': 'unknown' if self.swing is None else f'{self.swing:.2f} px',
-                'row offset, measured': f'{self.points} points of {self.pairs} pairs',
+                MEASURED: f'{self.points} points of {self.pairs} pairs',
                 'row offset, undone': 'yes' if self.undone else 'no'}
 
     @property

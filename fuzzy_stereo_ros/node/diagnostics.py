@@ -6,6 +6,7 @@ from dataclasses import fields
 import threading
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from fuzzy_stereo_ros.matching.row_offsets import MEASURED, NOT_MEASURED
 from fuzzy_stereo_ros.parameters.table import ros_name
 import numpy as np
 
@@ -62,15 +63,19 @@ class Diagnostics:
         """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def publish(self, now, counts, values, loading, idle, silence):
+    def publish(self, now, counts, values, loading, idle, silence, finding=None):
         """
         Publish the status at a time in s.
 
         counts: {key: number} of `counts_of`. values: {key: text}, further ones.
-        loading, idle, silence: as for `status_of`.
+        loading, idle, silence: as for `status_of`. finding: why little can be matched, None if
+        nothing is suspicious.
         """
         rates = self.rates(now, counts)
         level, sentence = status_of(loading, idle, silence, rates)
+        if finding and not idle:
+            level = 'WARN' if level == 'OK' and finding.warns else level
+            sentence += f'; {finding.sentence}'
         misalignment = self.misalignment
         if misalignment and misalignment.advice and not idle:
             level = 'WARN' if level == 'OK' else level
@@ -78,7 +83,9 @@ class Diagnostics:
         self.values = {**{key: str(count) for key, count in counts.items()},
                        'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
                        'output rate': f"{rates['pairs matched']:.1f} pairs/s", **values,
-                       **self.figures(), **(misalignment.figures if misalignment else {})}
+                       **self.figures(), 'suspicion': finding.cause if finding else 'none',
+                       **(misalignment.figures if misalignment else
+                          {MEASURED: NOT_MEASURED} if self._match else {})}
         name = self._node.get_fully_qualified_name()
         message = DiagnosticArray(status=[DiagnosticStatus(
             level=getattr(DiagnosticStatus, level), message=sentence,

@@ -9,6 +9,7 @@ import time
 import traceback
 
 from fuzzy_stereo_ros.matching.kernels.compiled import remarks
+from fuzzy_stereo_ros.matching.plausibility import CONFIRMED, PlausibilityCheck
 from fuzzy_stereo_ros.node.diagnostics import (
     change_of, counts_of, Diagnostics, LOADING, LossReports)
 from fuzzy_stereo_ros.node.parameters import NodeParameters
@@ -82,6 +83,8 @@ class DisparityNode(Node):
             self._declared.config, settings['scale'], self._log_prepared)
         self._outputs = Publications(self, settings, self._update_subscriptions)
         resources.callback(self._outputs.close)
+        self._plausibility = PlausibilityCheck(CONFIRMED, settings['scale'])
+        self._warned_of = ''        # cause of the newest Finding that was logged
         self._diagnostics, self._losses = Diagnostics(self, self._started), LossReports()
         resources.callback(self._diagnostics.close)
         resources.callback(Services(
@@ -161,11 +164,13 @@ class DisparityNode(Node):
             'latency': 1000 * (time.monotonic() - arrived),
             'age': (self.get_clock().now().nanoseconds - matched_set.stamp) / 1e6,
             'stamps apart': matched_set.spread / 1e6})
+        self._plausibility.add_within_share(pair.left, pair.right, matched.match, matched.config)
 
     # Also in the worker's thread; `_log_prepared` runs in the thread that prepares matchers.
 
     def _warm_up(self):
         self._matcher.warm_up(self._log_compiling)
+        self._plausibility.warm_up()
         if not self.context.ok():
             return      # shutting down
         self._ready.set()
@@ -239,6 +244,7 @@ class DisparityNode(Node):
         matcher, misalignment = self._matcher, self._diagnostics.misalignment
         if misalignment is not None and misalignment.advice:
             self._log_once(misalignment.advice)
+        self._log_finding()
         state, change, idle = matcher.change, 'none', ''
         if state:
             change = f'{state}: {change_of(matcher.config, self._declared.config)}'
@@ -248,7 +254,7 @@ class DisparityNode(Node):
             now, counts, {'disparity_range in use': str(matcher.config.disparities),
                           'change of parameters': change},
             '' if self._ready.is_set() else self._loading, idle,
-            self._inputs.seconds_without_pair(now))
+            self._inputs.seconds_without_pair(now), self._plausibility.finding)
 
     def _counts(self):
         return counts_of(self._synchroniser, self._worker.counts(), self._inputs.lost)
@@ -282,6 +288,14 @@ class DisparityNode(Node):
 
     def _log_once(self, sentence):
         self._logger_of(sentence).warning(sentence, once=True)
+
+    def _log_finding(self):
+        """Warn of a Finding once, and again if it returns after it went away."""
+        finding = self._plausibility.finding
+        cause = finding.cause if finding is not None and finding.warns else ''
+        if cause not in ('', self._warned_of):
+            self.get_logger().warning(finding.sentence)
+        self._warned_of = cause
 
     def _warn_of(self, sentence, names):
         if names:

@@ -13,6 +13,7 @@ import signal
 import threading
 import time
 
+from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 from fuzzy_stereo_ros.pair_matcher import camera_of, MatchedPair, without_missing
@@ -32,8 +33,8 @@ class Stats:
     of the last matched pair, None before the first. interrupted: whether the user stopped the
     replay. error: the DamagedBag, OSError or ValueError that ended it, or None. segments: number
     of matched segments; workers: largest number of workers, 0 if this process matched.
-    misalignment: of the rows of the pairs so far, None where it is unknown. calibration: of the
-    last matched pair.
+    misalignment: of the rows of the pairs so far, None where it is unknown. plausibility: check of
+    what was matched; findings: its sentences, by cause. calibration: of the last matched pair.
     """
 
     matched: int = 0
@@ -51,6 +52,8 @@ class Stats:
     segments: int = 0
     workers: int = 0
     misalignment: Misalignment | None = None
+    plausibility: PlausibilityCheck = field(default_factory=PlausibilityCheck)
+    findings: dict = field(default_factory=dict)
     calibration: Calibration | None = None
 
     def reject(self, rejection, what, log):
@@ -171,6 +174,11 @@ def _count(item, outcome, config, stats, log):
     stats.log_time, stats.stamp = item.log_time, item.stamp
     match = without_missing(outcome, item.pair.missing)
     stats.misalignment = match.misalignment or stats.misalignment
+    stats.plausibility.add_within_share(item.pair.left, item.pair.right, match, config)
+    finding = stats.plausibility.finding
+    if finding is not None and finding.cause not in stats.findings:
+        stats.findings[finding.cause] = finding.sentence
+        log(finding.sentence)
     return MatchedPair(item.pair, match, config, None, Rows())
 
 

@@ -4,6 +4,7 @@
 import sys
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
+from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
 from fuzzy_stereo_ros.progress import bar
@@ -61,6 +62,7 @@ def figures_of(stats, synchroniser, begin):
                   'rejected': dict(stats.rejected)},
         'messages': {'received': synchroniser.received, 'unmatched': synchroniser.unmatched},
         'remarks': list(stats.remarks.values()),
+        'hints': list(stats.findings.values()),
         'last_pair': None if stats.log_time is None else {
             'stamp': stats.stamp, 'seconds_into_the_bag': (stats.log_time - begin) / SECOND},
         'seconds': stats.seconds,
@@ -96,8 +98,9 @@ def sentences(figures, approximate):
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
         f"pair; {100 * figures['share_not_matching']:.1f} % of the time spent on other work")
-    if figures['misalignment'] is not None:
-        lines.append(figures['misalignment']['sentence'])
+    lines += [f'hint: {sentence}' for sentence in figures['hints']]
+    lines.append(f'row offset: {NOT_MEASURED}' if figures['misalignment'] is None else
+                 figures['misalignment']['sentence'])
     return '\n'.join(lines)
 
 

@@ -1,9 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the commands say where little or nothing can be matched."""
+import json
+
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
 
@@ -31,6 +34,37 @@ def test_match_says_that_no_pixel_has_ground_truth_and_evolve_rejects_it(black, 
     write_image('mask.png', np.zeros(SHAPE, np.uint8))
     truth = '--ground-truth', 'truth.pfm', '--mask', 'mask.png'
     assert main([*WORDS, *truth]) == 0
-    assert capsys.readouterr().out.endswith('no pixel has ground truth\n')
+    assert 'no pixel has ground truth' in capsys.readouterr().out.splitlines()
     assert main(['evolve', *WORDS[1:5], '--picture', 'evolution.png', *truth]) != 0
     assert 'no pixel of truth.pfm counts' in capsys.readouterr().err
+
+
+def test_match_gives_the_cause_as_a_hint_in_words_and_in_json(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    made = make_pair(240, 320, 32, seed=2, objects=6, noise=1.5)
+    write_image('left.png', made.right)
+    write_image('right.png', made.left)
+    words = [*WORDS[:4], '32', *WORDS[5:]]
+    assert main([*words, '--json']) == 0
+    hint = json.loads(capsys.readouterr().out)['hint']
+    assert (hint['cause'], hint['warns']) == ('swapped', True)
+    assert main(words) == 0
+    assert f"hint: {hint['sentence']}" in capsys.readouterr().out.splitlines()
+    write_image('left.png', made.left)
+    write_image('right.png', made.right)
+    assert main(words) == 0
+    assert 'hint' not in capsys.readouterr().out
+
+
+def test_replay_gives_each_cause_as_a_hint_once(tmp_path, monkeypatch, capsys):
+    made_bags = pytest.importorskip('made_bags')
+    monkeypatch.chdir(tmp_path)
+    made = make_pair(240, 320, 32, seed=2, objects=6, noise=1.5)
+    swapped = made._replace(left=made.right, right=made.left)
+    made_bags.write_bag(tmp_path / 'bag', pairs=[made, swapped, swapped])
+    words = 'replay', 'bag', '--disparities', '32', '--output'
+    assert main([*words, 'one', '--json']) == 0
+    (hint,) = json.loads(capsys.readouterr().out)['hints']
+    assert hint.startswith('left and right are swapped: ')
+    assert main([*words, 'two']) == 0
+    assert capsys.readouterr().out.count(f'hint: {hint}') == 1

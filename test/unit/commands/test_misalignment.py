@@ -52,7 +52,7 @@ def test_match_reports_null_for_images_too_small_to_measure(folder, capsys):
         write_image(f'{name}.png', MADE.left[:40])
     words = 'match', 'left.png', 'right.png', '--disparities', 8, '--output', 'out.pfm'
     assert json.loads(printed(capsys, *words, '--json'))['misalignment'] is None
-    assert 'row offset' not in printed(capsys, *words)
+    assert 'row offset: not measured: too few points' in printed(capsys, *words)
 
 
 def test_replay_reports_misalignment_in_its_summary(folder, capsys):

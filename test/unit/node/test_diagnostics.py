@@ -5,6 +5,7 @@ from collections import Counter
 import re
 from types import SimpleNamespace
 
+from fuzzy_stereo_ros.matching.plausibility import Finding
 from hypothesis import given, strategies
 import numpy as np
 import pytest
@@ -77,12 +78,8 @@ def test_the_status_is_the_worst_that_is_true(loading, idle, silence, rates, exp
 MISALIGNED = SimpleNamespace(advice='recalibrate: roll', figures={'row offset, tilt': '+0.10 px'})
 
 
-@pytest.mark.parametrize('idle, silence, level, sentence', [
-    ('', 0, 'WARN', 'matching 0.0 pairs/s; recalibrate: roll'),
-    ('', 6, 'ERROR', 'no stereo pair for 6 s; recalibrate: roll'),
-    ('idle: not activated', 0, 'OK', 'idle: not activated')])
-def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_is_worse(
-        idle, silence, level, sentence):
+def published_by(misalignment, finding, idle='', silence=0):
+    """Return the Diagnostics, the level and the sentence that it publishes."""
     published = []
     made = diagnostics.Diagnostics(SimpleNamespace(
         create_publisher=lambda *_: SimpleNamespace(publish=published.append),
@@ -90,12 +87,35 @@ def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_i
         get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))), 0.0)
     counts = dict.fromkeys(['pairs synchronised', 'pairs matched', 'pairs dropped',
                             'pairs rejected'], 0)
-    made.matched(matched(misalignment=MISALIGNED))
-    made.publish(1.0, counts, {}, '', idle, silence)
+    made.matched(matched(misalignment=misalignment))
+    made.publish(1.0, counts, {}, '', idle, silence, finding)
     (status,) = published[0].status
-    assert (status.level, status.message) == (
-        getattr(diagnostics.DiagnosticStatus, level), sentence)
+    return made, status.level, status.message
+
+
+@pytest.mark.parametrize('idle, silence, level, sentence', [
+    ('', 0, 'WARN', 'matching 0.0 pairs/s; recalibrate: roll'),
+    ('', 6, 'ERROR', 'no stereo pair for 6 s; recalibrate: roll'),
+    ('idle: not activated', 0, 'OK', 'idle: not activated')])
+def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_is_worse(
+        idle, silence, level, sentence):
+    made, *told = published_by(MISALIGNED, None, idle, silence)
+    assert told == [getattr(diagnostics.DiagnosticStatus, level), sentence]
     assert made.values['row offset, tilt'] == '+0.10 px'
+    assert made.values['suspicion'] == 'none'
+
+
+@pytest.mark.parametrize('warns, idle, level, sentence', [
+    (True, '', 'WARN', 'matching 0.0 pairs/s; left and right are swapped'),
+    (False, '', 'OK', 'matching 0.0 pairs/s; left and right are swapped'),
+    (True, 'idle: not activated', 'OK', 'idle: not activated')])
+def test_a_finding_that_warns_raises_the_level_and_another_is_told_alone(
+        warns, idle, level, sentence):
+    made, *told = published_by(
+        None, Finding('swapped', 'left and right are swapped', warns), idle)
+    assert told == [getattr(diagnostics.DiagnosticStatus, level), sentence]
+    assert made.values['suspicion'] == 'swapped'
+    assert made.values['row offset, measured'].startswith('not measured: too few points')
 
 
 def reported(lines):
