@@ -17,6 +17,7 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import ALGORITHMS, Baseline, dense
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.matching.plausibility import Finding, PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
@@ -52,7 +53,8 @@ class Maps(NamedTuple):
     raw: float32 (R, C), pixels, NaN = invalid. filled: the same without gaps.
     milliseconds: of the fastest run, from images to raw; None = not known.
     confidence: float32 (R, C), 0 to 1, of raw; None if the matcher has none. misalignment: of the
-    rows so far, None where it is unknown.
+    rows so far, None where it is unknown. finding: why little is matched, None if nothing is
+    suspicious.
     """
 
     raw: np.ndarray
@@ -60,6 +62,7 @@ class Maps(NamedTuple):
     milliseconds: float | None
     confidence: np.ndarray | None = None
     misalignment: Misalignment | None = None
+    finding: Finding | None = None
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,8 @@ class Ours:
 
             found, milliseconds = fastest(again, task.repeats)
             return Maps(found.disparity, filling.match(pair.left, pair.right).disparity,
-                        milliseconds, found.confidence, found.misalignment)
+                        milliseconds, found.confidence, found.misalignment,
+                        PlausibilityCheck().add(pair.left, pair.right, found, raw.config))
         return match
 
 

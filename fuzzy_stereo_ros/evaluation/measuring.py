@@ -21,7 +21,7 @@ ROWS = 'row_tilt', 'row_roll', 'row_zoom', 'row_yaw', 'row_doubt', 'row_advice'
 COLUMNS = (
     'kind', 'name', 'layout', 'family', 'rows', 'columns', 'disparities', 'disparities_told_by',
     'frames', 'truths', 'matcher', 'start', 'milliseconds', 'mde_per_second', 'covered', 'flicker',
-    *ROWS, 'mask', 'map', 'pixels', *FIGURES)
+    *ROWS, 'hint', 'mask', 'map', 'pixels', *FIGURES)
 
 
 class NoSequence(ValueError):
@@ -97,7 +97,7 @@ def _match_frames(frames, matcher, start, task):
     result. Raises ValueError for a frame that cannot be matched.
     """
     match = matcher.begin(task, start)
-    figures, times, covered, flickers, last = {}, [], [], [], None
+    figures, times, covered, flickers, last, hint = {}, [], [], [], None, None
     for name, pair in frames:
         if pair.left.shape[:2] != task.size:
             sequence, number = name.rsplit('/', 1)
@@ -118,6 +118,7 @@ def _match_frames(frames, matcher, start, task):
         covered.append(100 * float(np.isfinite(maps.raw).mean()))
         if last is not None:
             flickers.append([flicker(*two) for two in zip(last[:2], maps[:2])])
+        hint = hint or maps.finding and maps.finding.sentence
         last = maps
     milliseconds = None if None in times else float(np.mean(times))
     estimates = task.size[0] * task.size[1] * task.disparities
@@ -126,6 +127,8 @@ def _match_frames(frames, matcher, start, task):
     found = last and last.misalignment
     if found is not None:
         shared.update(zip(ROWS, (*found[:4], max(found.doubts), found.advice)))
+    if hint is not None:
+        shared['hint'] = hint
     records = []
     for mask in [mask for mask in MASKS if (mask, RAW) in figures] or ['']:
         for place, kind in enumerate(MAPS):

@@ -39,7 +39,8 @@ def report_of(results, sequences, means, matchers, settings, skipped):
     tables += _row_offsets([*results, *sequences])
     return Report('evaluate', 'Evaluation', {
         **environment(settings['threads']), **_settings(results, sequences, matchers, settings)},
-        tables, [*skipped, *_left_out(results, matchers, families)])
+        tables, [*skipped, *_left_out(results, matchers, families),
+                 *_hints([*results, *sequences])])
 
 
 def _means(means):
@@ -161,6 +162,13 @@ def _settings(results, sequences, matchers, settings):
     if whole:
         texts['rounded'] = f'{_listed(whole)}: the truth has whole pixels'
     return texts
+
+
+def _hints(results):
+    """Return sentences about scenes and sequences of which little can be matched."""
+    found = {result.subject.path: next((one['hint'] for one in result.records if one.get('hint')),
+                                       None) for result in results}
+    return [f'hint: {path}: {hint}' for path, hint in found.items() if hint]
 
 
 def _left_out(results, matchers, families):

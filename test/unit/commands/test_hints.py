@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the commands say where little or nothing can be matched."""
 import json
+from pathlib import Path
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -68,3 +69,17 @@ def test_replay_gives_each_cause_as_a_hint_once(tmp_path, monkeypatch, capsys):
     assert hint.startswith('left and right are swapped: ')
     assert main([*words, 'two']) == 0
     assert capsys.readouterr().out.count(f'hint: {hint}') == 1
+
+
+def test_evaluate_gives_the_cause_as_a_hint_of_a_scene(black, capsys):
+    pytest.importorskip('jinja2')
+    folder = Path('black')
+    folder.mkdir()
+    for name in ('left.png', 'right.png'):
+        Path(name).rename(folder / name)
+    Path('truth.pfm').rename(folder / 'groundtruth.pfm')
+    words = 'evaluate', 'black', '--disparities', '16', '--repeats', '1', '--matcher', 'ours'
+    assert main(list(words)) == 0
+    assert 'hint: black: the left and right images are black' in capsys.readouterr().out
+    assert main([*words, '--json']) == 0
+    assert 'are black' in json.loads(capsys.readouterr().out)['records'][0]['hint']
