@@ -24,6 +24,7 @@ import tempfile
 import cv2
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.matching import Match, MatcherConfig
+from fuzzy_stereo_ros.matching.beyond import searched
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -166,7 +167,8 @@ def _write_files(folder, saved):
         'calibration': {**asdict(pair.calibration), 'left': pair.calibration.left._asdict(),
                         'remarks': list(pair.calibration.remarks)},
         'parameters': _parameters(saved.config), 'state': None, 'warm': match.warm,
-        'kept': match.kept, 'motion': match.motion, 'times': _floats(match.times),
+        'kept': match.kept, 'beyond': match.beyond, 'enough': match.enough,
+        'motion': match.motion, 'times': _floats(match.times),
         'generations': [{**asdict(row), 'gains': _floats(row.gains)} for row in match.history],
         'versions': saved.versions, 'about': saved.about,
         'rows': {**saved.rows._asdict(), 'undone': saved.rows.undone.tolist(),
@@ -206,8 +208,9 @@ def _saved_pair(record, arrays, left, right):
 
     _checked('pair.json', record, {
         'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
-        'state': object, 'warm': bool, 'kept': bool, 'motion': str, 'times': dict,
-        'generations': list, 'versions': dict, 'about': dict, 'rows': dict})
+        'state': object, 'warm': bool, 'kept': bool, 'beyond': float, 'enough': int,
+        'motion': str, 'times': dict, 'generations': list, 'versions': dict,
+        'about': dict, 'rows': dict})
     calibration = _checked('calibration', record['calibration'], {
         'focal': float, 'baseline': float, 'offset': float, 'left': dict, 'remarks': list})
     projection = _checked('left', calibration['left'], dict.fromkeys(Projection._fields, float))
@@ -221,7 +224,7 @@ def _saved_pair(record, arrays, left, right):
                for row in record['generations']]
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
                   all_of(float, 'times', record['times']), record['warm'], record['motion'],
-                  record['kept'])
+                  record['kept'], record['beyond'], record['enough'])
     rows = _checked('rows', record['rows'], {
         'points': int, 'undone': list, 'rig': list, **dict.fromkeys(ROWS_NUMBERS, int)})
     rows = Rows(arrays.pop('points'), np.array(rows['undone'], np.float64), *(
@@ -256,7 +259,8 @@ def _layout(state):
     tiles = tuple(-(-side // TILE) for side in shape)
     cells = tuple(side // 2 for side in shape)
     result = np.float32, shape if state.still >= SETTLED else (0, 0)
-    return {'labels': (gene_type(state.config.disparities), shape), 'validity': (np.uint8, shape),
+    labels = gene_type(searched(state.config, shape[1]).disparities), shape
+    return {'labels': labels, 'validity': (np.uint8, shape),
             'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
             'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
             'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),
@@ -272,9 +276,10 @@ def _check_state(state, config):
     """Raise ValueError for a state that kernels cannot use, as they check no index."""
     for name, (kind, shape) in _layout(state).items():
         _check_array(f'{name} of the state', getattr(state, name), kind, shape)
-    if (state.labels >= state.config.disparities).any() or not (state.ages >= 1).all():
+    disparities = searched(state.config, state.labels.shape[1]).disparities
+    if (state.labels >= disparities).any() or not (state.ages >= 1).all():
         raise ValueError('the state has labels or ages out of range')
-    if not ((state.cells >= 0) & (state.cells < state.config.disparities)).all():
+    if not ((state.cells >= 0) & (state.cells < disparities)).all():
         raise ValueError('the state has cells out of range')
     if not np.isfinite(state.planes).all() or (state.origin > 1).any():
         raise ValueError('the state has planes out of range')

@@ -7,6 +7,7 @@ import numpy as np
 
 FEWEST_ROWS, FEWEST_COLUMNS = 2, 2
 MOST_PIXELS = 2**30     # kernels number pixels with 32 bits
+MOST_SIDE = 2**16       # kernels number rows and columns at half size with 15 and 16 bits
 
 
 def checked_pair(left, right, config):
@@ -50,9 +51,9 @@ def check_size(rows, columns):
     if rows < FEWEST_ROWS or columns < FEWEST_COLUMNS:
         raise ValueError(f'the images are {columns} x {rows}; '
                          f'at least {FEWEST_COLUMNS} x {FEWEST_ROWS} pixels are needed')
-    if rows * columns > MOST_PIXELS:
-        raise ValueError(f'the images are {columns} x {rows}; at most {MOST_PIXELS} pixels are '
-                         'allowed')
+    if rows * columns > MOST_PIXELS or max(rows, columns) > MOST_SIDE:
+        raise ValueError(f'the images are {columns} x {rows}; at most {MOST_PIXELS} pixels, and '
+                         f'{MOST_SIDE} a side, are allowed')
 
 
 def checked_stamp(stamp):

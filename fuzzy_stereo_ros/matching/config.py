@@ -37,7 +37,8 @@ class MatcherConfig:
         'left', ('left', 'right'),
         'image the disparities belong to; ROS wants left, the paper matches from the right')
     fill: bool = _switch(
-        False, 'fill rejected pixels from the background; a filled pixel has confidence 0')
+        False, 'fill rejected pixels from the background; a filled pixel has confidence 0. What '
+        'was found to be nearer than the range stays invalid')
     confidence_threshold: float = _number(
         0.0, 0.0, 1.0, '', 'pixels of less confidence are invalid')
     speckle_size: int = _number(

@@ -49,6 +49,9 @@ class Match:
     warm: whether the previous frame's chromosomes took part, as a prior or as a parent.
     motion: how the camera moved, or why that is unknown; '' where no camera was given.
     kept: whether it is the result of an earlier frame, since the scene stands still.
+    beyond: share of the matches, 0 to 1, that were rejected since they lie beyond the range:
+    nearer than its largest disparity. 0 in the profile `paper`, which does not look there.
+    enough: disparities that would hold them, at the least; 0 where that is not known.
     misalignment: by how much the rows of the pairs so far differ; None where it is unknown.
     generations: how many ran; gains: by how much each operator raised the fitness.
     """
@@ -60,6 +63,8 @@ class Match:
     warm: bool
     motion: str = ''
     kept: bool = False
+    beyond: float = 0.0
+    enough: int = 0
     misalignment: Misalignment | None = None
 
     @property

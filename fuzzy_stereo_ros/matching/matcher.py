@@ -5,6 +5,7 @@ from dataclasses import replace
 import time
 
 import cv2
+from fuzzy_stereo_ros.matching.beyond import MARGIN, reject_beyond, searched
 from fuzzy_stereo_ros.matching.checks import check_size, checked_pair, checked_stamp
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
@@ -65,11 +66,15 @@ class StereoMatcher:
         align_ms = (time.perf_counter_ns() - started) / 1e6
         previous = self._previous(shape, stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
-        match, state = self._algorithm_of(shape).match(
-            left, aligned, previous, Random((self.config.seed, frame if stamp is None else stamp)),
+        algorithm = self._algorithm_of(shape)
+        match, state = algorithm.match(
+            left, aligned,
+            previous and replace(previous, config=searched(previous.config, shape[1])),
+            Random((self.config.seed, frame if stamp is None else stamp)),
             Budget(self.config.generations, self.config.deadline_ms, started), observe,
             camera)
-        self.state = state and replace(state, stamp=stamp, frame=frame)
+        self.state = state and replace(state, stamp=stamp, frame=frame, config=self.config)
+        match = reject_beyond(algorithm.pool, self.config, match)
         match.times['rows'] = align_ms
         match = self._watched(rows, left, right, match)
         if self.config.reference == 'right':
@@ -130,7 +135,7 @@ class StereoMatcher:
         if shape != self._shape:
             self.algorithm, self._shape = None, None   # frees the memory of the old one first
             kind = ALGORITHMS[self.config.algorithm]
-            self.algorithm = kind(self.config, *shape, self._stages)
+            self.algorithm = kind(searched(self.config, shape[1]), *shape, self._stages)
             self._shape = shape
         return self.algorithm
 
@@ -146,7 +151,7 @@ def warm_up_pairs(config):
     """Yield (matcher, left, right): small pairs, whose matching calls all kernels of a config."""
     small = replace(config, warm_start=True, deadline_ms=0.0,
                     population=min(config.population, 4), generations=min(config.generations, 2))
-    scene = _moving_scene(WARM_UP_SIZE[0], max(WARM_UP_SIZE[1], config.disparities))
+    scene = _moving_scene(WARM_UP_SIZE[0], max(WARM_UP_SIZE[1], config.disparities + MARGIN))
     for kind in (np.uint8, np.uint16):
         for channels in (1, 3):
             matcher = StereoMatcher(small)

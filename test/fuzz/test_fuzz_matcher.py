@@ -7,7 +7,7 @@ import math
 
 from fuzzed import examples
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
-from fuzzy_stereo_ros.matching.checks import MOST_PIXELS
+from fuzzy_stereo_ros.matching.checks import MOST_PIXELS, MOST_SIDE
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as arrays
@@ -122,10 +122,11 @@ def test_arrays_of_any_kind_are_matched_or_rejected(
     np.testing.assert_array_equal(plain.confidence, matches[0].confidence)
 
 
-@pytest.mark.parametrize('shape', [(2**31, 2**31), (2, MOST_PIXELS // 2 + 1)])
+@pytest.mark.parametrize('shape', [(2**31, 2**31), (2, MOST_PIXELS // 2 + 1), (2, MOST_SIDE + 1),
+                                   (MOST_SIDE + 1, 2)])
 def test_images_of_more_pixels_than_can_be_numbered_take_no_memory(shape):
     image = np.broadcast_to(np.uint8(7), shape)
-    with pytest.raises(ValueError, match=f'at most {MOST_PIXELS} pixels are allowed'):
+    with pytest.raises(ValueError, match=f'at most {MOST_PIXELS} pixels, and {MOST_SIDE} a side'):
         StereoMatcher(MatcherConfig(threads=1)).match(image, image)
 
 

@@ -10,6 +10,7 @@ import shutil
 import tempfile
 
 from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.beyond import MARGIN
 from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.realtime.moving_camera import CameraState, NO_CAMERA
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
@@ -402,7 +403,7 @@ DAMAGES = {
         lambda folder: restored(folder, labels=maps(60, 100, np.uint16)),
         r'labels of the state is uint16 \(60, 100\); needed is uint8'),
     'labels beyond the range': (
-        lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24),
+        lambda folder: restored(folder, labels=maps(60, 100, np.uint8) + 24 + MARGIN),
         'labels or ages out of range'),
     'ages that are not numbers': (
         lambda folder: restored(folder, ages=np.full((2, 4, 7), np.nan, np.float32)),

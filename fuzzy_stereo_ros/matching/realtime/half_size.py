@@ -95,7 +95,8 @@ class HalfSize:
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
                         self._labels, (index, *widened(band, GROW // 2, rows)))
             disparity_ranges.tile_windows(
-                self._labels, self._disparities, TILE, GROW, MARGIN, windows.low, windows.blocks,
+                self._labels, self._half_disparities, self._disparities, TILE, GROW, MARGIN,
+                windows.low, windows.blocks,
                 2 * first // TILE, 2 * last // TILE if last < rows else len(windows.low))
             disparity_ranges.weak_texture(self._steps, WEAK_TEXTURE, self.weak, first, last)
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)

@@ -8,6 +8,9 @@ at both sizes, in the plainest tiles: the mean of 2 x 2 pixels halves white nois
 differences of texture grow at the coarser size.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands, widened
+from fuzzy_stereo_ros.matching.beyond import MARGIN
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import roughness, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE, luminance_shift, View)
@@ -47,6 +50,17 @@ class NoiseEstimate:
         return max((full**2 - half**2) / _LOST, 0.0)**0.5
 
 
+def half_disparities(disparities):
+    """
+    Return how many labels are searched at half size.
+
+    The margin beyond the range is left out where it alone would take another block: a tile whose
+    half map reaches the end is searched up to the last label all the same.
+    """
+    labels = -(-disparities // 2)
+    return min(labels, LANES * blocks_of(max(labels - MARGIN // 2, 1)))
+
+
 def _plainest(rough):
     """Return the noise of a view by its plainest tiles: grey levels, if all of it is noise."""
     place = int(PLAINEST * (rough.size - 1))
@@ -71,7 +85,7 @@ class Views:
         extra = extra_columns(config.min_disparity, config.disparities)
         self.full = CensusPossibility(rows, columns, config.disparities, FULL_SIZE, extra)
         self.half = CensusPossibility(
-            rows // 2, columns // 2, -(-config.disparities // 2), HALF_SIZE, extra // 2)
+            rows // 2, columns // 2, half_disparities(config.disparities), HALF_SIZE, extra // 2)
         self.inside = config.min_disparity, config.min_disparity + columns - 1
         self._shift = config.min_disparity
         # The right image as it is read and averaged.

@@ -23,12 +23,13 @@ sizes = st.integers(2, 40)
 SHAPES = [(2, 2), (3, 3), (2, 9), (9, 2), (13, 21), (16, 40)]
 
 
-def windows_of(half, shape, disparities, tile, grow, margin):
+def windows_of(half, shape, disparities, tile, grow, margin, half_disparities=None):
+    half_disparities = half_disparities or -(-disparities // 2)
     tiles = -(-shape[0] // tile), -(-shape[1] // tile)
     low, blocks = np.full(tiles, -1), np.full(tiles, -1)
     middle = tiles[0] // 2
     for rows in ((0, middle), (middle, tiles[0])):
-        tile_windows(half, disparities, tile, grow, margin, low, blocks, *rows)
+        tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, *rows)
     return low, blocks
 
 
@@ -60,6 +61,14 @@ def test_a_window_stands_in_the_middle_of_what_it_must_hold():
     low, blocks = windows_of(half, (16, 16), 256, 16, 0, 4)
     assert blocks.tolist() == [[1]]
     assert low.tolist() == [[96 - (32 - 10) // 2]]       # 96 .. 105 are wanted
+
+
+@pytest.mark.parametrize('nearest, last', [(28, 64), (29, 64), (30, 72), (31, 72)])
+def test_a_tile_whose_half_map_reaches_its_end_is_searched_to_the_last_label(nearest, last):
+    half = np.array([[0, nearest]] * 2, np.uint8)
+    low, blocks = windows_of(half, (4, 4), 72, 4, 0, 4, half_disparities=32)
+    assert low.tolist() == [[0]]
+    assert min(72, 32 * blocks[0, 0]) == last
 
 
 @settings(max_examples=60, deadline=None)

@@ -57,6 +57,33 @@ def compare_views(disparities, others, lowest, most, validity, first, last):
 
 
 @kernel
+def reject_nearer(disparity, confidence, highest, counts, first, last):
+    """
+    Reject what lies beyond the range, and count by how much: [within, 1 px, 2 px ... beyond].
+
+    disparity, confidence: float32 (R, C), px; rejected is what is nearer than `highest`, px, by
+    more than half a pixel, the rest becomes `highest`. counts: int64, increased.
+    """
+    for row in range(first, last):
+        line, sure = disparity[row], confidence[row]
+        within = nearer = np.int32(0)
+        for column in range(line.size):
+            within += np.int32(line[column] <= highest)
+            nearer += np.int32(line[column] > highest)
+        counts[0] += within
+        if nearer == 0:
+            continue
+        for column in range(line.size):
+            away = line[column] - highest
+            if away > np.float32(0.5):
+                counts[min(np.int64(away + np.float32(0.5)), counts.size - 1)] += 1
+                line[column], sure[column] = np.nan, 0
+            elif away > 0:
+                counts[0] += 1
+                line[column] = highest
+
+
+@kernel
 def reject_changed(labels, genes, validity, settled, first, last):
     """
     Copy the validity, but reject the cells whose genes are no longer the labels that it judged.

@@ -11,13 +11,14 @@ import numpy as np
 
 
 @kernel
-def tile_windows(half, disparities, tile, grow, margin, low, blocks, first_row, last_row):
+def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, first_row,
+                 last_row):
     """
     Write the labels that each tile searches: those of the half map around it, and a margin.
 
-    half: (r, c) labels at half size; tile, grow: pixels of the full image, even; low, blocks:
-    int64 (tile rows, tile columns), first label and number of blocks of 32; first_row, last_row:
-    of the tiles.
+    half: (r, c) labels at half size, of half_disparities; tile, grow: pixels of the full image,
+    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32;
+    first_row, last_row: of the tiles.
     """
     rows, columns = half.shape
     for tile_row in range(first_row, last_row):
@@ -35,7 +36,10 @@ def tile_windows(half, disparities, tile, grow, margin, low, blocks, first_row, 
                 largest = max(largest, 2 * np.int64(highest) + 1)
             if largest < least:
                 least, largest = 0, disparities - 1
-            least, largest = max(least - margin, 0), min(largest + margin, disparities - 1)
+            # the half map may end before the full one does
+            beyond = largest + margin >= 2 * half_disparities
+            least = max(least - margin, 0)
+            largest = disparities - 1 if beyond else min(largest + margin, disparities - 1)
             number = blocks_of(largest - least + 1)
             spare = LANES * number - (largest - least + 1)
             first = min(least - spare // 2, disparities - LANES * number)

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is nearer than the range is rejected and counted, and becomes no surface of the range."""
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
+from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.beyond import MARGIN, reject_beyond, searched, sentence
+from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.realtime.views import half_disparities
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+
+RANGE, CUT = 48, 36      # disparities of a scene, and three quarters of them
+TOP = 35.0               # px, the last of the cut range
+
+
+@pytest.fixture(scope='module')
+def known():
+    return make_pair(120, 200, RANGE, 4, objects=6, noise=1.5)
+
+
+def with_range(known, profile='realtime', **changes):
+    config = MatcherConfig.from_profile(profile, **{'disparities': CUT, **changes})
+    return StereoMatcher(config).match(known.left, known.right)
+
+
+def rejected(disparity, min_disparity=0, disparities=CUT):
+    """Return the match that is left of disparities, all of confidence 1."""
+    disparity = np.array(disparity, np.float32)
+    match = Match(disparity.copy(), np.ones_like(disparity), [], {}, False)
+    return reject_beyond(ThreadPool(1), MatcherConfig(
+        min_disparity=min_disparity, disparities=disparities), match)
+
+
+@pytest.mark.parametrize('profile', ['realtime', 'quality'])
+def test_what_is_nearer_than_the_range_is_no_surface(known, profile):
+    match, nearer = with_range(known, profile), known.truth > TOP + 0.5
+    assert nearer.mean() > 0.05
+    assert (match.confidence[nearer] >= 0.5).mean() <= 0.05
+    assert (match.confidence[nearer] >= 0.8).mean() <= 0.02
+    assert np.nanmax(match.disparity) <= TOP
+    assert match.beyond == pytest.approx(nearer.mean(), abs=0.05)
+    assert match.enough > CUT
+
+
+def test_nothing_lies_beyond_a_range_that_fits(known):
+    match = with_range(known, disparities=RANGE)
+    assert match.beyond < 0.001
+
+
+def test_what_is_nearer_is_not_filled_where_it_was_found(known):
+    match = with_range(known, fill=True)
+    assert np.isnan(match.disparity[known.truth > TOP + 0.5]).mean() > 0.8
+    assert not match.confidence[np.isnan(match.disparity)].any()
+
+
+def test_the_next_frames_reject_what_is_nearer_too(known):
+    matcher = StereoMatcher(MatcherConfig(disparities=CUT))
+    nearer = known.truth > TOP + 0.5
+    random = np.random.default_rng(0)
+    for _ in range(4):
+        left, right = (np.clip(image + random.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+                       for image in (known.left, known.right))
+        match = matcher.match(left, right)
+        assert (match.confidence[nearer] >= 0.5).mean() <= 0.05
+        assert matcher.state.config == matcher.config
+    assert match.warm
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.sampled_from([0.0, 34.9, 35.0, 35.4, 35.5, 35.6, 36.4, 43.0, 46.0, np.nan]),
+                min_size=1, max_size=40), st.sampled_from([0, -20, 7]))
+def test_more_than_half_a_pixel_beyond_the_range_is_rejected(values, lowest):
+    values = np.array([values], np.float32) + lowest
+    match, top = rejected(values, lowest), TOP + lowest
+    kept = ~(values > top + 0.5)
+    np.testing.assert_array_equal(match.disparity, np.where(
+        kept, np.minimum(values, np.float32(top)), np.nan))
+    np.testing.assert_array_equal(match.confidence, kept)
+    assert match.beyond == (~kept).sum() / max(np.isfinite(values).sum(), 1)
+
+
+@pytest.mark.parametrize('values, enough', [
+    ([[3.0, 35.4]], CUT), ([[3.0, 38.0]], 48), ([[47.0, 38.0]], 48), ([[43.0]], 48),
+    ([[38.0] * 20 + [43.0]], 48)])
+def test_the_range_that_would_do_holds_what_was_found_or_is_a_third_larger(values, enough):
+    assert rejected(values).enough == enough
+
+
+def test_a_range_that_ends_far_before_the_scene_is_to_grow_by_a_third():
+    assert rejected([[103.0] * 3 + [98.0]], disparities=96).enough == 128
+    assert rejected([[98.0] * 30 + [103.0]], disparities=96).enough == 112
+
+
+def test_the_sentence_says_how_much_lies_beyond_and_what_to_set():
+    match = rejected([[3.0] * 15 + [40.0]])
+    assert sentence(match, MatcherConfig(disparities=CUT), 'nearer than 0.9 m') == (
+        '6.2 % of the matches lie beyond the range, nearer than 0.9 m (disparity above 35): '
+        'set disparity_range to 48 or more')
+
+
+@pytest.mark.parametrize('disparities, columns, found', [
+    (64, 640, 72), (64, 70, 70), (64, 64, 64), (1, 640, 9), (4096, 9999, 4096)])
+def test_the_margin_ends_where_the_image_does(disparities, columns, found):
+    config = MatcherConfig(disparities=disparities)
+    assert searched(config, columns).disparities == found
+    assert searched(MatcherConfig(algorithm='paper', disparities=64), 640).disparities == 64
+
+
+@pytest.mark.parametrize('profile', PROFILES)
+@pytest.mark.parametrize('disparities', [1, 248, 256, 257])
+def test_any_range_is_matched_and_kept(profile, disparities):
+    changes = {'population': 2, 'generations': 1} if profile == 'paper' else {}
+    left, right = make_pair(24, 270, 20, 3)[:2]
+    match = StereoMatcher(MatcherConfig.from_profile(
+        profile, disparities=disparities, **changes)).match(left, right)
+    assert not (match.disparity > disparities - 1).any()
+
+
+@given(st.integers(1, 600))
+def test_the_margin_takes_no_further_block_at_half_size(disparities):
+    alone, found = -(-disparities // 2), half_disparities(disparities + MARGIN)
+    blocks = -(-alone // 32)
+    assert alone <= found <= 32 * (4 if blocks == 3 else blocks)
