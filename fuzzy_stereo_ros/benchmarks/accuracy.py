@@ -26,6 +26,9 @@ import pandas as pd
 OURS, QUALITY = 'ours', 'ours, profile quality'
 FINE_LIMIT = 0.5
 MUCH_WORSE = 1.5
+FEWEST_NEARER = 100     # pixels beyond a range that is cut, of a scene that counts
+SURE = 0.5, 0.8         # confidence from which they would be a surface
+BESIDE = 'SGBM tuned', '3WAY tuned', 'HH4 tuned'
 NOISES = 0, 1.5, 3      # grey levels, standard deviation
 # The confidence_threshold of config/<name>.yaml.
 PRESETS = {'costmap': 0.95, 'mapping': 0.8, 'inspection': 0.5}
@@ -44,19 +47,21 @@ LEAST = 7.5         # inches, width of the picture at the least
 
 class Measured(NamedTuple):
     """
-    Three lists of dicts, one for each table of figures; each dict names group and scene.
+    Four lists of dicts, one for each table of figures; each dict names group and scene.
 
     figures: of each noise and matcher: percentage off by more than the limit of the scene (`bad`)
     and by more than 0.5 px (`fine`), both also without rounding (`raw_`) if the truth has whole
     pixels; percentage of valid pixels that are wrong (`sparse`); percentage of valid pixels
     (`density`). reliable: of each noise, profile and range of confidence: `number` of pixels with
     truth, and the number of correct ones, `right`. confidence: of each scene, by the headings of
-    its tables, and the time of profile quality.
+    its tables, and the time of profile quality. nearer: by headings, what becomes of the pixels
+    that are nearer than a range cut by a quarter; empty where there are few.
     """
 
     figures: list
     reliable: list
     confidence: list
+    nearer: list
 
 
 def run(request):
@@ -82,7 +87,7 @@ def run(request):
 
 def measure(scene, request):
     """Return the `Measured` of one scene."""
-    known, found = scene.read(), Measured([], [], [])
+    known, found = scene.read(), Measured([], [], [], [])
     named = {'group': scene.group, 'scene': scene.path, 'family': scene.family}
     for noise in NOISES:
         matches, maps = matched(scene, with_camera_noise(known, noise), request)
@@ -99,6 +104,7 @@ def measure(scene, request):
             found.confidence.append({
                 **named, 'seconds of quality': matches[QUALITY].times['total'] / 1000,
                 **_worth(known, scene, matches[OURS], right)})
+            found.nearer.extend({**named, **figures} for figures in _nearer(known, scene, request))
     return found
 
 
@@ -134,6 +140,29 @@ def _worth(known, scene, match, right):
         figures[f'{heading}, kept'] = 100 * float(kept.mean())
         figures[f'{heading}, wrong'] = 100 * float(wrong[kept].mean()) if kept.any() else None
     return figures
+
+
+def _nearer(known, scene, request):
+    """
+    Yield what becomes of the pixels that are nearer than the range cut by a quarter, in percent.
+
+    Pixels that only one camera sees count as well.
+    """
+    cut, images = scene.disparities * 3 // 4, (known.left, known.right)
+    nearer = np.isfinite(known.truth) & (known.truth > cut - 0.5)
+    if np.count_nonzero(nearer) < FEWEST_NEARER:
+        return
+    figures = {'of all': 100 * np.count_nonzero(nearer) / np.count_nonzero(
+        np.isfinite(known.truth))}
+    for name, ours in ((OURS, request.ours), (QUALITY, Ours(QUALITY, 'quality'))):
+        confidence = ours.matcher(cut).match(*images).confidence[nearer]
+        for least in SURE:
+            figures[f'{name}, confidence {least:g}'] = 100 * float((confidence >= least).mean())
+    for baseline in baselines(scene.family):
+        if baseline.name in BESIDE:
+            found = baseline.match(*images, scene.family, cut)[nearer]
+            figures[f'{baseline.name}, valid'] = 100 * float(np.isfinite(found).mean())
+    yield figures
 
 
 def _presets():
@@ -183,7 +212,7 @@ def matched(scene, known, request):
 
 def tables(several):
     """Return the tables of a list of `Measured`, one for each scene."""
-    figures, reliable, confidence = (
+    figures, reliable, confidence, nearer = (
         pd.DataFrame([row for part in parts for row in part]) for parts in zip(*several))
     names = [OURS, QUALITY, *(baseline.name for baseline in baselines(MIDDLEBURY))]
     tuned = [name for name in names if 'tuned' in name]
@@ -213,6 +242,12 @@ def tables(several):
                'reject.'),
               ('Noise: percent of the pixels that are valid', 'density', ''))),
         *_confidence(confidence, reliable),
+        *([Table.of(
+            'Range cut by a quarter: percent of the nearer pixels that become a surface',
+            counted(nearer).groupby('group', sort=False).mean(numeric_only=True),
+            'Of the pixels with truth that are nearer than the range, *of all* the pixels; what '
+            'they get is too far away. OpenCV has no confidence: valid is what it gives out.')]
+          if len(nearer) else []),
         Table.of('Scenes, error in percent',
                  scenes.join(confidence.set_index('scene')['seconds of quality']),
                  _much_worse(scenes, tuned)),

@@ -55,14 +55,3 @@ def _enough(disparities, beyond):
     else:
         wanted = disparities + max(away for away, found in enumerate(beyond, 1) if found)
     return min(int(-(-wanted // ROUND)) * ROUND, MOST)
-
-
-def sentence(match, config, nearer='too near'):
-    """
-    Return what lies beyond the range and what to set, for a `Match` of which something does.
-
-    nearer: in words, e.g. 'nearer than 0.9 m' where the calibration is known
-    """
-    top = config.min_disparity + config.disparities - 1
-    return (f'{100 * match.beyond:.1f} % of the matches lie beyond the range, {nearer} '
-            f'(disparity above {top}): set disparity_range to {match.enough} or more')

@@ -28,6 +28,7 @@ FALL = 0.75         # share of the usual mean confidence
 MEMORY = 0.02       # weight of the newest pair in what is usual
 LAST_LABELS = 3     # at the end of the range
 AT_THE_END = 0.05   # share of the valid pixels that have one of them
+NEARER = 0.01       # share of the matches that were rejected since they lie beyond the range
 # Pictures, in grey levels of 8 bits.
 DARK, WHITE = 20, 250
 FEWEST_BITS = 12    # that images of 16 bits are taken to use at least, for black ones
@@ -115,7 +116,8 @@ class PlausibilityCheck:
         usual = self._usual = confidence if self._usual is None else self._usual
         self._suspicions.append(
             confidence < max(LOW_CONFIDENCE, FALL * usual)
-            or share_at_the_end(match, config) > AT_THE_END or is_late(match, config))
+            or share_at_the_end(match, config) > AT_THE_END or match.beyond > NEARER
+            or is_late(match, config))
         self._usual += MEMORY * (confidence - usual)
         if self.finding is not None and not any(self._suspicions):
             self.finding, self._credit = None, 0.0      # what comes next is looked at at once
@@ -147,7 +149,8 @@ def cause_of(left, right, match, config, scale=1.0):
     Arguments as for `PlausibilityCheck` and its `add`.
     """
     images = _in_grey(left, right)
-    found = _of_pictures(images) or _of_features(*images, match, config, scale)
+    found = (_of_pictures(images) or _of_features(*images, match, config, scale)
+             or _of_matches(match, config, scale))
     if found is None and is_late(match, config):
         found = Finding('deadline', f'the deadline of {config.deadline_ms:g} ms ended before the '
                         f'first generation, after {match.times["total"]:.0f} ms; the result is '
@@ -307,6 +310,17 @@ def _of_range(disparities, pixel, config, scale):
                        f'common are farther than the range begins (from {least:.0f} px, '
                        f'{searched}): lower min_disparity to {least - MARGIN:.0f}')
     return None
+
+
+def _of_matches(match, config, scale):
+    """Return the Finding that a part of the matches lies beyond the range, None if few do."""
+    if match.beyond <= NEARER:
+        return None
+    last = (config.min_disparity + config.disparities - 1) / scale
+    needed = -(-match.enough / scale // ROUNDED) * ROUNDED
+    return Finding('range', f'{100 * match.beyond:.1f} % of the matches are nearer than the range '
+                   f'reaches (disparity above {last:.0f}) and were rejected: search {needed:.0f} '
+                   'disparities or more')
 
 
 def _in_grey(*images):

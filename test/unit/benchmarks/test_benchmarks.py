@@ -414,6 +414,13 @@ def test_accuracy_scores_dense_maps_and_averages_groups_and_halves():
     assert (config.fill, config.threads, config.speckle_size) == (True, 1, 7)
     match = StereoMatcher(config).match(known.left, known.right)
     assert np.isfinite(match.disparity).all()
+    cut = DISPARITIES * 3 // 4
+    nearer = np.isfinite(known.truth) & (known.truth > cut - 0.5)
+    sure = StereoMatcher(replace(config, disparities=cut)).match(
+        known.left, known.right).confidence[nearer] >= 0.5
+    found, = accuracy.measure(small_scene(1), request).nearer
+    assert found['ours, confidence 0.5'] == 100 * sure.mean()
+    assert 'ours, confidence 0.5' in table_named(report, 'Range cut by a quarter').columns
     row = dict(zip(scenes.columns, scenes.rows[0]))
     assert row['ours'] == bad_percent(match.disparity, known, 1.0)
     quality = StereoMatcher(MatcherConfig.from_profile(

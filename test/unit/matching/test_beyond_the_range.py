@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What is nearer than the range is rejected and counted, and becomes no surface of the range."""
+from dataclasses import replace
+
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.beyond import MARGIN, reject_beyond, searched, sentence
+from fuzzy_stereo_ros.matching.beyond import MARGIN, reject_beyond, searched
 from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.plausibility import cause_of
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
@@ -93,11 +96,14 @@ def test_a_range_that_ends_far_before_the_scene_is_to_grow_by_a_third():
     assert rejected([[98.0] * 30 + [103.0]], disparities=96).enough == 112
 
 
-def test_the_sentence_says_how_much_lies_beyond_and_what_to_set():
-    match = rejected([[3.0] * 15 + [40.0]])
-    assert sentence(match, MatcherConfig(disparities=CUT), 'nearer than 0.9 m') == (
-        '6.2 % of the matches lie beyond the range, nearer than 0.9 m (disparity above 35): '
-        'set disparity_range to 48 or more')
+def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
+    config = MatcherConfig(disparities=RANGE)
+    match = StereoMatcher(config).match(known.left, known.right)
+    assert cause_of(known.left, known.right, match, config) is None
+    match = replace(match, beyond=0.032, enough=80)     # too few features show it
+    assert cause_of(known.left, known.right, match, config).sentence == (
+        '3.2 % of the matches are nearer than the range reaches (disparity above 47) and were '
+        'rejected: search 80 disparities or more')
 
 
 @pytest.mark.parametrize('disparities, columns, found', [
