@@ -3,6 +3,7 @@
 """Made pairs that are matched as the truth has it: what sinks of matched pairs are tested with."""
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.pair_matcher import MatchedPair
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
@@ -24,4 +25,4 @@ def made_matched(rows=60, columns=330, stamp=1_250_000_000, reference='left', **
     confidence = np.tile(np.linspace(0, 1, columns, dtype=np.float32), (rows, 1))
     return MatchedPair(StereoPair(made.left, made.right, CALIBRATION, stamp),
                        Match(disparity, confidence, [], {}, False),
-                       MatcherConfig(disparities=DISPARITIES, reference=reference), None)
+                       MatcherConfig(disparities=DISPARITIES, reference=reference), None, Rows())

@@ -3,6 +3,7 @@
 """The configuration of the matcher: for reduced images, and what is heeded of it."""
 from dataclasses import fields, replace
 import re
+import sys
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from hypothesis import given, strategies as st
@@ -60,12 +61,13 @@ def test_the_profile_is_not_a_parameter(name):
 
 
 class Watched(MatcherConfig):
-    """A configuration that notes what is read of it."""
+    """A configuration that notes what is read of it, but for what copies it with changes."""
 
     read = set()
 
     def __getattribute__(self, name):
-        Watched.read.add(name)
+        if sys._getframe(1).f_code.co_name not in ('replace', '__post_init__'):
+            Watched.read.add(name)
         return super().__getattribute__(name)
 
 
