@@ -7,7 +7,7 @@ Pictures, which the suites draw from the tables of their reports, are SVG files 
 
 `python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md` renews the tables that
 pages quote, between `<!-- quote NAME: TITLE -->` and `<!-- end of quote -->`. NAME is that of the
-benchmark; `TITLE | WORDS` quotes only the rows with these words.
+benchmark; `TITLE | WORDS | WORDS` quotes only the rows with one of these words.
 """
 from importlib.util import find_spec
 import io
@@ -73,10 +73,10 @@ def table_of(page, name, title):
     """
     Return the lines of a table in the section of a benchmark of a page.
 
-    title: of the table, or 'title | words' for the rows that have the words.
+    title: of the table, or 'title | words | words' for the rows that have one of the words.
     Raises ValueError if the page has no such table.
     """
-    title, _, words = title.partition(' | ')
+    title, *words = title.split(' | ')
     section = re.search(f'<!-- begin of {name} -->\n(.*?)<!-- end of {name} -->', page, re.DOTALL)
     table = section and re.search(f'^### {re.escape(title)}\n\n((?:\\|.*\n)+)', section[1],
                                   re.MULTILINE)
@@ -84,7 +84,7 @@ def table_of(page, name, title):
         raise ValueError(f"{PAGE} has no table '{title}' of {name}; "
                          f'run `fuzzy-stereo benchmark {name} --output docs/{PAGE}`')
     head, rows = table[1].splitlines(True)[:2], table[1].splitlines(True)[2:]
-    return ''.join(head + [row for row in rows if words in row])
+    return ''.join(head + [row for row in rows if not words or any(one in row for one in words)])
 
 
 def as_svg(name, draw):

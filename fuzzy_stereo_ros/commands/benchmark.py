@@ -11,7 +11,8 @@ from fuzzy_stereo_ros.commands.parts import for_json
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
 from fuzzy_stereo_ros.progress import follow
 
-BENCHMARKS = ('accuracy', 'speed', 'warm', 'paper', 'truth', 'ablation', 'drift')
+BENCHMARKS = (
+    'accuracy', 'conditions', 'speed', 'warm', 'paper', 'truth', 'ablation', 'drift')
 ALL = 'all'
 REPEATS, QUICK_REPEATS = 15, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
@@ -20,6 +21,8 @@ HELP = 'measure the matcher side by side with OpenCV'
 DESCRIPTION = (
     'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
     '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
+    '  conditions  errors on pictures as cameras give them: rows that do not fit, exposures that\n'
+    '            differ, dark corners, JPEG, noise, little light\n'
     '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads;\n'
     '            deadlines kept; memory, first start\n'
     '  warm      with and without the previous frame: error and flicker on sequences; error\n'
@@ -71,14 +74,14 @@ def run(arguments, stream, progress_stream=None):
     """
     with libraries_needed():
         from fuzzy_stereo_ros.benchmarks import (
-            ablation, accuracy, drift, paper_tables, speed, truth, warm)
+            ablation, accuracy, conditions, drift, paper_tables, speed, truth, warm)
         from fuzzy_stereo_ros.benchmarks.datasets import data_folder
         from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
         from fuzzy_stereo_ros.benchmarks.request import Request
         from fuzzy_stereo_ros.evaluation.matchers import matcher_named, OURS
         from fuzzy_stereo_ros.evaluation.report import markdown
-    suites = dict(zip(BENCHMARKS, (accuracy, speed, warm, paper_tables, truth, ablation,
-                                   drift)))
+    suites = dict(zip(BENCHMARKS, (accuracy, conditions, speed, warm, paper_tables, truth,
+                                   ablation, drift)))
     repeats = arguments.repeats
     if repeats is None:
         repeats = QUICK_REPEATS if arguments.quick else REPEATS

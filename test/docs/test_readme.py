@@ -86,6 +86,7 @@ def test_a_table_is_quoted_from_the_section_of_its_benchmark():
         'x\n<!-- quote one: Title -->\n| a |\n|---|\n| 1 |\n<!-- end of quote -->\ny')
     assert table_of(page, 'one', 'Title | 1') == table_of(page, 'one', 'Title')
     assert table_of(page, 'one', 'Title | 2') == '| a |\n|---|\n'
+    assert table_of(page, 'one', 'Title | 2 | 1') == table_of(page, 'one', 'Title')
     for missing in (('two', 'Title'), ('one', 'Titl'), ('three', 'Title')):
         with pytest.raises(ValueError, match=f"no table '{missing[1]}' of {missing[0]}"):
             table_of(page, *missing)

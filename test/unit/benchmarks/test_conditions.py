@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The conditions are what they are called, always the same, and each has a line in each table."""
+from dataclasses import replace
+
+from fuzzy_stereo_ros.benchmarks import conditions
+from fuzzy_stereo_ros.benchmarks.conditions import CONDITIONS, under_condition
+import numpy as np
+import pytest
+from small_scenes import (
+    assert_columns_have_names_of_their_own, known as made_known, request_for, small_scene)
+
+SIZE = 120, 160, 16
+UNCHANGED = ('clean', *(f'rows {rows} px lower' for rows in ('0.5', '1', '1.5')),
+             'gain 0.7, 8 levels less', 'gamma 1.4', 'blur of 1.2 px')
+
+
+def level(grey, shape=SIZE[:2]):
+    """Return a pair whose images have one grey level."""
+    image = np.full(shape, grey, np.uint8)
+    return replace(made_known(size=(*shape, 16)), left=image, right=image)
+
+
+@pytest.mark.parametrize('colour', [False, True])
+@pytest.mark.parametrize('name', CONDITIONS)
+def test_a_condition_is_the_same_each_time_and_keeps_shape_truth_and_dtype(name, colour):
+    pair = made_known(size=SIZE, colour=colour)
+    first, again = under_condition(pair, name), under_condition(pair, name)
+    for side in ('left', 'right'):
+        image = getattr(first, side)
+        assert image.shape == getattr(pair, side).shape and image.dtype == np.uint8
+        np.testing.assert_array_equal(image, getattr(again, side))
+    assert first.truth is pair.truth
+    assert np.array_equal(first.left, pair.left) == (name in UNCHANGED)
+    assert np.array_equal(first.right, pair.right) == (name == 'clean')
+
+
+def test_the_content_of_the_right_image_lies_as_many_rows_lower_as_the_name_says():
+    pair = made_known(size=SIZE)
+    lower = under_condition(pair, 'rows 1 px lower').right
+    np.testing.assert_array_equal(lower[1:], pair.right[:-1])
+    ramp = replace(pair, right=np.repeat(np.arange(120, dtype=np.uint8)[:, None] * 2, 160, 1))
+    for name, fall in (('rows 0.5 px lower', 1), ('rows 1.5 px lower', 3)):
+        moved = under_condition(ramp, name).right.astype(int)
+        np.testing.assert_array_equal((ramp.right - moved)[5:-5], fall)
+
+
+@pytest.mark.parametrize(('name', 'left', 'right'), [
+    ('gain 0.7, 8 levels less', 200, 132), ('gamma 1.4', 200, round(255 * (200 / 255)**1.4)),
+    ('both times 0.75', 150, 150), ('blur of 1.2 px', 200, 200), ('both JPEG 50', 200, 200)])
+def test_grey_levels_become_what_the_name_says(name, left, right):
+    pair = under_condition(level(200), name)
+    assert (pair.left == left).all() and (pair.right == right).all()
+
+
+def test_corners_have_half_the_light_of_the_middle_and_the_right_image_nine_tenths():
+    pair = under_condition(level(200, (121, 161)), 'corners of half the light in both, gain 0.9')
+    assert (pair.left[60, 80], pair.left[0, 0], pair.left[-1, -1]) == (200, 100, 100)
+    assert (pair.right[60, 80], pair.right[0, 0]) == (180, 90)
+    assert pair.left[60, 0] < pair.left[0, 80]      # farther from the middle
+
+
+def test_noise_has_the_variance_that_the_report_names_and_each_image_has_its_own():
+    for grey in (40, 200):
+        pair = under_condition(level(grey, (400, 400)), 'shot and read noise, unlike columns')
+        left, right = pair.left.astype(float), pair.right.astype(float)
+        rounding = 1 / 12
+        assert (left - left.mean(axis=0)).var() == pytest.approx(
+            1 + 0.06 * grey + rounding, rel=0.03)
+        assert left.mean(axis=0).std() == pytest.approx(0.7, rel=0.15)
+        assert abs(np.corrcoef(left.ravel(), right.ravel())[0, 1]) < 0.03
+    dark = under_condition(level(180, (400, 400)), 'a sixth of the light').left.astype(float)
+    assert dark.mean() == pytest.approx(30, abs=0.05)
+    assert dark.var() == pytest.approx(0.8**2 + 1 / 12, rel=0.03)
+
+
+def test_the_better_jpeg_is_nearer_to_the_image():
+    pair = made_known(size=SIZE, noise=1.5)
+    off = [abs(under_condition(pair, f'both JPEG {quality}').left - pair.left.astype(float)).mean()
+           for quality in (95, 80, 50)]
+    assert 0 < off[0] < off[1] < off[2]
+
+
+def test_each_condition_has_a_line_in_each_table_and_the_better_of_opencv_stands_beside(
+        monkeypatch):
+    some = ('clean', 'rows 1.5 px lower', 'a sixth of the light')
+    monkeypatch.setattr(conditions, 'CONDITIONS', {name: CONDITIONS[name] for name in some})
+    size = (80, 160, 16)
+    report = conditions.run(request_for([small_scene(seed, size=size, colour=True)
+                                         for seed in (1, 2)])())
+    assert_columns_have_names_of_their_own(report)
+    beside, group = report.tables
+    assert group.title == 'small (2): mean error in percent'
+    assert [row[0] for row in beside.rows] == [row[0] for row in group.rows] == list(some)
+    assert group.columns == ('', 'ours', 'ours, grey', 'ours, profile quality', '3WAY tuned',
+                             'HH4 tuned')
+    for (_, cell), (_, ours, _, quality, *opencv) in zip(beside.rows, group.rows, strict=True):
+        assert cell == f'{ours:.2f} / {quality:.2f} / {min(opencv):.2f}'
+    clean, rows, dark = ([*figures] for _, *figures in group.rows)
+    assert clean[0] < dark[0]
+    assert rows[3] > 1.5 * clean[3] and rows[4] > 1.5 * clean[4]    # rivals undo no rows
+    assert report.skipped == ['a group']
