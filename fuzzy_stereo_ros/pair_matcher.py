@@ -10,7 +10,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.match import Camera, Match
-from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
+from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.memory import give_back_memory
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair

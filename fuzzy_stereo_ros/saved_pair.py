@@ -27,11 +27,8 @@ from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.beyond import searched
 from fuzzy_stereo_ros.matching.checks import checked_pair
 from fuzzy_stereo_ros.matching.evolution import Generation
-from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-from fuzzy_stereo_ros.matching.realtime.moving_camera import NO_CAMERA
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
-from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
-from fuzzy_stereo_ros.matching.realtime.warm_start import FrameState
+from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
+from fuzzy_stereo_ros.matching.over_frames.state import check_array, FrameState, restored
 from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.matching.row_offsets import LARGEST
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
@@ -46,7 +43,6 @@ To match it again and compare the result with the saved one, run in this folder:
 fuzzy-stereo match --saved .
 """
 RESULTS = 'disparity', 'confidence'
-STATE_NUMBERS = 'stamp', 'frame', 'still', 'kept'
 ROWS_NUMBERS = 'pair', 'search', 'pause'
 
 
@@ -97,7 +93,7 @@ class SavedPair:
         checked_pair(self.pair.left, self.pair.right, self.config)
         shape = self.pair.left.shape[:2]
         for name in RESULTS:
-            _check_array(name, getattr(self.match, name), np.float32, shape)
+            check_array(name, getattr(self.match, name), np.float32, shape)
         _check_rows(self.rows)
         if self.state is not None:
             _check_state(self.state, self.config)
@@ -175,9 +171,9 @@ def _write_files(folder, saved):
                  'rig': list(saved.rows.rig), 'points': len(saved.rows.points)}}
     arrays['points'] = saved.rows.points
     if state is not None:
-        record['state'] = {'config': _parameters(state.config),
-                           **{name: getattr(state, name) for name in STATE_NUMBERS}}
-        arrays.update({name: getattr(state, name) for name in _layout(state)})
+        record['state'] = {'config': _parameters(state.config), 'stamp': state.stamp,
+                           'frame': state.frame, 'own': state.numbers()}
+        arrays.update(state.arrays())
     stored = io.BytesIO()
     np.savez(stored, **arrays)
     (folder / 'arrays.npz').write_bytes(stored.getvalue())
@@ -231,12 +227,7 @@ def _saved_pair(record, arrays, left, right):
         rows[name] for name in ROWS_NUMBERS), tuple(rows['rig']))
     state = record['state']
     if state is not None:
-        _checked('state', state, {'stamp': object, 'config': dict,
-                                  **dict.fromkeys(('frame', 'still', 'kept'), int)})
-        state = FrameState(**arrays, **{
-            **state, 'config': _config('parameters of the state', state['config'])})
-        if not isinstance(state.stamp, (int, type(None))):
-            raise ValueError('the stamp of the state is not a number')
+        state = _state(state, arrays)
     return SavedPair(pair, config, state, match, *(
         all_of(str, name, record[name]) for name in ('about', 'versions')), rows)
 
@@ -253,36 +244,24 @@ def _checked(name, record, kinds):
     return record
 
 
-def _layout(state):
-    """Return {name: (dtype, shape)} of the arrays of a state."""
-    shape = (*np.shape(state.labels), 0, 0)[:2]     # labels that are not 2-D do not fit it
-    tiles = tuple(-(-side // TILE) for side in shape)
-    cells = tuple(side // 2 for side in shape)
-    result = np.float32, shape if state.still >= SETTLED else (0, 0)
-    labels = gene_type(searched(state.config, shape[1]).disparities), shape
-    return {'labels': labels, 'validity': (np.uint8, shape),
-            'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
-            'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
-            'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),
-            'still_disparity': result, 'still_confidence': result,
-            # empty if no camera was known
-            **({'half_grey': (np.uint8, cells), 'census': (np.uint32, shape),
-                'cells': (np.float32, cells), 'survived': (np.uint8, cells)}
-               if np.size(state.half_grey) else
-               {name: (array.dtype, array.shape) for name, array in NO_CAMERA._asdict().items()})}
+def _state(record, arrays):
+    """Return the FrameState of its record and its arrays."""
+    _checked('state', record, {'stamp': object, 'config': dict, 'frame': int, 'own': dict})
+    if not isinstance(record['stamp'], (int, type(None))):
+        raise ValueError('the stamp of the state is not a number')
+    config = _config('parameters of the state', record['config'])
+    kind = ALGORITHMS[config.algorithm].state_type
+    if kind is None:
+        raise ValueError(f'the state is of {config.algorithm}, where frames hand on nothing')
+    numbers = _checked('own', record['own'], {
+        name: int for name, of_kind in kind.__annotations__.items() if of_kind is int})
+    return restored(kind, arrays, numbers, stamp=record['stamp'], frame=record['frame'],
+                    config=config)
 
 
 def _check_state(state, config):
-    """Raise ValueError for a state that kernels cannot use, as they check no index."""
-    for name, (kind, shape) in _layout(state).items():
-        _check_array(f'{name} of the state', getattr(state, name), kind, shape)
-    disparities = searched(state.config, state.labels.shape[1]).disparities
-    if (state.labels >= disparities).any() or not (state.ages >= 1).all():
-        raise ValueError('the state has labels or ages out of range')
-    if not ((state.cells >= 0) & (state.cells < disparities)).all():
-        raise ValueError('the state has cells out of range')
-    if not np.isfinite(state.planes).all() or (state.origin > 1).any():
-        raise ValueError('the state has planes out of range')
+    """Raise ValueError for a state that a matcher cannot use."""
+    state.check(searched(state.config, state.shape[-1]).disparities)
     if state.config.reference != config.reference:
         raise ValueError(f'the state is of the {state.config.reference} image, the match of the '
                          f'{config.reference} one')
@@ -290,16 +269,10 @@ def _check_state(state, config):
 
 def _check_rows(rows):
     """Raise ValueError for Rows that no matcher has made."""
-    _check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
-    _check_array('undone of the rows', rows.undone, np.float64, (4,))
+    check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
+    check_array('undone of the rows', rows.undone, np.float64, (4,))
     if not (np.isfinite(rows.points).all() and (np.abs(rows.undone) <= LARGEST).all()):
         raise ValueError('the rows have points or offsets out of range')
-
-
-def _check_array(name, array, kind, shape):
-    if not isinstance(array, np.ndarray) or (array.dtype, array.shape) != (kind, shape):
-        raise ValueError(f'{name} is {array.dtype} {array.shape}; needed is '
-                         f'{np.dtype(kind)} {shape}')
 
 
 def comparison(saved, config, match):

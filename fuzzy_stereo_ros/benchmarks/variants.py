@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
 from fuzzy_stereo_ros.matching.paper.population import Lineage
@@ -19,7 +20,6 @@ from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
-from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 import numpy as np
 

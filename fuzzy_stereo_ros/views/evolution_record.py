@@ -211,9 +211,9 @@ def watched_frames(config, pairs, truth=None, mask=None):
     matcher = StereoMatcher(config)
     for number, (left, right) in enumerate(pairs, 1):
         match = matcher.match(left, right)
-        state = matcher.state
+        own = matcher.state.own
         wrong = None if truth is None else score(match.disparity, truth, mask).bad_dense[1.0]
-        yield Frame(number, match.disparity, state.evolved, state.work, match.gains, match.warm,
+        yield Frame(number, match.disparity, own.evolved, own.work, match.gains, match.warm,
                     wrong)
 
 

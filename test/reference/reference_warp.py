@@ -62,7 +62,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
         agrees = abs(2.0 * half[row, column] + 0.5 - moved[row, column]) <= near
         better = int(distances[row, column]) + likelier <= int(half_distances[row, column])
         if (source[row, column] >= 0 and distances[row, column] <= most
-                and validity[2 * then[0], 2 * then[1]] == 0 and (agrees or better)
+                and validity[then] == 0 and (agrees or better)
                 and around.max() - around.min() <= flat):
             found[row, column] = min(survived[then] + 1, longest)
     return found

@@ -88,5 +88,5 @@ def test_planes_evolve_from_frame_to_frame_in_a_bag_that_is_compared():
     matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES))
     found = [matcher.match(pair.left, pair.right, stamp).gains
              for pair, stamp in zip(faint_scene(), stamps(2 * FRAMES))]
-    assert matcher.state.evolved.any()
+    assert matcher.state.own.evolved.any()
     assert any(gains.get('region planes', 0) > 0 for gains in found)

@@ -46,8 +46,10 @@ class PaperMatcher:
     """
     A population of disparity maps of one image size.
 
-    population: the `Population` of the last pair
+    population: the `Population` of the last pair; state_type: frames hand on nothing
     """
+
+    state_type = None
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""

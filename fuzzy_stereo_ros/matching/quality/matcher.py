@@ -51,8 +51,10 @@ class QualityMatcher:
     """
     The stages of one image size.
 
-    population: the `Population` of the last pair
+    population: the `Population` of the last pair; state_type: frames hand on nothing
     """
+
+    state_type = None
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate nothing yet: each pair allocates its memory, and frees that of the last."""

@@ -18,16 +18,16 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
-from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.realtime.operators import Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
 from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate, Views
-from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
+from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmStart
 
 PLANES = 1          # child of the frame's random source for the evolution of planes
 REFINING, WRITING = 'all after the generations', 'set_map and write'     # for Durations
@@ -46,8 +46,8 @@ class Stages(NamedTuple):
     None for none
     frames: called with a `CensusPossibility`, rows and columns, returns the population of planes
     that frames inherit, see FrameEvolution
-    camera: called with rows, columns, a dtype of labels and the smallest disparity, returns what
-    follows the camera, see MovingCamera
+    camera: called with rows, columns and the smallest disparity, returns what follows the camera,
+    see MovingCamera
     """
 
     noise: Callable = NoiseEstimate
@@ -63,8 +63,11 @@ class RealtimeMatcher:
     """
     The stages of one image size.
 
-    population: the `Population` of the last pair; frames: the `FrameEvolution`
+    population: the `Population` of the last pair; frames: the `FrameEvolution`; state_type: of
+    what it adds to a `FrameState`
     """
+
+    state_type = RealtimeState
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
@@ -105,7 +108,7 @@ class RealtimeMatcher:
             watch.times['camera_motion'] = self._warm_start.motion_ms
         state = self._warm_start.kept_state(previous, config)
         if state is not None:
-            return Match(state.still_disparity.copy(), state.still_confidence.copy(), [],
+            return Match(state.own.still_disparity.copy(), state.own.still_confidence.copy(), [],
                          watch.times, True, self._warm_start.motion, kept=True), state
         self._views.describe(pool, self._stages.describe)
         watch.lap('possibility')
@@ -133,7 +136,7 @@ class RealtimeMatcher:
         inherited = False
         if config.warm_start:
             inherited = self.frames.inherit(
-                pool, previous and previous.genes, self._warm_start.tile_history())
+                pool, previous and previous.own.genes, self._warm_start.tile_history())
             history += [replace(row, number=row.number + len(history)) for row in
                         self._evolve_planes(best, chosen, validity, random, budget)]
             watch.lap('evolution')
@@ -146,7 +149,7 @@ class RealtimeMatcher:
                       previous_prior is not None or inherited, self._warm_start.motion)
         if config.warm_start:
             state = self._warm_start.next_state(
-                labels, self._refinement.final_validity, self._refinement.fine_labels,
+                pool, labels, self._refinement.final_validity, self._refinement.fine_labels,
                 self.frames.carried, config, match, previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)

@@ -39,10 +39,10 @@ def kept_result(previous, views, config):
     previous: the FrameState of the previous frame, or None; views: the `Tiles` of both views,
     compared with it; config: the MatcherConfig
     """
-    result = previous and previous.result
+    result = previous and previous.own.result
     if (not result or result.kept + 1 >= config.still_interval
             or result.still < SETTLED or not _same_settings(previous.config, config)
-            or _moves(views, previous.labels.shape)):
+            or _moves(views, previous.shape)):
         return None
     return result._replace(still=result.still + 1, kept=result.kept + 1)
 
@@ -50,7 +50,7 @@ def kept_result(previous, views, config):
 def new_result(previous, views, match):
     """Return the `StillResult` of a frame that was searched; match: its `Match`."""
     moves = previous is None or _moves(views, match.disparity.shape)
-    still = 0 if moves else previous.result.still + 1
+    still = 0 if moves else previous.own.result.still + 1
     side = slice(None if still >= SETTLED else 0)
     return StillResult(
         still, 0, match.disparity[side, side].copy(), match.confidence[side, side].copy())

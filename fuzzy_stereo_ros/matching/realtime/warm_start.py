@@ -8,21 +8,23 @@ pictures and chromosome count only in tiles that differ from the previous frame 
 the chromosome only where it was consistent, is flat and agrees with the half-size map, which does
 not depend on the previous frame. Without noise it adds nothing, and is not used.
 """
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import widened
-from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
-from fuzzy_stereo_ros.matching.realtime.averaging import ANOTHER, Averaging, STILL
+from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, STILL
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
+from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
-from fuzzy_stereo_ros.matching.realtime.moving_camera import MovingCamera
+from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
-    kept_result, LONGEST_STEP_NS, new_result, StillResult)
+    kept_result, LONGEST_STEP_NS, new_result, SETTLED, StillResult)
 import numpy as np
 
 QUIET = 0.2          # grey levels of noise below which the previous best is not used
@@ -33,42 +35,30 @@ DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in pl
 CUTS = 1, 2, 4       # largest cost of other labels, by the frames that a tile is unchanged
 MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frames they survived
 SELF_MADE = 6        # margin that each of these costs makes by itself: no evidence of this frame
-LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
 
-@dataclass(frozen=True)
-class FrameState:
+class RealtimeState(NamedTuple):
     """
-    What the next frame needs of a frame; plain arrays, so that it can be saved.
+    What the profile adds to a `FrameState`.
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
-    pictures: uint16 (2, R, C), luminance of both views, averaged, the right one mirrored; ages:
-    float32 (2, tile rows, tile columns), of how many frames; planes: float32 (R / 2, C / 2, 3),
-    evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the chromosome of planes, see
-    frames.Genes; half_grey, census, cells, survived: see moving_camera.CameraState; still, kept,
-    still_disparity, still_confidence: see still_scene.StillResult; stamp: ns or None; frame: its
-    number; config: the MatcherConfig.
+    planes: float32 (R / 2, C / 2, 3), evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the
+    chromosome of planes, see frames.Genes; census, survived: see moved_prior.MovedPrior.note;
+    still, kept, still_disparity, still_confidence: see still_scene.StillResult
     """
 
     labels: np.ndarray
     validity: np.ndarray
-    pictures: np.ndarray
-    ages: np.ndarray
     planes: np.ndarray
     evolved: np.ndarray
     work: np.ndarray
     origin: np.ndarray
-    half_grey: np.ndarray
     census: np.ndarray
-    cells: np.ndarray
     survived: np.ndarray
     still: int
     kept: int
     still_disparity: np.ndarray
     still_confidence: np.ndarray
-    stamp: int | None
-    frame: int
-    config: MatcherConfig
 
     @property
     def genes(self):
@@ -80,20 +70,27 @@ class FrameState:
         """The result of a scene that stands still, as `kept_result` takes it."""
         return StillResult(self.still, self.kept, self.still_disparity, self.still_confidence)
 
-    def fits(self, shape, config, stamp):
-        """Return whether a pair of a shape, taken at a stamp, may start from this frame."""
-        if self.labels.shape != shape or any(
-                getattr(self.config, name) != getattr(config, name)
-                for name in ('disparities', 'min_disparity', 'reference')):
-            return False
-        if stamp is None or self.stamp is None:
-            return stamp is self.stamp
-        return 0 < stamp - self.stamp <= LONGEST_GAP_NS
+    def after(self, gap_ns):
+        """Return it for a frame that comes so much later: a late one is searched."""
+        return self._replace(still=0) if gap_ns > LONGEST_STEP_NS else self
 
-    def before(self, stamp):
-        """Return the state for a pair taken at a stamp: one that comes late is searched."""
-        late = stamp is not None and stamp - self.stamp > LONGEST_STEP_NS
-        return replace(self, still=0) if late else self
+    def layout(self, shape, labels):
+        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
+        cells = tuple(side // 2 for side in shape)
+        result = np.float32, shape if self.still >= SETTLED else (0, 0)
+        seen = (shape, cells) if np.size(self.census) else ((0, 0), (0, 0))
+        return {'labels': (gene_type(labels), shape), 'validity': (np.uint8, shape),
+                'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
+                'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),
+                'census': (np.uint32, seen[0]), 'survived': (np.uint8, seen[1]),
+                'still_disparity': result, 'still_confidence': result}
+
+    def check(self, labels):
+        """Raise ValueError for a number that kernels, which check no index, cannot use."""
+        if (self.labels >= labels).any():
+            raise ValueError('the state has labels out of range')
+        if not np.isfinite(self.planes).all() or (self.origin > 1).any():
+            raise ValueError('the state has planes out of range')
 
 
 class WarmStart:
@@ -103,7 +100,8 @@ class WarmStart:
         """Allocate for images of a size and a range of disparities; camera: see Stages."""
         half = rows // 2, columns // 2
         self._averaging = Averaging(rows, columns)
-        self._moving = camera(rows, columns, gene_type(disparities), min_disparity)
+        self._moving = camera(rows, columns, min_disparity)
+        self._moved_prior = MovedPrior(rows, columns, gene_type(disparities), self._moving)
         self._half_labels = np.zeros(half, gene_type(disparities))
         self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
         nothing = np.zeros((rows, columns), self._half_labels.dtype)
@@ -128,10 +126,11 @@ class WarmStart:
             self._averaging.average(pool, views, state.pictures, state.ages)
         left = self._averaging.tiles[0]
         # The labels are of the last search: a tile that changed since then is another one.
-        searched = 1 if state is None else 1 + state.kept       # frames ago
+        searched = 1 if state is None else 1 + state.own.kept       # frames ago
         choices = np.where(left.ages <= searched, np.int8(-1), left.choices)
         previous_best.tile_strengths(choices, left.ages, len(CUTS), self._strengths)
-        self._half_grey, self._left = half_grey, views[0]
+        self._left = views[0]
+        self._moved_prior.restart()
         followed = self._moving.follow(pool, state, camera, half_grey,
                                        self._averaging.share >= STILL)
         if followed and noise > NOISY and self._averaging.share < ANOTHER:
@@ -168,8 +167,9 @@ class WarmStart:
             self._weights[:] = 0
             return None
         labels = self._labels_in_place(pool, state, half)
-        moved = self._moving.write_prior(state, half, self._left.census, self._prior.labels
-                                         if labels is None else labels, self._weights, len(CUTS))
+        moved = self._moved_prior.write(
+            pool, state, half, self._left.census,
+            self._prior.labels if labels is None else labels, self._weights, len(CUTS))
         labels = labels if moved is None else moved
         return None if labels is None else self._prior._replace(labels=labels)
 
@@ -179,7 +179,7 @@ class WarmStart:
         if self._averaging.noise < QUIET or not self._strengths.any():
             self._weights[:] = 0
             return None
-        labels, validity, shift = state.labels, state.validity, self._averaging.shift
+        labels, validity, shift = state.own.labels, state.own.validity, self._averaging.shift
         if any(shift):
             def move(band):
                 for source, outside, moved in zip((labels, validity), (0, OUTSIDE), self._moved):
@@ -218,16 +218,18 @@ class WarmStart:
         """
         result = kept_result(state, self._averaging.tiles, config)
         return result and replace(state, pictures=self._averaging.pictures,
-                                  ages=self._averaging.ages, **result._asdict())
+                                  ages=self._averaging.ages,
+                                  own=state.own._replace(**result._asdict()))
 
-    def next_state(self, labels, validity, fine, genes, config, match, before=None):
+    def next_state(self, pool, labels, validity, fine, genes, config, match, before=None):
         """
         Return the FrameState of this frame, a copy.
 
         fine: (R, C), sub-pixel labels; genes: its `Genes`; config: the MatcherConfig; match: the
         `Match`; before: the FrameState of the previous frame
         """
-        camera_state = self._moving.next_state(before, self._half_grey, self._left.census, fine)
+        cells, *seen = self._moved_prior.note(pool, before, self._left.census, fine)
         result = new_result(before, self._averaging.tiles, match)
-        return FrameState(labels.copy(), validity.copy(), self._averaging.pictures,
-                          self._averaging.ages, *genes, *camera_state, *result, None, 0, config)
+        return FrameState(
+            self._averaging.pictures, self._averaging.ages, self._moving.state(cells, validity),
+            RealtimeState(labels.copy(), validity.copy(), *genes, *seen, *result), None, 0, config)

@@ -176,7 +176,7 @@ def test_each_frame_is_a_generation_with_the_gains_of_its_operators():
     assert min(last.history[1].gains.values()) >= 0 and last.warm
     assert last.gains == {name: gain for row in last.history for name, gain in row.gains.items()}
     assert any(match.gains.get('region planes', 0) > 0 for match in matches)
-    assert matcher.state.evolved.any() and matcher.state.work.any()
+    assert matcher.state.own.evolved.any() and matcher.state.own.work.any()
 
 
 @pytest.mark.parametrize('noise', [0, 0.5])
@@ -188,7 +188,7 @@ def test_a_scene_that_stands_still_gets_better_and_never_worse_than_cold(noise):
 
 
 def test_sequences_are_the_same_with_any_number_of_threads_and_other_by_another_seed():
-    one, three, other = (still(replace(CONFIG, **changes))[1].state for changes in (
+    one, three, other = (still(replace(CONFIG, **changes))[1].state.own for changes in (
         {}, {'threads': 3}, {'seed': 1}))
     for name in ('labels', 'planes', 'evolved', 'work'):
         np.testing.assert_array_equal(getattr(one, name), getattr(three, name))
@@ -199,7 +199,7 @@ def test_a_frame_of_another_scene_inherits_nothing():
     matcher = still(CONFIG)[1]
     other = make_pair(160, 240, 32, 9, objects=4, colour=True)
     match = matcher.match(other.left, other.right)
-    assert not matcher.state.evolved.any()
+    assert not matcher.state.own.evolved.any()
     cold = StereoMatcher(CONFIG).match(other.left, other.right)
     np.testing.assert_array_equal(match.disparity, cold.disparity)
 
@@ -208,8 +208,8 @@ def test_without_evolution_from_frame_to_frame_no_plane_is_inherited():
     stages = Stages(frames=NothingComesOver)
     alone, other = still(CONFIG)[1].state, still(CONFIG, stages=stages)[1].state
     np.testing.assert_array_equal(alone.pictures, other.pictures)
-    assert alone.evolved.any() and not other.evolved.any()
-    assert (alone.labels != other.labels).any()
+    assert alone.own.evolved.any() and not other.own.evolved.any()
+    assert (alone.own.labels != other.own.labels).any()
 
 
 def test_with_time_for_evolution_more_than_one_generation_runs():
@@ -219,12 +219,12 @@ def test_with_time_for_evolution_more_than_one_generation_runs():
 
 def test_a_frame_whose_deadline_has_passed_does_not_evolve_and_keeps_what_it_has():
     _, matcher, made = still(CONFIG)
-    before = int(matcher.state.evolved.sum())
+    before = int(matcher.state.own.evolved.sum())
     late = StereoMatcher(replace(CONFIG, deadline_ms=1e-6))
     late.restore(matcher.state)
     match = late.match(made.left, made.right)
     assert match.generations == 0
-    assert before == 0 or late.state.evolved.any()
+    assert before == 0 or late.state.own.evolved.any()
 
 
 def test_a_covered_lens_never_gets_confidence_however_long_it_is_covered():
@@ -250,9 +250,9 @@ def test_the_bands_of_a_sequence_change_nothing():
             frames._bands = [(0, 0, 150)]
             averaging.bands = [(0, 0, 19)]
         sequence += [matcher.match(*pair) for pair in pairs[1:]]
-        assert matcher.state.evolved.any()
+        assert matcher.state.own.evolved.any()
         assert matcher.algorithm._warm_start.reliance[0].any()
-        found.append([matcher.state.planes, *(match.disparity for match in sequence),
+        found.append([matcher.state.own.planes, *(match.disparity for match in sequence),
                       *(match.confidence for match in sequence)])
     for parts, one in zip(*found):
         np.testing.assert_array_equal(parts, one)

@@ -252,13 +252,12 @@ def test_a_state_is_not_changed_by_later_frames():
     frames = list(make_sequence(60, 100, 24, 3, noise=3.0, pan=1.0))
     matcher = StereoMatcher(CONFIG)
     matcher.match(frames[0].left, frames[0].right)
-    state = matcher.state
-    arrays = ('labels', 'validity', 'pictures', 'ages', 'planes', 'evolved', 'work', 'origin')
-    copies = [getattr(state, name).copy() for name in arrays]
+    handed_on = matcher.state.arrays()
+    copies = {name: array.copy() for name, array in handed_on.items()}
     for frame in frames[1:]:
         matcher.match(frame.left, frame.right)
-    for name, copy in zip(arrays, copies):
-        np.testing.assert_array_equal(getattr(state, name), copy)
+    for name, copy in copies.items():
+        np.testing.assert_array_equal(handed_on[name], copy)
 
 
 @pytest.mark.parametrize('changes', [

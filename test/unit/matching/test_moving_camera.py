@@ -6,7 +6,7 @@ from dataclasses import replace
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.match import Camera
-from fuzzy_stereo_ros.matching.realtime import camera_motion, moving_camera
+from fuzzy_stereo_ros.matching.over_frames import camera_motion, moving_camera
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
@@ -90,7 +90,7 @@ def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed)
     source = random.integers(0, rows, shape, np.int32) << 16 | random.integers(
         0, columns, shape, np.int32)
     source[(moved < 0) | (random.random(shape) < 0.1)] = -1     # nothing moved to it
-    validity = random.integers(0, 2, full, np.uint8)
+    validity = random.integers(0, 2, shape, np.uint8)
     sums = random.integers(60, 85, (2, *shape), np.uint16)
     half, survived = random.integers(0, 4, (2, *shape), np.uint8)
     strengths, rules = np.zeros(shape, np.uint8), (72, 3, 4, 3, 3)
@@ -199,7 +199,7 @@ def test_without_a_camera_no_motion_is_estimated():
     for pair in drive(2):
         match = made.match(pair.left, pair.right)
     assert match.motion == '' and 'camera_motion' not in match.times
-    assert made.state.cells.size == 0
+    assert made.state.camera.cells.size == 0
 
 
 @pytest.mark.parametrize('changes', [{'min_disparity': -7}, {'min_disparity': 3},

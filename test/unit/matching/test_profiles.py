@@ -55,10 +55,10 @@ def test_the_same_frames_give_the_same_bits_whatever_the_number_of_threads(confi
         assert len({repr(bits(matcher.match(frame.left, frame.right)))
                     for matcher in matchers}) == 1
     if config.algorithm == 'realtime':
-        for name in ('labels', 'validity', 'pictures', 'ages'):
-            for matcher in matchers[1:]:
-                np.testing.assert_array_equal(
-                    getattr(matcher.state, name), getattr(matchers[0].state, name))
+        first = matchers[0].state.arrays()
+        for matcher in matchers[1:]:
+            for name, array in matcher.state.arrays().items():
+                np.testing.assert_array_equal(array, first[name])
 
 
 def test_what_was_matched_before_leaves_no_trace_without_warm_start(config):

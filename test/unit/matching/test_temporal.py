@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
     best_shift, move_ages, move_map, thumbnail)
 from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
     previous_prior, tile_strengths, trusted_cells)
-from fuzzy_stereo_ros.matching.realtime.averaging import Averaging, Motion, RULES
+from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, Motion, RULES
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from hypothesis import given, settings, strategies as st
 import numpy as np

@@ -119,7 +119,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
     """
     Write by cell how much the search may rely on the moved map: 0, or a strength.
 
-    moved, source: of move_labels; validity: (R, C), of the previous best; distances,
+    moved, source: of move_labels; validity: (r, c), of the previous cells; distances,
     half_distances: uint16 (r, c), summed, of the moved and of the half map, half: (r, c) labels of
     this; rules: int64 (most, near, likelier, flat, longest): the largest distance; labels by which
     it may differ from the half map; by how much its distance must be the smaller where it differs
@@ -141,7 +141,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
             if cell < 0 or distances[row, column] > most:
                 continue
             then, place = cell >> ROW_BITS, cell & COLUMN
-            if validity[2 * then, 2 * place] != CONSISTENT:
+            if validity[then, place] != CONSISTENT:
                 continue
             if (abs(np.float32(2 * np.int32(half[row, column])) + np.float32(0.5) - label) > near
                     and distances[row, column] + likelier > half_distances[row, column]):

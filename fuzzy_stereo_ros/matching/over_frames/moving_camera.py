@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The best chromosome and the pictures of the previous frame, warped to the camera's new pose.
+
+Not in the paper.
+"""
+import cv2
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.evolution import Stopwatch
+from fuzzy_stereo_ros.matching.kernels.temporal import warp
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.over_frames.camera_motion import between
+from fuzzy_stereo_ros.matching.over_frames.state import CameraState, NO_CAMERA
+import numpy as np
+
+HOLE = 5             # side of the median that closes holes between cells that moved
+IN_PLACE = 'in place'
+FARTHER = -10.0      # column or row of a pixel outside the image
+
+
+class MovingCamera:
+    """
+    The previous frame moved to this one, of one image size.
+
+    description: how the camera moved, '' where no camera is given; milliseconds: time to find out;
+    motion: the `CameraMotion`, None where the camera was not followed; lowest: px, the disparity
+    of label 0; moved: float32 (r, c), labels of cells, and source: int32 (r, c), where they were,
+    see warp.move_labels
+    """
+
+    def __init__(self, rows, columns, min_disparity):
+        """Allocate for images of a size."""
+        cells = rows // 2, columns // 2
+        self._shape, self._bands = (rows, columns), cut_bands(cells[0])
+        self.moved, self._right = (np.zeros(cells, np.float32) for _ in range(2))
+        self.source = np.zeros(cells, np.int32)
+        self._columns, self._rows = (np.zeros(cells, np.float32) for _ in range(2))
+        self._shift, self._min_disparity = min(min_disparity, 0), min_disparity
+        self.description, self.milliseconds, self.motion = '', 0.0, None
+
+    def follow(self, pool, previous, camera, half_grey, in_place):
+        """
+        Move the map of a previous FrameState, None for none; return whether that was done.
+
+        camera: a `Camera`, or None; half_grey: uint8 (r, c), the left image at half size;
+        in_place: whether most of the picture is unchanged: then nothing has to be moved
+        """
+        self._pool, self._camera, self.motion, self.description = pool, camera, None, ''
+        self._half_grey, self.milliseconds = half_grey, 0.0
+        if camera is None or previous is None or not previous.camera.half_grey.size:
+            return False
+        if in_place:
+            self.description = IN_PLACE
+            return False
+        watch = Stopwatch()
+        self.lowest, before = self._min_disparity - camera.offset, previous.camera
+        self.motion, self.description = between(
+            before.half_grey, half_grey, before.cells, before.cell_validity, self.lowest, camera)
+        if self.motion is not None:
+            warp.move_labels(before.cells, self.lowest,
+                             numbers(_between_cells(self.motion.forward)), self.moved, self.source)
+        watch.lap('motion')
+        self.milliseconds = watch.times['motion']
+        return self.motion is not None
+
+    def pictures(self, previous):
+        """Return the pictures and ages of a FrameState, warped to this frame."""
+        closed = np.where(self.moved < 0, cv2.medianBlur(self.moved, HOLE), self.moved)
+        view = numbers(_of_centres(self.motion.back))
+        warp.to_right(closed, self._shift, self._right)
+        pictures = np.empty_like(previous.pictures)
+        ages = np.empty_like(previous.ages)
+        for side, labels in enumerate((closed, self._right)):
+            self._pool.each(lambda band, labels=labels, side=side: warp.look_back(
+                labels, self.lowest, view, self._shift, bool(side), self._columns, self._rows,
+                band[1], band[2]), self._bands)
+            across, down = (self._full_size(found) for found in (self._columns, self._rows))
+            if side:        # mirrored, as the picture is
+                across, down = (np.ascontiguousarray(found[:, ::-1]) for found in (
+                    self._shape[1] - 1 - across, down))
+            cv2.remap(previous.pictures[side], across, down, cv2.INTER_LINEAR,
+                      dst=pictures[side], borderMode=cv2.BORDER_CONSTANT)
+            ages[side] = _ages_at(previous.ages[side], across, down)
+        return pictures, ages
+
+    @property
+    def known(self):
+        """Whether a camera is given."""
+        return self._camera is not None
+
+    def state(self, cells, validity):
+        """
+        Return the `CameraState` of this frame; NO_CAMERA where no camera is known.
+
+        cells: float32 (r, c), labels of this frame; validity: uint8 (R, C), 0 = consistent
+        """
+        if not self.known:
+            return NO_CAMERA
+        rows, columns = cells.shape
+        return CameraState(self._half_grey.copy(), cells,
+                           validity[:2 * rows:2, :2 * columns:2].copy())
+
+    def _full_size(self, cells):
+        """Return values of the cells' centres for all pixels, linear between them."""
+        found = cv2.resize(cells, (2 * cells.shape[1], 2 * cells.shape[0]))
+        rows, columns = self._shape
+        return np.pad(found, ((0, rows - found.shape[0]), (0, columns - found.shape[1])),
+                      constant_values=FARTHER)
+
+
+def numbers(view):
+    """Return a view, a matrix (3, 4), as the tuple that kernels take."""
+    return tuple(view.ravel().tolist())
+
+
+def to_pixels(view):
+    """Return a view of pixels as one from cells to pixels."""
+    return view * (2.0, 2.0, 1.0, 1.0)
+
+
+def _between_cells(view):
+    """Return a view of pixels as one from cells to cells."""
+    return to_pixels(view) * [[0.5], [0.5], [1.0]]
+
+
+def _of_centres(view):
+    """Return a view of pixels as one from the centres of cells to pixels."""
+    centred = to_pixels(view)
+    centred[:, 2] += 0.5 * (view[:, 0] + view[:, 1])
+    return centred
+
+
+def _ages_at(ages, across, down):
+    """Return the ages of tiles, float32 (tile rows, tile columns), where their middles were."""
+    rows, columns = (np.minimum(np.arange(number) * TILE + TILE // 2, size - 1)
+                     for number, size in zip(ages.shape, across.shape))
+    place = (np.floor_divide(found[np.ix_(rows, columns)], TILE).astype(np.intp)
+             for found in (down, across))
+    row, column = place
+    inside = (row >= 0) & (row < ages.shape[0]) & (column >= 0) & (column < ages.shape[1])
+    return np.where(inside, ages[np.clip(row, 0, ages.shape[0] - 1),
+                                 np.clip(column, 0, ages.shape[1] - 1)], 0).astype(np.float32)

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the next frame needs of a frame: plain arrays and numbers, so that it can be saved.
+
+Not in the paper. All profiles hand on averaged pictures and what a camera that moves is followed
+by; each adds a part of its own, the best of its search.
+"""
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+import numpy as np
+
+LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
+
+
+class CameraState(NamedTuple):
+    """
+    What the next frame of a moving camera needs; arrays of no size where no camera is known.
+
+    half_grey: uint8 (r, c), left image at half size; cells: float32 (r, c), sub-pixel labels of
+    every other pixel of every other row; validity: uint8 (r, c), of these pixels, 0 = consistent
+    """
+
+    half_grey: np.ndarray
+    cells: np.ndarray
+    cell_validity: np.ndarray
+
+    def layout(self, shape, labels):
+        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
+        cells = tuple(side // 2 for side in shape) if np.size(self.half_grey) else (0, 0)
+        return {'half_grey': (np.uint8, cells), 'cells': (np.float32, cells),
+                'cell_validity': (np.uint8, cells)}
+
+    def check(self, labels):
+        """Raise ValueError for a number that kernels, which check no index, cannot use."""
+        if not ((self.cells >= 0) & (self.cells < labels)).all():
+            raise ValueError('the state has cells out of range')
+
+
+NO_CAMERA = CameraState(*(np.zeros((0, 0), kind) for kind in (np.uint8, np.float32, np.uint8)))
+
+
+@dataclass(frozen=True)
+class FrameState:
+    """
+    What the next frame needs of a frame.
+
+    pictures: uint16 (2, R, C), luminance of both views, averaged, the right one mirrored; ages:
+    float32 (2, tile rows, tile columns), of how many frames; camera: a `CameraState`; own: what
+    the profile adds, a tuple of arrays and numbers, with the methods of `CameraState`, and `after`
+    as below; stamp: ns or None; frame: its number; config: the MatcherConfig.
+    """
+
+    pictures: np.ndarray
+    ages: np.ndarray
+    camera: CameraState
+    own: Any
+    stamp: int | None
+    frame: int
+    config: MatcherConfig
+
+    @property
+    def shape(self):
+        """Rows and columns of the images."""
+        return self.pictures.shape[1:]
+
+    def fits(self, shape, config, stamp):
+        """Return whether a pair of a shape, taken at a stamp, may start from this frame."""
+        if self.shape != shape or any(
+                getattr(self.config, name) != getattr(config, name)
+                for name in ('algorithm', 'disparities', 'min_disparity', 'reference')):
+            return False
+        if stamp is None or self.stamp is None:
+            return stamp is self.stamp
+        return 0 < stamp - self.stamp <= LONGEST_GAP_NS
+
+    def before(self, stamp):
+        """Return the state for a pair that is taken at a stamp."""
+        return replace(self, own=self.own.after(0 if stamp is None else stamp - self.stamp))
+
+    def arrays(self):
+        """Return {name: array} of all its arrays."""
+        return {'pictures': self.pictures, 'ages': self.ages, **self.camera._asdict(),
+                **_parted(self.own)[0]}
+
+    def numbers(self):
+        """Return {name: number} of what the profile adds."""
+        return _parted(self.own)[1]
+
+    def check(self, labels):
+        """
+        Raise ValueError for arrays that kernels cannot use, as they check no index.
+
+        labels: number of labels that are searched
+        """
+        shape = (*np.shape(self.pictures), 0, 0, 0)[1:3]     # pictures that are no three axes
+        tiles = tuple(-(-side // TILE) for side in shape)
+        layout = {'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
+                  **self.camera.layout(shape, labels), **self.own.layout(shape, labels)}
+        for name, array in self.arrays().items():
+            check_array(f'{name} of the state', array, *layout[name])
+        if not (self.ages >= 1).all():
+            raise ValueError('the state has ages out of range')
+        self.camera.check(labels)
+        self.own.check(labels)
+
+
+def restored(kind, arrays, numbers, **others):
+    """
+    Return the FrameState of what `arrays` and `numbers` of another one returned.
+
+    kind: the type of what the profile adds; others: the fields that are left. Raises TypeError if
+    an array or number is missing, or one is left over.
+    """
+    found = dict(arrays)
+    camera = {name: found.pop(name) for name in CameraState._fields if name in found}
+    common = {name: found.pop(name) for name in ('pictures', 'ages') if name in found}
+    return FrameState(**common, camera=CameraState(**camera), own=kind(**found, **numbers),
+                      **others)
+
+
+def check_array(name, array, kind, shape):
+    """Raise ValueError unless an array is of a dtype and shape."""
+    if not isinstance(array, np.ndarray) or (array.dtype, array.shape) != (kind, shape):
+        raise ValueError(f'{name} is {array.dtype} {array.shape}; needed is '
+                         f'{np.dtype(kind)} {shape}')
+
+
+def _parted(own):
+    """Return {name: value} of the arrays and of the numbers of a tuple."""
+    fields = own._asdict()
+    arrays = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
+    return arrays, {name: value for name, value in fields.items() if name not in arrays}
