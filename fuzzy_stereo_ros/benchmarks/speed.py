@@ -14,6 +14,7 @@ import time
 import tracemalloc
 
 import cv2
+from fuzzy_stereo_ros.benchmarks.busy import busy_table
 from fuzzy_stereo_ros.benchmarks.datasets import with_noise
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
@@ -58,6 +59,7 @@ def run(request):
     still = still_table([still_row(request, pair, size, count)
                          for size in sizes for count in threads])
     deadlines = deadline_table(request, pair, sizes[0])
+    busy = beside_busy_processes(request, pair, sizes[0], threads)
     if request.quick:
         skipped.append('the first start: it takes a minute')
     return report_of('speed', 'Speed', {
@@ -68,7 +70,7 @@ def run(request):
         'pair': f'{scene.path}, resized, with fresh noise of {NOISE} grey levels in each frame',
         'times': f'minimum of {request.repeats} turns; cold: the frame before is forgotten; '
                  'warm: the frame before is of the same scene, and each frame is searched',
-    }, [*tables(pd.DataFrame(turns)), still, deadlines, memory,
+    }, [*tables(pd.DataFrame(turns)), still, busy, deadlines, memory,
         *([] if request.quick else [first_start_table()])], skipped,
         threads='OpenCV and ours as in the tables')
 
@@ -240,6 +242,18 @@ def deadline_table(request, pair, size):
                     pd.DataFrame(found).T,
                     f'What always runs takes {least:.1f} ms at the least; no earlier deadline can '
                     'be kept. Times as they pass: other programs make them longer.')
+
+
+def beside_busy_processes(request, pair, size, threads):
+    """Return the table of cold frames beside busy processes; threads: numbers of threads."""
+    rows, columns, disparities = size
+    frames = noisy_frames(pair, rows, columns)
+    greys = [tuple(grey(image) for image in frame) for frame in frames]
+    works = {f'{COLD}, {count} thread' + 's' * (count > 1):
+             _ours(request, frames, disparities, count, COLD) for count in reversed(threads)}
+    works[REFERENCE.name] = _baseline(REFERENCE, greys, disparities)
+    with opencv_threads(threads[-1]):
+        return busy_table(works, FRAMES, request.quick)
 
 
 def memory_row(request, pair, size):

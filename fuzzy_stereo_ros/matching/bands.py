@@ -14,7 +14,52 @@ import numpy as np
 
 OVERLAP = 16        # rows that a band's vertical paths start early
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
+_WINDOW = 64        # calls, of about three frames, whose time tells how fast a way is
+_PROBE = 8          # windows after which the other way is tried again
+_SLOW = 1.25        # times the best ever, from where on the other way is tried
+_FASTER = 0.97      # times the pace of the way in use, below which the other one is taken
 _current_processor = ctypes.CDLL(None).sched_getcpu if sys.platform == 'linux' else lambda: None
+
+
+class HelperPlaces:
+    """
+    Whether helping threads are kept off the caller's processor: the way that lately was faster.
+
+    To Linux in a virtual machine an idle processor looks taken: it would wake a helper on the
+    caller's, and after a pause both would share that for a whole frame. Where other programs are
+    busy, a helper that may not run everywhere waits for them instead. So the time that passes for
+    one of processor time is measured both ways; the other way is tried again where the one in use
+    is slower than it once was.
+
+    apart: whether helpers are kept apart now
+    """
+
+    def __init__(self):
+        """Begin with helpers that are kept apart."""
+        self.apart, self._chosen = True, True
+        self._paces, self._best, self._windows = {}, float('inf'), 0
+        self._begin()
+
+    def _begin(self):
+        self._calls, self._passed, self._worked = 0, 0.0, 0.0
+
+    def add(self, passed, worked):
+        """Add a call: seconds that passed, and processor time of all threads in it."""
+        self._calls, self._passed = self._calls + 1, self._passed + passed
+        self._worked += worked
+        if self._calls < _WINDOW:
+            return
+        pace = self._passed / max(self._worked, 1e-9)
+        self._paces[self.apart] = (pace + self._paces.get(self.apart, pace)) / 2
+        self._best = min(self._best, self._paces[self.apart])
+        self._windows += 1
+        self._begin()
+        other = self._paces.get(not self._chosen, 0.0)
+        if other < _FASTER * self._paces[self._chosen] and len(self._paces) == 2:
+            self._chosen = not self._chosen
+        probes = len(self._paces) < 2 or (
+            self._windows % _PROBE == 0 and self._paces[self._chosen] > _SLOW * self._best)
+        self.apart = self._chosen != probes
 
 
 class ThreadPool:
@@ -31,14 +76,16 @@ class ThreadPool:
     def __init__(self, threads):
         """threads: their number, 0 for one per core; helping ones start when they are needed."""
         self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
-        self._helpers, self._queues, self._apart = [], [], None
+        self._helpers, self._queues, self._allowed = [], [], []
+        self._places = HelperPlaces()
         self._end = finalize(self, _end, self._queues)
 
     def each(self, work, items):
         """Call work(item) for every item and return when all are done; errors are raised here."""
-        begun, left = time.perf_counter(), len(items)
+        begun, worked, left = time.perf_counter(), time.thread_time(), len(items)
         rest, done = iter(items), SimpleQueue()
-        for queue in self._asked(min(self.threads, left) - 1):
+        helpers = min(self.threads, left) - 1
+        for queue in self._asked(helpers):
             queue.put((work, rest, done))
         try:
             for item in rest:
@@ -46,19 +93,22 @@ class ThreadPool:
                 work(item)
         finally:
             left -= len(list(rest))     # after an error nobody takes these
-            errors = [done.get() for _ in range(left)]
-            self.shared += 1000 * (time.perf_counter() - begun)
-        for error in errors:
+            worked = time.thread_time() - worked
+            results = [done.get() for _ in range(left)]
+            passed = time.perf_counter() - begun
+            self.shared += 1000 * passed
+        if helpers > 0:
+            self._places.add(passed, sum((one for _, one in results), worked))
+        for error, _ in results:
             if error is not None:
                 raise error
 
     def _asked(self, number):
         """
-        Return the queues of some helpers, which are kept off the caller's processor.
+        Return the queues of some helpers, which run where `HelperPlaces` says.
 
-        To Linux in a virtual machine an idle processor looks taken: it would wake a helper on the
-        caller's, and after a pause both would share that for a whole frame. A thread that a
-        helper starts is kept off it too: helpers call nothing that starts threads.
+        A thread that a helper starts may run at the same places: helpers call nothing that starts
+        threads.
         """
         while len(self._helpers) < number:
             queue = SimpleQueue()
@@ -66,14 +116,15 @@ class ThreadPool:
                 target=_run_calls, args=(queue,), name='pool', daemon=True))
             self._queues.append(queue)
             self._helpers[-1].start()
-            self._apart = None
+            self._allowed.append(None)
         if number > 0 and sys.platform == 'linux':
-            processor, allowed = _current_processor(), os.sched_getaffinity(0)
-            if (number, processor, allowed) != self._apart:
-                self._apart = number, processor, allowed
-                for helper in self._helpers[:number]:
+            allowed = os.sched_getaffinity(0)
+            places = allowed - {_current_processor() if self._places.apart else None} or allowed
+            for index, helper in enumerate(self._helpers[:number]):
+                if self._allowed[index] != places:
+                    self._allowed[index] = places
                     with suppress(OSError):     # a processor was taken away meanwhile
-                        os.sched_setaffinity(helper.native_id, allowed - {processor} or allowed)
+                        os.sched_setaffinity(helper.native_id, places)
         return self._queues[:max(number, 0)]
 
     def close(self):
@@ -126,12 +177,12 @@ def _run_calls(calls):
     """Take items of each call of `each`, until None comes in the place of a call."""
     for work, rest, done in iter(calls.get, None):
         for item in rest:
-            error = None
+            error, worked = None, time.thread_time()
             try:
                 work(item)
             except BaseException as raised:     # `each` raises it
                 error = raised
-            done.put(error)
+            done.put((error, time.thread_time() - worked))
             del item, error
         del work, rest, done        # a waiting thread keeps no frame in memory
 

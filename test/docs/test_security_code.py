@@ -22,7 +22,8 @@ CALLS = {'eval', 'exec', 'compile', '__import__', 'os.system', 'os.popen', 'os.s
          'yaml.UnsafeLoader', 'np.fromfile', 'np.memmap', 'cv2.FileStorage'}
 BEGINNINGS = ('os.exec', 'os.spawn', 'os.posix_spawn', 'np.lib.')
 # These start processes: the demo, its cameras, the benchmark of compiling, and those that compile.
-STARTING = {'fuzzy_stereo_ros/benchmarks/request.py', 'fuzzy_stereo_ros/benchmarks/speed.py',
+STARTING = {'fuzzy_stereo_ros/benchmarks/busy.py', 'fuzzy_stereo_ros/benchmarks/request.py',
+            'fuzzy_stereo_ros/benchmarks/speed.py',
             'fuzzy_stereo_ros/demo/observed_node.py', 'fuzzy_stereo_ros/matching/compiling.py',
             'setup.py'}
 

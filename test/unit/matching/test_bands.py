@@ -4,9 +4,10 @@
 import os
 from queue import SimpleQueue
 import threading
+import time
 
 from fuzzy_stereo_ros.matching.bands import (
-    cut_bands, cut_by_work, filter_band, ThreadPool, widened)
+    cut_bands, cut_by_work, filter_band, HelperPlaces, ThreadPool, widened)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -119,6 +120,68 @@ def test_helpers_share_the_only_processor_that_is_allowed():
     pool.each(done.append, range(3))
     assert processors_of_helpers(pool)[0] <= allowed
     assert sorted(done) == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    pool.close()
+
+
+def times_of_calls(calls, paces, noise=0.0, places=None):
+    """
+    Return the seconds that each call takes, relative to its way and to the better way.
+
+    paces: {apart: seconds for one of processor time}; noise: deviation of the share
+    """
+    places, random, taken = places or HelperPlaces(), np.random.default_rng(1), []
+    for _ in range(calls):
+        worked = random.uniform(0.5, 1.5) * 1e-3
+        taken.append(paces[places.apart] / min(paces.values()))
+        places.add(worked * paces[places.apart] * (1 + noise * random.standard_normal()), worked)
+    return np.array(taken)
+
+
+@pytest.mark.parametrize('paces', [
+    {True: 0.55, False: 0.75}, {True: 1.23, False: 1.0}, {True: 1.0, False: 1.0},
+    {True: 1.5, False: 0.8}, {True: 0.9, False: 0.94}])
+@pytest.mark.parametrize('noise', [0.0, 0.5])
+def test_helpers_are_where_they_are_faster_but_for_a_few_trials(paces, noise):
+    taken = times_of_calls(20000, paces, noise)
+    assert taken.mean() < 1.03
+    assert np.percentile(taken, 95) < 1.05
+
+
+def test_helpers_change_over_when_other_programs_begin_and_end():
+    places = HelperPlaces()
+    idle, busy = {True: 0.55, False: 0.75}, {True: 1.3, False: 1.0}
+    for paces in (idle, busy, idle, busy):
+        times_of_calls(12000, paces, 0.3, places)
+        assert times_of_calls(2000, paces, 0.3, places).mean() < 1.05
+
+
+@pytest.mark.skipif(not hasattr(os, 'sched_getaffinity') or len(os.sched_getaffinity(0)) < 2,
+                    reason='needs Linux and two processors')
+def test_a_helper_may_run_everywhere_where_that_is_faster():
+    pool, allowed = ThreadPool(2), os.sched_getaffinity(0)
+    pool.each(lambda item: None, range(2))
+    (apart,) = processors_of_helpers(pool)
+    pool._places.apart = False
+    pool.each(lambda item: None, range(2))
+    assert processors_of_helpers(pool) == [allowed]
+    assert len(apart) == len(allowed) - 1
+    pool.close()
+
+
+def test_a_pool_measures_what_all_its_threads_work(monkeypatch):
+    pool, added = ThreadPool(2), []
+    monkeypatch.setattr(pool._places, 'add', lambda *one: added.append(one))
+    both = threading.Barrier(2, timeout=20)
+
+    def work(_):
+        both.wait()
+        until = time.thread_time() + 0.02
+        while time.thread_time() < until:
+            pass
+    pool.each(work, range(2))
+    pool.each(work, [])
+    ((passed, worked),) = added
+    assert 0.04 <= worked <= 2 * passed + 1e-3
     pool.close()
 
 

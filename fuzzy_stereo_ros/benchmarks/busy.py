@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Frames that come with pauses, as from a camera, beside other programs that are busy.
+
+On a robot a camera driver and a planner are such programs. Medians and 95th percentiles count
+here, not the minimum, which shows a moment without them.
+"""
+from contextlib import contextmanager
+import subprocess
+import sys
+import time
+
+from fuzzy_stereo_ros.evaluation.report import Table
+import pandas as pd
+
+BUSY = 0, 1, 2, 4       # processes that do nothing but work
+PAUSE = 0.02            # s before each frame
+SETTLING = 4            # frames after the others have begun, which do not count
+COUNT, QUICK_COUNT = 40, 3
+
+
+def busy_table(works, frames, quick):
+    """
+    Return the table of times beside busy processes.
+
+    works: {column: function of a frame's number, below `frames`}, called in turns.
+    """
+    rows, count = {}, QUICK_COUNT if quick else COUNT
+    for busy in BUSY:
+        with busy_processes(busy):
+            times = pd.DataFrame([
+                {name: _milliseconds(work, number % frames) for name, work in works.items()}
+                for number in range(-SETTLING, count)])[SETTLING:]
+        rows[f'{busy} busy processes'] = {
+            f'{name}, {what} [ms]': times[name].quantile(share)
+            for name in works for what, share in (('median', 0.5), ('95th percentile', 0.95))}
+    return Table.of('Beside busy processes, frames with pauses', pd.DataFrame(rows).T,
+                    f'{count} frames each, in turns, with {1000 * PAUSE:.0f} ms before each. '
+                    'Other programs of the machine make times longer as well.')
+
+
+@contextmanager
+def busy_processes(number):
+    """Run a number of processes that do nothing but work during the with block."""
+    processes = [subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+                 for _ in range(number)]
+    try:
+        yield
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def _milliseconds(work, number):
+    time.sleep(PAUSE)
+    begun = time.perf_counter()
+    work(number)
+    return 1000 * (time.perf_counter() - begun)
