@@ -14,7 +14,7 @@ import time
 from fuzzy_stereo_ros.evaluation.report import Table
 import pandas as pd
 
-BUSY = 0, 1, 2, 4       # processes that do nothing but work
+BUSY, QUICK_BUSY = (0, 1, 2, 4), (0, 1)     # processes that do nothing but work
 PAUSE = 0.02            # s before each frame
 SETTLING = 4            # frames after the others have begun, which do not count
 COUNT, QUICK_COUNT = 40, 3
@@ -26,8 +26,9 @@ def busy_table(works, frames, quick):
 
     works: {column: function of a frame's number, below `frames`}, called in turns.
     """
-    rows, count = {}, QUICK_COUNT if quick else COUNT
-    for busy in BUSY:
+    numbers, count = (QUICK_BUSY, QUICK_COUNT) if quick else (BUSY, COUNT)
+    rows = {}
+    for busy in numbers:
         with busy_processes(busy):
             times = pd.DataFrame([
                 {name: _milliseconds(work, number % frames) for name, work in works.items()}

@@ -32,7 +32,8 @@ NEARER = 0.01       # share of the matches that were rejected since they lie bey
 # Pictures, in grey levels of 8 bits.
 DARK, WHITE = 20, 250
 FEWEST_BITS = 12    # that images of 16 bits are taken to use at least, for black ones
-CONTRAST = 6        # from one pixel of a reduced image to the next but one, above any noise
+REDUCED = 4         # px of a pixel of the image whose contrast is measured, above any noise
+CONTRAST = 6        # from one pixel of that to the next but one
 PLAIN, TEXTURED = 0.02, 0.1     # shares of an image with contrast
 # Features of both images, reduced to about this many columns.
 COLUMNS, FEATURES, PATCH = 560, 500, 31
@@ -192,10 +193,10 @@ def _names(chosen):
 
 def textured_share(image):
     """Return the share of a grey image, uint8 (R, C), that has contrast, 0 to 1."""
-    rows, columns = (max(side // 2, 1) for side in image.shape)
-    half = cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.int16)
-    steps = np.maximum(np.abs(half[1:-1, 2:] - half[1:-1, :-2]),
-                       np.abs(half[2:, 1:-1] - half[:-2, 1:-1]))
+    rows, columns = (max(side // REDUCED, 1) for side in image.shape)
+    small = cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.int16)
+    steps = np.maximum(np.abs(small[1:-1, 2:] - small[1:-1, :-2]),
+                       np.abs(small[2:, 1:-1] - small[:-2, 1:-1]))
     return float(np.mean(steps > CONTRAST)) if steps.size else 0.0
 
 

@@ -448,7 +448,11 @@ def test_speed_lets_all_take_turns_and_compares_with_3way():
     for name, row in rows.items():
         assert row['of 3WAY'] == row['1 thread [ms]'] / rows['3WAY tuned']['1 thread [ms]'], name
     assert all(row['1 thread [ms]'] > 0 for row in rows.values())
-    stages, still, deadlines, memory = report.tables[-4:]
+    stages, still, busy, deadlines, memory = report.tables[-5:]
+    assert [row[0] for row in busy.rows] == ['0 busy processes', '1 busy processes']
+    for _, *times in busy.rows:
+        assert len(times) == 2 * (len(speed.THREADS) + 1)
+        assert all(0 < median <= slow for median, slow in zip(times[::2], times[1::2]))
     for _, threads, searched, kept, mean, reference, ratio in still.rows:
         assert kept < searched and mean == pytest.approx((searched + 3 * kept) / 4)
         assert threads in speed.THREADS and ratio == mean / reference

@@ -30,7 +30,8 @@ def with_range(known, profile='realtime', **changes):
 
 def rejected(disparity, min_disparity=0, disparities=CUT):
     """Return the match that is left of disparities, all of confidence 1."""
-    disparity = np.array(disparity, np.float32)
+    # Repeated, so that the margin does not end where the image does.
+    disparity = np.tile(np.array(disparity, np.float32), (1, disparities + MARGIN))
     match = Match(disparity.copy(), np.ones_like(disparity), [], {}, False)
     return reject_beyond(ThreadPool(1), MatcherConfig(
         min_disparity=min_disparity, disparities=disparities), match)
@@ -77,23 +78,25 @@ def test_the_next_frames_reject_what_is_nearer_too(known):
 def test_more_than_half_a_pixel_beyond_the_range_is_rejected(values, lowest):
     values = np.array([values], np.float32) + lowest
     match, top = rejected(values, lowest), TOP + lowest
+    values = np.tile(values, (1, CUT + MARGIN))
     kept = ~(values > top + 0.5)
     np.testing.assert_array_equal(match.disparity, np.where(
         kept, np.minimum(values, np.float32(top)), np.nan))
     np.testing.assert_array_equal(match.confidence, kept)
-    assert match.beyond == (~kept).sum() / max(np.isfinite(values).sum(), 1)
+    counted = np.isfinite(values) & ~(values > top + MARGIN - 0.5)     # not the last label
+    assert match.beyond == (~kept & counted).sum() / max(counted.sum(), 1)
 
 
 @pytest.mark.parametrize('values, enough', [
-    ([[3.0, 35.4]], CUT), ([[3.0, 38.0]], 48), ([[47.0, 38.0]], 48), ([[43.0]], 48),
-    ([[38.0] * 20 + [43.0]], 48)])
+    ([[3.0, 35.4]], CUT), ([[3.0, 38.0]], 48), ([[47.0, 38.0]], 48), ([[42.0]], 48),
+    ([[38.0] * 20 + [42.0]], 48), ([[3.0, 43.0]], CUT)])
 def test_the_range_that_would_do_holds_what_was_found_or_is_a_third_larger(values, enough):
     assert rejected(values).enough == enough
 
 
 def test_a_range_that_ends_far_before_the_scene_is_to_grow_by_a_third():
-    assert rejected([[103.0] * 3 + [98.0]], disparities=96).enough == 128
-    assert rejected([[98.0] * 30 + [103.0]], disparities=96).enough == 112
+    assert rejected([[102.0] * 3 + [98.0]], disparities=96).enough == 128
+    assert rejected([[98.0] * 30 + [102.0]], disparities=96).enough == 112
 
 
 def test_the_finding_says_how_much_lies_beyond_and_what_to_search(known):
