@@ -3,21 +3,22 @@
 """Read bags of ROS 1 and ROS 2 as one stream of messages, in the order of logging."""
 from collections import deque
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 import heapq
 from pathlib import Path
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.bags.cut_off import is_torn_database, Recovered, recovered
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
-SUFFIXES = '.bag', '.mcap', '.db3'
+SUFFIXES = '.bag', '.bag.active', '.mcap', '.db3'
+STORAGES = '.mcap', '.db3'      # of the files in a folder
 NO_ROSBAGS = ('rosbags, which reads and writes bags, is not installed: '
               "pip install 'fuzzy_stereo_ros[bags]'")
 FIRST_SPAN = 1_000_000_000      # ns, searched first by `newest`, as most topics have 1 Hz or more
+BAGS = 'a .bag, .mcap or .db3 file, or a folder with metadata.yaml'
 LATEST = 1 << 63                # ns; storages hold earlier times only
-REPAIR = ('a recording that was cut off is repaired by `ros2 bag reindex` (a folder), '
-          '`mcap recover` (.mcap), `sqlite3 OLD .recover | sqlite3 NEW` (.db3) or '
-          '`rosbag reindex` (.bag)')
 
 
 class DamagedBag(ValueError):
@@ -46,13 +47,32 @@ class BagMessage(NamedTuple):
     reader: object
 
 
+@dataclass
+class _OpenFile:
+    """An open file or folder of a bag: its path, AnyReader, and Recovered if it was cut off."""
+
+    path: Path
+    reader: object
+    recovered: Recovered | None = None
+
+    def close(self):
+        """Close it; errors by the content of a damaged bag are ignored."""
+        with suppress(Exception):
+            for part in self.reader.readers:
+                if hasattr(part, 'storage'):    # of ROS 2
+                    part.storage.files = []     # closing clears it, which fails if it is no list
+            self.reader.close()
+        if self.recovered is not None:
+            self.recovered.close()
+
+
 class BagReader:
     """
     Open bags; a context manager.
 
     paths: of the bags. names: the same, for a sentence. topics: {name: BagTopic} of those with
     messages, except names with control characters. begin, end: ns, when the first and the last
-    message were recorded.
+    message were recorded. losses: a sentence for each file of a recording that was cut off.
     rosbags needs memory for open bags: 150 bytes for each message of a .bag, 1.6 kB for each chunk
     of an .mcap (about 1 MiB), a constant amount for a .db3.
     """
@@ -61,27 +81,38 @@ class BagReader:
         """
         Open the bags: .bag, .mcap or .db3 files, or folders with metadata.yaml.
 
+        Of a file that was cut off, as by a power failure, what is complete is read; so is a folder
+        without metadata.yaml that has such files.
         Raises ValueError with a sentence for a path that is missing, no bag, or damaged.
         """
         self.paths = tuple(map(Path, paths))
         self.names = ', '.join(map(str, self.paths))
-        self._readers, self.topics = {}, {}
+        self._files, self.topics, self.losses = [], {}, []
         with ExitStack() as opening:
             for path in self.paths:
-                self._readers[path] = _opened(path)
-                opening.callback(_close, self._readers[path])
-            for reader in self._readers.values():
-                for connection in reader.connections:
+                for file in _opened(path, self.losses):
+                    opening.callback(file.close)
+                    self._files.append(file)
+            for file in self._files:
+                for connection in file.reader.connections:
                     topic = slashed(connection.topic)
                     kind, before = self.topics.get(topic, (connection.msgtype, 0))
                     if connection.msgcount and (topic + kind).isprintable():
                         self.topics[topic] = BagTopic(kind, before + connection.msgcount)
-            filled = [reader for reader in self._readers.values() if reader.message_count]
+            filled = [file.reader for file in self._files if file.reader.message_count]
             if not filled:
-                raise ValueError(f'{self.names} has no messages')
+                raise ValueError('; '.join((f'{self.names} has no messages', *self.losses)))
             self.begin = min(reader.start_time for reader in filled)
             self.end = max(reader.end_time for reader in filled) - 1
+            self.losses += [self._loss(file) for file in self._files if file.recovered]
             self._open = opening.pop_all()
+
+    def _loss(self, file):
+        count, end = file.reader.message_count, file.reader.end_time - 1
+        if not count:
+            return f'{file.path} was cut off: it has no complete message'
+        return (f'{file.path} was cut off: its {count} messages up to '
+                f'{(end - self.begin) / 1e9:.3f} s into the bag are read, later ones are lost')
 
     def __enter__(self):
         return self
@@ -91,8 +122,8 @@ class BagReader:
 
     def connections(self, topic):
         """Return the list of (connection, reader) of a topic, both of rosbags."""
-        return [(connection, reader) for reader in self._readers.values()
-                for connection in reader.connections if slashed(connection.topic) == topic]
+        return [(connection, file.reader) for file in self._files
+                for connection in file.reader.connections if slashed(connection.topic) == topic]
 
     def messages(self, topics, start=None, stop=None):
         """
@@ -102,8 +133,8 @@ class BagReader:
         Raises DamagedBag when a bag cannot be read any further.
         """
         return heapq.merge(
-            *(_messages(path, reader, topics, start, stop)
-              for path, reader in self._readers.items()), key=lambda message: message.log_time)
+            *(_messages(file, topics, start, stop) for file in self._files),
+            key=lambda message: message.log_time)
 
     def newest(self, topic, stop, count=1):
         """
@@ -150,22 +181,71 @@ def text_of(error):
     return line if line.isprintable() else ascii(line)
 
 
-def _opened(path):
-    """Return an open AnyReader of a bag; ValueError with a sentence if it cannot be opened."""
+def _opened(path, losses):
+    """
+    Return the _OpenFiles of a bag: one, or those in a folder whose recording was cut off.
+
+    losses: gets a sentence for each file in a folder of which nothing can be read.
+    Raises ValueError with a sentence if the bag cannot be opened.
+    """
+    if not path.exists():
+        raise ValueError(f'{path} does not exist; give a bag: {BAGS}')
+    if path.is_file():
+        if not path.name.endswith(SUFFIXES):
+            raise ValueError(f"{path} has the suffix '{path.suffix}'; bags have "
+                             f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
+        return [_opened_file(path)]
+    described = (path / 'metadata.yaml').exists()
+    if described:
+        try:
+            return [_OpenFile(path, _reader(path))]
+        except ValueError as error:
+            fault = error
+    else:
+        fault = ValueError(f'{path} is a folder without metadata.yaml and without '
+                           f"{' or '.join(STORAGES)} files, so it is no bag")
+    files, faults = [], []
+    for name in sorted(one for one in path.iterdir() if one.suffix in STORAGES):
+        try:
+            files.append(_opened_file(name))
+        except ValueError as error:
+            faults.append(str(error))
+    # Where the files are sound the description is at fault.
+    if not files or (described and not faults and not any(file.recovered for file in files)):
+        for file in files:
+            file.close()
+        raise ValueError(faults[0]) if faults else fault
+    losses += faults
+    return files
+
+
+def _opened_file(path):
+    """Return the _OpenFile of a .bag, .mcap or .db3; ValueError if nothing of it can be read."""
+    try:
+        reader = _OpenFile(path, _reader(path))
+        if not is_torn_database(path):
+            return reader
+        reader.close()
+        fault = ValueError(f'{path} cannot be read as a bag: it ends within a page')
+    except ValueError as error:
+        fault = error
+    found = None
+    try:
+        found = recovered(path)
+        return _OpenFile(path, _reader(found.path), found)
+    except Exception:   # what is no bag at all raises any kind  # noqa: B902
+        if found is not None:
+            found.close()
+        raise fault from None
+
+
+def _reader(path):
+    """Return an open AnyReader of a path; ValueError with a sentence if it cannot be opened."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import get_typestore, Stores
     except ImportError:
         raise ValueError(NO_ROSBAGS) from None
-    if not path.exists():
-        raise ValueError(f'{path} does not exist; give a bag: a .bag, .mcap or .db3 file, or a '
-                         'folder with metadata.yaml')
-    if path.is_dir() and not (path / 'metadata.yaml').exists():
-        raise ValueError(f'{path} is a folder without metadata.yaml, so it is no bag; give the '
-                         f'files in it one by one, or repair it: {REPAIR}')
-    if path.is_file() and path.suffix not in SUFFIXES:
-        raise ValueError(f"{path} has the suffix '{path.suffix}'; bags have "
-                         f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
     reader = None
     try:
         reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
@@ -179,31 +259,25 @@ def _opened(path):
                 if not isinstance(value, kind):
                     raise TypeError(f'{value!r} is no {kind.__name__}')
     except Exception as error:  # rosbags raises any kind for damaged bytes  # noqa: B902
-        _close(reader)
-        raise ValueError(f'{path} cannot be read as a bag: {text_of(error)}; {REPAIR}') from error
+        _OpenFile(path, reader).close()
+        raise ValueError(f'{path} cannot be read as a bag: {text_of(error)}') from error
     return reader
 
 
-def _close(reader):
-    """Close an AnyReader; errors by the content of a damaged bag are ignored."""
-    with suppress(Exception):
-        for part in reader.readers:
-            if hasattr(part, 'storage'):    # of ROS 2
-                part.storage.files = []     # closing clears it, which fails if it is no list
-        reader.close()
-
-
-def _messages(path, reader, topics, start, stop):
-    """Yield each BagMessage of one bag, as `BagReader.messages`."""
+def _messages(file, topics, start, stop):
+    """Yield each BagMessage of an _OpenFile, as `BagReader.messages`."""
+    reader = file.reader
     wanted = [connection for connection in reader.connections
               if slashed(connection.topic) in topics]
     if not wanted:
         return
     try:
         for connection, log_time, content in reader.messages(wanted, start=start, stop=stop):
+            if file.recovered is not None:
+                content = file.recovered.content(content)
             if not (isinstance(log_time, int) and 0 <= log_time < LATEST
                     and isinstance(content, bytes)):
                 raise ValueError('a message has no content or no time')
             yield BagMessage(slashed(connection.topic), log_time, content, connection, reader)
     except Exception as error:  # rosbags raises any kind for damaged bytes  # noqa: B902
-        raise DamagedBag(f'{path} is damaged: {text_of(error)}') from error
+        raise DamagedBag(f'{file.path} is damaged: {text_of(error)}') from error

@@ -11,12 +11,11 @@ from collections import Counter
 from contextlib import closing, suppress
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-import shutil
 import sqlite3
 
 from fuzzy_stereo_ros.bags.reading import NO_ROSBAGS, text_of
 from fuzzy_stereo_ros.pairs.camera_files import rectified_cameras
-from fuzzy_stereo_ros.pairs.image_files import write_whole
+from fuzzy_stereo_ros.pairs.image_files import remove, write_whole
 from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
 import numpy as np
 
@@ -77,8 +76,10 @@ class BagWriter:
         except (OSError, sqlite3.Error) as error:
             self._failed = True
             with suppress(OSError, sqlite3.Error):
-                self._writer.abort()
-            shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)
+                if self._writer is not None:
+                    self._writer.abort()
+            with suppress(OSError):
+                remove(self._folder / UNFINISHED)
             self._count_closed()
             raise OSError(
                 f'{self._folder} cannot be written any further: {text_of(error)}') from error
@@ -97,10 +98,12 @@ class BagWriter:
     def _open(self):
         from rosbags.rosbag2 import StoragePlugin, Writer
 
-        shutil.rmtree(self._folder / UNFINISHED, ignore_errors=True)    # left by a killed process
+        unfinished = self._folder / UNFINISHED
+        remove(unfinished)      # left by a killed process
+        unfinished.mkdir(parents=True)      # fails where a link was put meanwhile
         number = len(self._closed['files']) if self._closed else 0
         name = f'{self._folder.resolve().name}_{number}'    # resolved, as the folder may be `.`
-        self._writer = Writer(self._folder / UNFINISHED / name, version=Writer.VERSION_LATEST,
+        self._writer = Writer(unfinished / name, version=Writer.VERSION_LATEST,
                               storage_plugin=StoragePlugin[self._storage.upper()])
         self._writer.open()
 
@@ -116,7 +119,7 @@ class BagWriter:
         (part / file).replace(self._folder / file)
         write_whole(self._folder / METADATA, yaml.safe_dump(
             {CONTENT: description}, sort_keys=False).encode())
-        shutil.rmtree(self._folder / UNFINISHED)
+        remove(self._folder / UNFINISHED)
         self._writer, self._connections, self._size = None, {}, 0
         self._closed = description
 

@@ -146,11 +146,14 @@ def run(arguments, stream, progress_stream=None):
                          f'{source.calibration}\n')
             stream.flush()
         with ProgressBar(source.expected_pairs(), progress_stream, arguments.progress) as bar:
+            for loss in bags.losses:
+                bar.log(loss)
             stats = _match_all(options, source, outputs, bar)
         if not stats.matched:
             _check_no_pairs(bags.names, options, outputs, source, stats)
         figures = {'output': options.output, 'video': options.video, 'view': options.view,
                    'topics': source.topics._asdict(), 'calibration': source.calibration,
+                   'losses': bags.losses,
                    **figures_of(stats, source.synchroniser, bags.begin)}
         where = ', '.join(filter(None, (options.output, *options.views)))
         stream.write((json.dumps(figures, indent=2) if arguments.json else
@@ -179,7 +182,7 @@ def _match_all(options, source, outputs, bar):
             matcher = StereoMatcher(options.scaled_config)
             warm_up(matcher, *WARM_UP_SIZE)
         stopped = opened.enter_context(interruption())
-        items = source.items(outputs.written_stamps())
+        items = source.items(outputs.written_positions())
         results = (match_in_segments(items, cluster, stats, stopped) if options.in_segments
                    else match_in_order(items, matcher))
         replay(results, outputs, stats, stopped, bar.log, bar.step)

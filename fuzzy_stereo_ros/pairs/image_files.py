@@ -9,6 +9,7 @@ import json
 import os
 from pathlib import Path
 import re
+import shutil
 import struct
 
 import cv2
@@ -126,6 +127,14 @@ def write_whole(path, content):
         raise
     finally:
         part.unlink(missing_ok=True)
+
+
+def remove(path):
+    """Remove a file, a folder with all in it, or a link but not what it leads to, if there is."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def size_in_header(content):

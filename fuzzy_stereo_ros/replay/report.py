@@ -98,7 +98,7 @@ def sentences(figures, approximate):
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
         f"pair; {100 * figures['share_not_matching']:.1f} % of the time spent on other work")
-    lines += [f'hint: {sentence}' for sentence in figures['hints']]
+    lines += [*figures['losses'], *(f'hint: {sentence}' for sentence in figures['hints'])]
     lines.append(f'row offset: {NOT_MEASURED}' if figures['misalignment'] is None else
                  figures['misalignment']['sentence'])
     return '\n'.join(lines)

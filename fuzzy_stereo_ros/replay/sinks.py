@@ -7,17 +7,16 @@ A sink has add(matched, log_time), called with each MatchedPair in the order of 
 close(), called in any case. All calls come from the thread that made the sink. An OSError, as of a
 full disk, or a ValueError of a sink ends the replay.
 """
-from collections import Counter
+from collections import Counter, deque
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, replace
 import json
 from pathlib import Path
-import shutil
 
 from fuzzy_stereo_ros.bags.reading import BagReader, read_stamped
 from fuzzy_stereo_ros.bags.writing import BagWriter, Messages, METADATA, SUFFIXES, UNFINISHED
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
-from fuzzy_stereo_ros.pairs.image_files import read_json, write_whole
+from fuzzy_stereo_ros.pairs.image_files import read_json, remove, write_whole
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, TOPICS
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, VIEWER, WARM_PAIRS
 from fuzzy_stereo_ros.replay.source import rejection_of
@@ -26,6 +25,7 @@ from fuzzy_stereo_ros.views.video import RATES, VideoSink
 
 CALIBRATION = 'calibration.json'
 RECORD = 'replay.json'      # the options of the outputs; it marks a folder as one of a replay
+PROGRESS = 'progress.json'  # positions of the last few pairs, where no bag has them
 STAMP_DIGITS = 19           # of ns since 1970, so that names sort by time
 
 
@@ -61,6 +61,7 @@ class Outputs:
             **asdict(replace(options.config, threads=0))}))     # threads change no result
         if self.path is not None:
             self._check()
+        self._last = deque(maxlen=WARM_PAIRS + (SEGMENT_PAIRS if options.in_segments else 0))
         self._views = opened_views(options, source)
 
     def write(self, matched, log_time):
@@ -78,6 +79,9 @@ class Outputs:
         except Exception as error:      # noqa: B902  an internal error ends no replay
             return rejection_of(error)
         self.written, self.log_time = self.written + 1, log_time
+        if self._options.files and not self._options.writes_bag:
+            self._last.append((log_time, matched.pair.stamp))
+            write_whole(self.path / PROGRESS, json.dumps([*self._last]).encode())
         return None
 
     def finish(self):
@@ -93,26 +97,24 @@ class Outputs:
             for sink in self.sinks or ():
                 closing.callback(sink.close)
 
-    def written_stamps(self):
+    def written_positions(self):
         """
-        Return the stamps of the last few pairs in the outputs to be continued: ns, in order.
+        Return the positions of the last few Items in the outputs to be continued, in order.
 
-        They are read from the bag, or else from the files of the suffix that is written last.
+        They are read from the bag, or else from PROGRESS. Raises ValueError if it is damaged.
         """
-        count = WARM_PAIRS + (SEGMENT_PAIRS if self._options.in_segments else 0)
         if not self.continued:
             return ()
         if not self._options.writes_bag:
-            stamps = sorted(
-                int(file.stem)
-                for file in (self.path / DISPARITY).glob(f'*.{self._options.files[-1]}')
-                if file.stem.isdecimal())
-            return tuple(stamps[-count:])
-        if not (self.path / METADATA).exists():
-            return ()
-        with BagReader([self.path]) as bag:
-            return tuple(read_stamped(message)[0] for message in bag.newest(
-                f'/{DISPARITY}', bag.end + 1, count))
+            self._last.extend(_read_progress(self.path / PROGRESS))
+        elif (self.path / METADATA).exists():
+            with BagReader([self.path]) as bag:
+                if bag.losses:
+                    raise ValueError(f'{bag.losses[0]}; start over with --overwrite')
+                self._last.extend(
+                    (message.log_time, read_stamped(message)[0]) for message in bag.newest(
+                        f'/{DISPARITY}', bag.end + 1, self._last.maxlen))
+        return tuple(self._last)
 
     def _open(self):
         if self.sinks is not None:
@@ -131,12 +133,9 @@ class Outputs:
     def _clear(self):
         """Remove what replays write and nothing else; last RECORD, which allows it."""
         parts = [part for suffix in SUFFIXES.values() for part in self.path.glob(f'*_*{suffix}')]
-        names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, RECORD
+        names = UNFINISHED, DISPARITY, METADATA, CALIBRATION, PROGRESS, RECORD
         for path in (*parts, *(self.path / name for name in names)):
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path)
-            else:
-                path.unlink(missing_ok=True)
+            remove(path)
 
     def _check(self):
         path, options = self.path, self._options
@@ -157,6 +156,9 @@ class Outputs:
             raise ValueError(f'{path} exists; give another folder'
                              + (', --overwrite or --resume' if made_by_replay else ''))
         if options.resume:
+            if (path / DISPARITY).is_symlink():
+                raise ValueError(f'{path / DISPARITY} is a symbolic link, which is not followed; '
+                                 'remove it, or start over with --overwrite')
             self._check_record()
             self.continued = True
 
@@ -172,6 +174,15 @@ class Outputs:
         if different:
             raise ValueError('--resume needs the options of the first run; different are '
                              + ', '.join(different))
+
+
+def _read_progress(path):
+    """Return the positions that a file of an earlier replay holds, () if there is no file."""
+    found = read_json(path) if path.exists() else []
+    if not isinstance(found, list) or not all(
+            isinstance(one, list) and [*map(type, one)] == [int, int] for one in found):
+        raise ValueError(f'{path} is damaged; start over with --overwrite')
+    return map(tuple, found)
 
 
 def opened_views(options, source):

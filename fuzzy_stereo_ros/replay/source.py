@@ -46,6 +46,11 @@ class Item(NamedTuple):
     went_back: bool = False
     written: bool = False
 
+    @property
+    def position(self):
+        """Where the pair is in the bag; stamps alone repeat where a recording was looped."""
+        return self.log_time, self.stamp
+
 
 class ReplaySource:
     """
@@ -101,8 +106,8 @@ class ReplaySource:
         """
         Yield each Item; raises DamagedBag if a bag can be read no further.
 
-        done: stamps, ns, of the last few pairs that are written already, in order. Earlier pairs
-        are skipped; these few are read again, so that new pairs start warm.
+        done: positions of the last few Items that are written already, in order. Earlier ones are
+        skipped; these few are read again, so that new pairs start warm.
         """
         self._done, self._skipping, self.caught_up = done, bool(done), not done
         for topic in self._held if self.start is not None else ():
@@ -131,14 +136,13 @@ class ReplaySource:
             self._went_back |= one.went_back
             if rest:
                 continue
-            written = not self.caught_up
-            if written:
-                self._skipping = self._skipping and one.stamp != self._done[0]
-                self.caught_up = not self._skipping and one.stamp == self._done[-1]
+            item = Item(log_time, one.stamp, number, written=not self.caught_up)
+            if item.written:
+                self._skipping = self._skipping and item.position != self._done[0]
+                self.caught_up = not self._skipping and item.position == self._done[-1]
                 if self._skipping:
                     continue
-            yield Item(log_time, one.stamp, number, self._pair(one.messages), self._went_back,
-                       written)
+            yield item._replace(pair=self._pair(one.messages), went_back=self._went_back)
             self._went_back = False
 
     def _pair(self, messages):

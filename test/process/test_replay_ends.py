@@ -17,7 +17,10 @@ from fuzzy_stereo_ros.replay.loop import interruption
 from fuzzy_stereo_ros.replay.options import WARM_PAIRS
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.replay.sinks import BagSink
-from made_bags import content, disparities, scene, stamps, STEP, TOPICS, write_bag
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
+from made_bags import (
+    BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, stamps, STEP, TOPICS,
+    write_bag)
 import numpy as np
 import pytest
 from replayed import figures, INTERRUPTED, matches, rejection, replay, RESTRICTED, run, TERMINATED
@@ -128,6 +131,72 @@ def test_files_go_on_too(folder, capsys, interrupt):
         assert (folder / 'out' / 'disparity' / path.name).read_bytes() == path.read_bytes()
 
 
+def looped(number, messages):
+    """Give the pairs of every other 20 the stamps of the first ones, as where a bag was looped."""
+    stamp = BEGIN + number % 20 * STEP
+    for message in messages.values():
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+
+
+@pytest.mark.parametrize('in_segments', [False, True])
+def test_a_looped_recording_goes_on_in_the_round_it_was_interrupted_in(
+        folder, capsys, interrupt, in_segments):
+    pairs = [pair for seed in range(3) for pair in make_sequence(
+        ROWS, COLUMNS, DISPARITIES, 20, seed=seed, noise=6.0)]
+    write_bag(folder / 'bag', pairs=pairs, change=looped)
+    options = ['--files', 'npy', *(['--workers', 1] if in_segments else [])]
+    forms = [], ['--format', 'none']
+    for number, form in enumerate(forms):
+        assert replay('bag', output=f'whole{number}', options=[*options, *form]) == 0
+        interrupt(45)
+        assert replay('bag', output=f'out{number}', options=[*options, *form]) == INTERRUPTED
+        interrupt(None)
+        found = figures(capsys, 'bag', output=f'out{number}', options=[
+            *options, *form, '--resume'])
+        assert found['pairs']['matched'] == 15
+        assert found['pairs']['matched_again'] >= WARM_PAIRS
+        files, expected = (
+            {path.name: path.read_bytes() for path in (folder / name / 'disparity').iterdir()}
+            for name in (f'out{number}', f'whole{number}'))
+        assert files == expected and len(files) == 20
+    written, expected = (
+        [(topic, log_time, bytes(message.image.data)) for topic, log_time, message
+         in content(folder / name, '/disparity')] for name in ('out0', 'whole0'))
+    assert written == expected and len(written) == 60
+
+
+@pytest.mark.parametrize('content', ['{', '{}', '[1]', '[["a", 1]]', '[[1, 2, 3]]'])
+def test_a_damaged_progress_of_files_is_rejected(folder, capsys, interrupt, content):
+    write_bag(folder / 'bag')
+    options = ['--files', 'npy', '--format', 'none']
+    interrupt(3)
+    assert replay('bag', options=options) == INTERRUPTED
+    (folder / 'out' / 'progress.json').write_text(content)
+    assert 'progress.json is damaged' in rejection(capsys, 'bag', options=[*options, '--resume'])
+
+
+def test_no_link_that_was_put_into_an_output_is_followed(folder, capsys, interrupt):
+    write_bag(folder / 'bag')
+    (folder / 'elsewhere').mkdir()
+    (folder / 'elsewhere' / 'letter.txt').write_text('dear')
+    for options, name in (['--files', 'npy'], 'disparity'), ([], UNFINISHED):
+        interrupt(3)
+        assert replay('bag', options=[*options, '--overwrite']) == INTERRUPTED
+        interrupt(None)
+        place = folder / 'out' / name
+        if place.exists():
+            place.rename(folder / 'before')
+        place.symlink_to('../elsewhere')
+        if name == UNFINISHED:
+            assert replay('bag', options=['--resume']) == 0
+            assert list(disparities(folder / 'out')) == stamps(6)
+        else:
+            assert rejection(capsys, 'bag', options=[*options, '--resume']) == (
+                'out/disparity is a symbolic link, which is not followed; remove it, or start '
+                'over with --overwrite')
+    assert [path.name for path in (folder / 'elsewhere').iterdir()] == ['letter.txt']
+
+
 def test_a_complete_replay_that_is_resumed_has_nothing_to_do(folder, capsys):
     write_bag(folder / 'bag')
     assert replay('bag') == 0
@@ -216,6 +285,36 @@ def test_a_damaged_bag_is_matched_up_to_the_damage(folder, capsys, form, name, l
     assert sentence.startswith(f'{path.name} is damaged: ')
     seconds = (STEP * (len(found) - 1) + 3) / 1e9
     assert sentence.endswith(f'; out holds {len(found)} pairs, up to {seconds:.3f} s into the bag')
+
+
+@pytest.mark.parametrize(('form', 'name'), [
+    ('ros1', 'bag.bag'), ('mcap', 'bag/bag.mcap'), ('sqlite3', 'bag/bag.db3')])
+def test_of_a_recording_that_was_cut_off_all_pairs_before_that_are_matched(
+        folder, capsys, form, name):
+    pairs = scene(60, rows=120, columns=240)
+    path = write_bag(folder / name.split('/')[0], form, pairs)
+    whole = (folder / name).read_bytes()
+    (folder / name).write_bytes(whole[:len(whole) // 2])
+    assert replay(path.name) == 0
+    found, printed = disparities(folder / 'out'), capsys.readouterr()
+    assert 28 <= len(found) <= 30
+    assert equal(found, dict(zip(stamps(60), chain(pairs[:len(found)], 0))))
+    words = f'{name} was cut off: its '
+    assert words in printed.err and words in printed.out
+    loss, = figures(capsys, path.name, output='other')['losses']
+    assert loss in printed.err.splitlines() and loss in printed.out.splitlines()
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_a_damaged_output_is_not_continued(folder, capsys, interrupt, storage):
+    write_bag(folder / 'bag', pairs=scene(20))
+    interrupt(15)
+    assert replay('bag', options=['--format', storage]) == INTERRUPTED
+    file, = (folder / 'out').glob('out_0.*')
+    whole = file.read_bytes()
+    file.write_bytes(whole[:len(whole) * 3 // 4])
+    assert rejection(capsys, 'bag', options=['--format', storage, '--resume']).endswith(
+        'later ones are lost; start over with --overwrite')
 
 
 LOADING = """\

@@ -223,7 +223,7 @@ def test_files_are_named_by_stamp_beside_a_bag_or_instead(folder):
     assert replay('bag', output='png', options=['--files', 'png', '--format', 'none']) == 0
     assert_matched(disparities(folder / 'both'), scene())
     assert {path.name for path in (folder / 'png').iterdir()} == {
-        'calibration.json', 'disparity', 'replay.json'}
+        'calibration.json', 'disparity', 'progress.json', 'replay.json'}
     for stamp, match in zip(stamps(), matches(scene(), stamps())):
         for name, most in (('both/disparity/{}.npy', 0), ('both/disparity/{}.pfm', 0),
                            ('png/disparity/{}.png', 0.01)):

@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Read files of bags whose end, and so whose index, is missing: as a power failure leaves them.
+
+rosbags reads a file by its index. What is complete of the file gets an index here, which is put
+behind it as the file is read, or stands in a temporary database: the file itself stays as it is.
+"""
+from collections.abc import Callable
+from contextlib import closing, suppress
+import io
+from pathlib import Path
+import sqlite3
+import tempfile
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.bags.cut_mcap import indexed_mcap
+from fuzzy_stereo_ros.bags.cut_ros1 import indexed_ros1
+
+BLOCK = 4096        # bytes, of a file system
+CHECKED = 64        # of the last large messages in a database
+TORN = 16           # zeros at the end of the last large message that show that it is not whole
+
+
+class Recovered(NamedTuple):
+    """
+    A file of a bag that was given an index.
+
+    path: what rosbags opens instead of the file. content(stored): returns the content of a
+    message, bytes, from what that has stored of it. close(): releases both.
+    """
+
+    path: object
+    content: Callable = bytes
+    close: Callable = lambda: None
+
+
+def recovered(path):
+    """
+    Return the Recovered of a file (Path) of a bag, by its suffix.
+
+    Raises ValueError, OSError, or an error of sqlite3 if nothing of it can be read.
+    """
+    if path.suffix == '.db3':
+        return _indexed_database(path)
+    stop = _written(path)
+    if path.suffix == '.mcap':
+        return Recovered(IndexedPath(path, '.mcap', *indexed_mcap(path, stop)))
+    return Recovered(IndexedPath(path, '.bag', *indexed_ros1(path, stop)))
+
+
+def is_torn_database(path):
+    """Return whether a file (Path) is a .db3 that ends within a page, which rosbags overlooks."""
+    if path.suffix != '.db3':
+        return False
+    with open(path, 'rb') as file:
+        page = int.from_bytes(file.read(18)[16:], 'big')
+    return bool(page) and path.stat().st_size % (page if page > 1 else 1 << 16) > 0
+
+
+def _written(path):
+    """Return the size of a file without the zeros that a file system puts for lost blocks."""
+    size = end = path.stat().st_size
+    with open(path, 'rb') as file:
+        while end:
+            start = (end - 1) // BLOCK * BLOCK
+            file.seek(start)
+            block = file.read(end - start).rstrip(b'\0')
+            if block:
+                end = start + len(block)
+                break
+            end = start
+    return size if size - end < BLOCK else end
+
+
+class IndexedPath:
+    """A path for rosbags of a file with another beginning and another end."""
+
+    def __init__(self, path, suffix, head, stop, tail):
+        """Replace the first bytes of a file (Path) by head, and those from stop on by tail."""
+        self._path, self.suffix, self._parts = path, suffix, (head, stop, tail)
+
+    def __str__(self):
+        return str(self._path)
+
+    def exists(self):
+        """Return that the file exists."""
+        return True
+
+    def is_dir(self):
+        """Return that it is no folder."""
+        return False
+
+    def open(self, mode):   # noqa: A003  rosbags calls it
+        """Return the file, open for reading."""
+        return io.BufferedReader(_IndexedFile(self._path.open(mode, buffering=0), *self._parts))
+
+
+class _IndexedFile(io.RawIOBase):
+    """The open file of an IndexedPath."""
+
+    def __init__(self, file, head, stop, tail):
+        self._file, self._place = file, 0
+        self._head, self._stop, self._tail = head, stop, tail
+
+    def readable(self):
+        return True
+
+    def seekable(self):
+        return True
+
+    def seek(self, offset, whence=io.SEEK_SET):
+        self._place = max(0, offset + {
+            io.SEEK_SET: 0, io.SEEK_CUR: self._place,
+            io.SEEK_END: self._stop + len(self._tail)}[whence])
+        return self._place
+
+    def tell(self):
+        return self._place
+
+    def readinto(self, buffer):
+        place, size = self._place, len(buffer)
+        if place < len(self._head):
+            found = self._head[place:place + size]
+        elif place < self._stop:
+            self._file.seek(place)
+            found = self._file.read(min(size, self._stop - place))
+        else:
+            found = self._tail[place - self._stop:][:size]
+        buffer[:len(found)] = found
+        self._place += len(found)
+        return len(found)
+
+    def close(self):
+        self._file.close()
+        super().close()
+
+
+def _indexed_database(path):
+    """
+    Return the Recovered of a .db3.
+
+    A second database has the same rows, but of each message only the number of its row instead of
+    its content.
+    """
+    folder = tempfile.TemporaryDirectory()
+    cut = sqlite3.connect(f'{path.resolve().as_uri()}?mode=ro&immutable=1', uri=True,
+                          check_same_thread=False)
+
+    def close():
+        cut.close()
+        folder.cleanup()
+
+    def content(row):
+        return cut.execute('SELECT data FROM messages WHERE rowid = ?', (int(row),)).fetchone()[0]
+
+    try:
+        cut.execute('PRAGMA writable_schema = ON')      # reads a file shorter than it says
+        name = Path(folder.name) / f'index{path.suffix}'
+        with closing(sqlite3.connect(name)) as index:
+            _copy_rows(cut, index, content)
+            index.commit()
+    except BaseException:
+        close()
+        raise
+    return Recovered(name, content, close)
+
+
+def _copy_rows(cut, index, content):
+    """Copy what `_indexed_database` needs to another database; content: of Recovered."""
+    index.executescript("""
+        CREATE TABLE schema (schema_version INTEGER, ros_distro TEXT);
+        INSERT INTO schema VALUES (4, '');
+        CREATE TABLE topics (id INTEGER PRIMARY KEY, name, type, serialization_format,
+                             offered_qos_profiles, type_description_hash);
+        CREATE TABLE message_definitions (id INTEGER PRIMARY KEY, topic_type, encoding,
+                                          encoded_message_definition, type_description_hash);
+        CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, data, size);
+    """)
+    index.executemany('INSERT INTO topics VALUES (?, ?, ?, ?, ?, ?)', _topics(cut))
+    with suppress(sqlite3.OperationalError):    # older ones have none
+        index.executemany('INSERT INTO message_definitions VALUES (?, ?, ?, ?, ?)', cut.execute(
+            'SELECT id, topic_type, encoding, encoded_message_definition, type_description_hash '
+            'FROM message_definitions'))
+    index.executemany('INSERT INTO messages VALUES (?, ?, ?, CAST(? AS BLOB), ?)', _rows(cut))
+    page, = cut.execute('PRAGMA page_size').fetchone()
+    while (lost := _first_lost(rows := index.execute(
+            'SELECT id FROM messages WHERE size > ? ORDER BY id DESC LIMIT ?',
+            (page, CHECKED)).fetchall(), content)) is not None:
+        index.execute('DELETE FROM messages WHERE id >= ?', (lost,))
+    # SQLite takes zeros for what a torn page lacks.
+    if rows and content(rows[0][0])[-TORN:] == bytes(TORN):
+        index.execute('DELETE FROM messages WHERE id >= ?', rows[0])
+
+
+def _topics(cut):
+    """Return the rows of the topics, with what older ones lack."""
+    columns = {row[1] for row in cut.execute('PRAGMA table_info(topics)')}
+    if 'type_description_hash' in columns:
+        return cut.execute('SELECT id, name, type, serialization_format, offered_qos_profiles, '
+                           'type_description_hash FROM topics')
+    if 'offered_qos_profiles' in columns:
+        return cut.execute('SELECT id, name, type, serialization_format, offered_qos_profiles, '
+                           "'' FROM topics")
+    return cut.execute("SELECT id, name, type, serialization_format, '[]', '' FROM topics")
+
+
+def _first_lost(rows, content):
+    """Return the first row, of the last ones in reverse order, that cannot be read, or None."""
+    for row, in reversed(rows):
+        try:
+            content(row)
+        except sqlite3.Error:
+            return row
+    return None
+
+
+def _rows(cut):
+    """Yield the rows of the messages up to where they can be read, in the order of writing."""
+    with suppress(sqlite3.Error):
+        for row, topic, log_time, size in cut.execute(
+                'SELECT rowid, topic_id, timestamp, length(data) FROM messages NOT INDEXED '
+                'ORDER BY rowid'):
+            yield row, topic, log_time, str(row), size

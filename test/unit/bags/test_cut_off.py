@@ -1,0 +1,246 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Of a recording that was cut off every message before the cut is read, of each storage."""
+from contextlib import closing, contextmanager
+from pathlib import Path
+import sqlite3
+import tempfile
+
+from fuzzy_stereo_ros.bags import cut_mcap
+from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, read_stamped
+from made_bags import BagOf, FORMATS, scene, TOPICS, write_bag
+import pytest
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer as Writer2
+
+PAIRS = 60
+SUFFIXES = {'ros1': '.bag', 'sqlite3': '.db3', 'mcap': '.mcap'}
+LONG_ENOUGH = 0.1, 0.3, 0.5, 0.77, 0.9, 0.999
+ZEROS = bytes(100_000)      # what a file system puts where it knows a size and has no content
+
+
+@pytest.fixture(scope='module')
+def pairs():
+    """Return pairs of which some ten fill a chunk of a bag."""
+    return scene(PAIRS, rows=120, columns=240)
+
+
+@pytest.fixture(scope='module')
+def files(tmp_path_factory, pairs):
+    """Return {format: file of a whole bag}."""
+    folder = tmp_path_factory.mktemp('bags')
+    return {form: file_of(write_bag(folder / name_of(form), form, pairs)) for form in FORMATS}
+
+
+@pytest.fixture(autouse=True)
+def temporary(tmp_path, monkeypatch):
+    """Have a folder of its own for what is temporary."""
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+
+
+def name_of(form):
+    return 'bag.bag' if form == 'ros1' else form
+
+
+def file_of(bag):
+    return bag if bag.is_file() else next(bag.glob('*.[md][cb]*'))
+
+
+def messages(path):
+    with BagReader([path]) as bag:
+        return [(one.topic, one.log_time, one.content) for one in bag.messages(TOPICS)]
+
+
+def losses(path):
+    with BagReader([path]) as bag:
+        return bag.losses
+
+
+def complete_pairs(content, pairs):
+    """Return how many pairs have their images in some bytes of a .bag or .mcap."""
+    return sum(pair.left.tobytes() in content and pair.right.tobytes() in content
+               for pair in pairs)
+
+
+@pytest.mark.parametrize('end', [b'', ZEROS], ids=['cut', 'zeros'])
+@pytest.mark.parametrize('share', LONG_ENOUGH)
+@pytest.mark.parametrize('form', FORMATS)
+def test_every_message_before_the_cut_is_read_as_it_was_written(
+        files, tmp_path, pairs, form, share, end):
+    whole = files[form].read_bytes()
+    cut = whole[:int(share * len(whole))]
+    path = tmp_path / f'cut{SUFFIXES[form]}'
+    path.write_bytes(cut + end)
+    read, written = messages(path), messages(files[form])
+    assert read == [one for one in written if one in read]
+    left = sum(topic == TOPICS[0] for topic, _, _ in read)
+    # Pages of a database hold parts of its index, too, and the last torn message is left out.
+    least = complete_pairs(cut, pairs) if form != 'sqlite3' else int(share * PAIRS) - 2
+    assert least <= left < least + 4
+    first, last = written[0][1], read[-1][1]
+    assert losses(path) == [
+        f'{path} was cut off: its {len(read)} messages up to {(last - first) / 1e9:.3f} s into '
+        'the bag are read, later ones are lost']
+    assert path.read_bytes() == cut + end
+    assert [path.name for path in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_whole_bag_has_lost_nothing(files):
+    assert [losses(files[form]) for form in FORMATS] == [[], [], []]
+
+
+@pytest.mark.parametrize('form', FORMATS)
+def test_a_file_without_a_complete_message_has_none(files, tmp_path, form):
+    path = tmp_path / f'cut{SUFFIXES[form]}'
+    path.write_bytes(files[form].read_bytes()[:20_000 if form == 'sqlite3' else 4200])
+    with pytest.raises(ValueError) as rejection:
+        BagReader([path])
+    assert str(rejection.value).startswith(f'{path} has no messages')
+
+
+def test_a_black_recording_is_not_taken_for_what_was_never_written(tmp_path):
+    black = [pair._replace(left=pair.left * 0, right=pair.right * 0)
+             for pair in scene(40, rows=120, columns=240)]
+    for form in FORMATS:
+        file = file_of(write_bag(tmp_path / name_of(form), form, black))
+        whole = file.read_bytes()
+        file.write_bytes(whole[:int(0.8 * len(whole))])
+        assert 4 * 30 <= len(messages(file)) <= 4 * 33
+
+
+@contextmanager
+def compressed(monkeypatch):
+    """Have bags written with compressed chunks."""
+    for writer, mode in ((Writer1, (Writer1.CompressionFormat.BZ2,)), (
+            Writer2, (CompressionMode.STORAGE, CompressionFormat.ZSTD))):
+        def open_compressed(self, of=writer.open, mode=mode):
+            self.set_compression(*mode)
+            of(self)
+
+        monkeypatch.setattr(writer, 'open', open_compressed)
+    yield
+    monkeypatch.undo()
+
+
+@pytest.mark.parametrize('form', ['ros1', 'mcap'])
+def test_of_compressed_chunks_the_complete_ones_are_read(tmp_path, monkeypatch, pairs, form):
+    with compressed(monkeypatch):
+        path = file_of(write_bag(tmp_path / name_of(form), form, pairs))
+    whole, written = path.read_bytes(), messages(path)
+    path.write_bytes(whole[:int(0.7 * len(whole))])
+    read = messages(path)
+    assert read == written[:len(read)]
+    assert 0.3 * len(written) < len(read) < 0.75 * len(written)
+
+
+def unchunked(content):
+    """Return an .mcap whose messages stand in no chunk, as `ros2 bag` has them for fast disks."""
+    parts = [cut_mcap.MAGIC]
+    with tempfile.TemporaryFile() as file:
+        file.write(content)
+        for opcode, start, end in cut_mcap._records(file, len(cut_mcap.MAGIC), len(content)):
+            if opcode == cut_mcap.CHUNK:
+                chunk = cut_mcap._chunk(file, start, end)
+                parts.append(cut_mcap._content(file, chunk, len(content)))
+            elif opcode == 1:
+                parts.append(content[start:end])
+    return b''.join(parts)
+
+
+def test_messages_outside_chunks_are_read_too(files, tmp_path, pairs):
+    whole = unchunked(files['mcap'].read_bytes())
+    cut = whole[:len(whole) // 2]
+    (tmp_path / 'cut.mcap').write_bytes(cut)
+    read = messages(tmp_path / 'cut.mcap')
+    assert read == messages(files['mcap'])[:len(read)]
+    assert len(read) >= 4 * complete_pairs(cut, pairs) - 2 > 100     # camera_info comes later
+
+
+@pytest.mark.parametrize('form', ['sqlite3', 'mcap'])
+def test_a_folder_as_a_power_failure_leaves_it_is_read(tmp_path, pairs, form):
+    folder, suffix = tmp_path / 'recorded', SUFFIXES[form]
+    folder.mkdir()
+    for number in range(3):
+        bag = write_bag(tmp_path / f'recorded_{number}', form, pairs[:20], first=20 * number)
+        content = file_of(bag).read_bytes()
+        (folder / f'{bag.name}{suffix}').write_bytes(
+            content[:(len(content), len(content) // 2, 0)[number]])
+    with BagReader([folder]) as bag:
+        read = [one.log_time for one in bag.messages([TOPICS[0]])]
+        assert [sentence.split(':')[0] for sentence in sorted(bag.losses)] == [
+            f'{folder}/recorded_1{suffix} was cut off',
+            f'{folder}/recorded_2{suffix} cannot be read as a bag']
+    assert 28 <= len(read) <= 31 and read == sorted(read)
+
+
+def test_a_folder_with_a_description_and_a_file_that_was_cut_off_is_read(tmp_path, pairs):
+    bag = write_bag(tmp_path / 'bag', pairs=pairs)
+    file = file_of(bag)
+    file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
+    assert len(losses(bag)) == 1
+    assert len(messages(bag)) > 100
+    assert messages(bag) == messages(file)
+
+
+def test_a_recording_of_ros_1_that_was_never_closed_is_read(files, tmp_path):
+    content = bytearray(files['ros1'].read_bytes()[:2_000_000])
+    for name, size in (b'index_pos=', 8), (b'conn_count=', 4), (b'chunk_count=', 4):
+        place = content.index(name) + len(name)
+        content[place:place + size] = bytes(size)
+    (tmp_path / 'recorded.bag.active').write_bytes(content)
+    assert len(messages(tmp_path / 'recorded.bag.active')) > 100
+
+
+def test_a_chunk_that_is_damaged_before_the_cut_ends_the_messages(files, tmp_path, pairs):
+    """As where some of the blocks of a file were written and others not."""
+    content = bytearray(files['mcap'].read_bytes()[:2_800_000])
+    place = content.index(pairs[30].left.tobytes()[:64])
+    content[place:place + 2 * pairs[30].left.size] = b'\xff' * (2 * pairs[30].left.size)
+    path, read = tmp_path / 'cut.mcap', []
+    path.write_bytes(content)
+    with BagReader([path]) as bag, pytest.raises(DamagedBag):
+        for one in bag.messages([TOPICS[0]]):
+            read.append(one.log_time)
+    assert 10 < len(read) <= 30
+
+
+def test_topics_that_begin_in_a_later_chunk_are_found(tmp_path, pairs):
+    def more(bag, number, log_time):
+        if number > 30:
+            bag.write('/late', bag.make('std_msgs/msg/Int32', data=number), log_time)
+
+    for form in 'ros1', 'mcap':
+        file = file_of(write_bag(tmp_path / name_of(form), form, pairs, more=more))
+        file.write_bytes(file.read_bytes()[:int(0.8 * file.stat().st_size)])
+        with BagReader([file]) as bag:
+            assert [int.from_bytes(one.content[-4:], 'little')
+                    for one in bag.messages(['/late'])][:10] == list(range(31, 41))
+
+
+@pytest.mark.parametrize('version', [1, 2, 3])
+def test_older_databases_are_read_too(files, tmp_path, version):
+    path = tmp_path / 'cut.db3'
+    path.write_bytes(files['sqlite3'].read_bytes())
+    with closing(sqlite3.connect(path)) as database:
+        database.executescript('ALTER TABLE topics DROP COLUMN type_description_hash;'
+                               'DROP TABLE message_definitions; DROP TABLE schema;')
+        if version == 1:
+            database.execute('ALTER TABLE topics DROP COLUMN offered_qos_profiles')
+        elif version == 3:
+            database.executescript('CREATE TABLE schema (schema_version INTEGER, ros_distro TEXT);'
+                                   "INSERT INTO schema VALUES (3, 'iron')")
+    path.write_bytes(path.read_bytes()[:2_000_000])
+    with BagReader([path]) as bag:
+        assert set(bag.topics) == set(TOPICS)
+        found = [read_stamped(message) for message in bag.messages(TOPICS)]
+        assert len(found) > 100 and len(bag.losses) == 1
+
+
+def test_a_database_of_another_program_is_no_bag(tmp_path):
+    with BagOf(tmp_path / 'bag', 'sqlite3') as bag:
+        bag.write('/number', bag.make('std_msgs/msg/Int32'), 1)
+    file = file_of(tmp_path / 'bag')
+    with closing(sqlite3.connect(file)) as database:
+        database.execute('DROP TABLE topics')
+    with pytest.raises(ValueError, match='cannot be read as a bag'):
+        BagReader([Path(file)])
