@@ -20,6 +20,7 @@ import json
 from pathlib import Path
 import platform
 import tempfile
+import zipfile
 
 import cv2
 import fuzzy_stereo_ros
@@ -31,6 +32,7 @@ from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.over_frames.state import check_array, FrameState, restored
 from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.matching.row_offsets import LARGEST
+from fuzzy_stereo_ros.pairs.calibration import check_range
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, read_image, read_json, write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 import numba
@@ -91,6 +93,7 @@ class SavedPair:
 
     def __post_init__(self):
         checked_pair(self.pair.left, self.pair.right, self.config)
+        check_range(self.pair.calibration)
         shape = self.pair.left.shape[:2]
         for name in RESULTS:
             check_array(name, getattr(self.match, name), np.float32, shape)
@@ -141,16 +144,24 @@ def read_saved_pair(folder):
     record, content = read_json(folder / 'pair.json'), read_bytes(folder / 'arrays.npz')
     left, right = (read_image(folder / f'{side}.png') for side in ('left', 'right'))
     try:
+        _check_archive(content)
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             arrays = dict(stored)
     except Exception as error:  # numpy raises any kind for damaged bytes  # noqa: B902
         raise ValueError(f"{folder / 'arrays.npz'} is damaged: {error}") from error
     try:
         return _saved_pair(record, arrays, left, right)
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError) as error:
         reason = f'it lacks {error}' if isinstance(error, KeyError) else error
         raise ValueError(f'{folder} is damaged or of another version: {reason}; use the version '
                          'of fuzzy_stereo_ros that wrote it') from error
+
+
+def _check_archive(content):
+    """Raise ValueError for a .npz that says it holds more than its own bytes: compressed ones."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        if sum(one.file_size for one in archive.infolist()) > len(content):
+            raise ValueError('its arrays are larger than the file; they are saved uncompressed')
 
 
 def _write_files(folder, saved):
@@ -233,7 +244,11 @@ def _saved_pair(record, arrays, left, right):
 
 
 def _checked(name, record, kinds):
-    """Return a record; ValueError unless it has the names and types of kinds (int for float)."""
+    """
+    Return a record; ValueError unless it has the names and types of kinds (int for float).
+
+    Whole numbers have 64 bits, as those of NumPy.
+    """
     if not isinstance(record, dict) or set(record) != set(kinds):
         raise ValueError(f"{name} is {record!r:.60}; needed are {', '.join(kinds)}")
     for key, kind in kinds.items():
@@ -241,6 +256,8 @@ def _checked(name, record, kinds):
                 kind is float and isinstance(record[key], int)) or (
                 isinstance(record[key], bool) and kind in (int, float)):
             raise ValueError(f'{key} is {record[key]!r:.60}, no {kind.__name__}')
+        if type(record[key]) is int and not -2**63 <= record[key] < 2**63:
+            raise ValueError(f'{key} is {record[key]!r:.60}, which is out of range')
     return record
 
 

@@ -88,7 +88,8 @@ class DisparityNode(Node):
         self._diagnostics, self._losses = Diagnostics(self, self._started), LossReports()
         resources.callback(self._diagnostics.close)
         resources.callback(Services(
-            self, self._matcher, settings['save_directory'], self._describe).close)
+            self, self._matcher, settings['save_directory'], settings['max_saved_pairs'],
+            self._describe).close)
         # With use_sim_time and no /clock a timer on the node's clock never fires.
         resources.callback(self.destroy_timer, self.create_timer(
             1.0, self._every_second, clock=Clock(clock_type=ClockType.STEADY_TIME)))

@@ -14,15 +14,16 @@ from std_srvs.srv import Trigger
 class Services:
     """The services `~/reset` and `~/save`."""
 
-    def __init__(self, node, matcher, folder, describe):
+    def __init__(self, node, matcher, folder, most, describe):
         """
         Create the services.
 
-        matcher: a PairMatcher. folder: in which `~/save` makes a folder for each pair.
-        describe(): returns {key: text} to save with a pair.
+        matcher: a PairMatcher. folder: in which `~/save` makes a folder for each pair, as long as
+        it has fewer than `most`. describe(): returns {key: text} to save with a pair.
         """
         self._node, self._matcher, self._describe = node, matcher, describe
-        self._folder, self._saving = Path(os.path.expanduser(folder)), False
+        self._folder, self._most = Path(os.path.expanduser(folder)), most
+        self._saving = False
         reset = node.create_service(Trigger, '~/reset', self._reset)
         # `_answer` replaces the method that sends the response, as an awaited callback would make
         # the executor fail if the service is destroyed meanwhile.
@@ -62,7 +63,8 @@ class Services:
         try:
             if str(folder).startswith('~'):
                 raise ValueError('there is no home; set save_directory to another folder')
-            folder.parent.mkdir(parents=True, exist_ok=True)
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._check_room()
             write_saved_pair(folder, SavedPair(
                 pair=last.pair, config=last.config, state=last.before, rows=last.rows,
                 match=last.match, about=about))
@@ -77,3 +79,10 @@ class Services:
         self._saving = False
         if self._node.context.ok() and not self._closed:
             self._send(response, header)
+
+    def _check_room(self):
+        """Raise ValueError if the folder has as many saved pairs as it may have."""
+        saved = sum(1 for _ in self._folder.glob('*/pair.json'))
+        if saved >= self._most:
+            raise ValueError(f'{self._folder} has {saved} saved pairs, and max_saved_pairs is '
+                             f'{self._most}; remove some, or start the node with more')

@@ -70,11 +70,11 @@ def read_calibration(left_info, right_info):
         offset=left.cx - right.cx,
         left=Projection(left.fx, left.fy, left.cx, left.cy),
         remarks=tuple(_remarks(left, right, baseline)))
-    _check_range(calibration)
+    check_range(calibration)
     return calibration
 
 
-def _check_range(calibration):
+def check_range(calibration):
     """Raise BadPair for numbers outside the limits of real cameras and of our messages."""
     focal, baseline, offset, (fx, fy, cx, cy) = (
         calibration.focal, calibration.baseline, calibration.offset, calibration.left)

@@ -130,6 +130,9 @@ NODE_PARAMETERS = (
               'default of stereo_image_proc', read_only=True),
     Parameter('save_directory', '~/.ros/fuzzy_stereo_ros',
               'folder in which the service ~/save makes a folder for each call', read_only=True),
+    Parameter('max_saved_pairs', 100,
+              'saved pairs in save_directory from which on ~/save rejects further ones, so that '
+              'it does not fill the disk', 1, 1_000_000, read_only=True),
     Parameter('no_pair_seconds', 5.0,
               'time without a pair after which the node reports what is missing',
               0.1, 3600.0, 's', read_only=True),

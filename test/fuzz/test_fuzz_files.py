@@ -3,9 +3,11 @@
 """Whatever bytes stand in a file: it is read, or rejected as a ValueError that names it."""
 import io
 import json
+import tracemalloc
 
 import cv2
 from fuzzed import damaged, examples
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, read_calibration_files, read_yaml, rectified_cameras, write_camera,
     write_middlebury_calibration)
@@ -200,3 +202,41 @@ def test_a_saved_pair_with_any_value_in_a_record_is_read_or_rejected(saved, plac
     record = json.loads(saved[name])
     record[data.draw(st.sampled_from(sorted(record)))] = data.draw(PLAIN)
     rejected(read_saved_pair, place(name, json.dumps(record).encode()))
+
+
+def places(record, path=()):
+    """Return the paths to all values in a record of maps and lists."""
+    items = (record.items() if isinstance(record, dict) else
+             enumerate(record) if isinstance(record, list) else ())
+    return [path] * bool(path) + [place for key, value in items
+                                  for place in places(value, (*path, key))]
+
+
+ANY_NUMBER = st.one_of(st.integers(), st.floats(), st.sampled_from(
+    [0, -1, 2**31, 2**63 - 1, -2**63, 2**63, 10**400, 1e308, 5e-324]))
+
+
+@examples(60)
+@given(data=st.data())
+def test_a_saved_pair_with_any_number_anywhere_is_matched_or_rejected(saved, place, capsys, data):
+    record = json.loads(saved['pair.json'])
+    # Of the parameters only those that were saved: others may ask for hours.
+    *way, last = data.draw(st.sampled_from([
+        one for one in places(record) if 'parameters' not in one and 'config' not in one]))
+    inner = record
+    for key in way:
+        inner = inner[key]
+    inner[last] = data.draw(st.one_of(ANY_NUMBER, PLAIN))
+    folder = place('pair.json', json.dumps(record).encode())
+    assert main(['match', '--saved', str(folder)]) in (0, 1, 2)
+    assert 'Traceback' not in capsys.readouterr().err
+
+
+def test_arrays_that_unpack_to_more_than_the_file_are_rejected_unread(saved, place):
+    folder = place('arrays.npz', archive(labels=np.zeros(2**27, np.uint8)))
+    tracemalloc.start()
+    with pytest.raises(ValueError, match='its arrays are larger than the file'):
+        read_saved_pair(folder)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 2**24

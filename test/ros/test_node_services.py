@@ -77,6 +77,22 @@ def test_what_cannot_be_saved_is_said_and_the_next_pair_is_matched(make_bench, t
         bench.match(LEFT, RIGHT)
 
 
+def test_no_more_pairs_are_saved_than_the_parameter_allows(make_bench, tmp_path):
+    with make_bench('--ros-args', '-p', 'disparity_range:=16', '-p', 'max_saved_pairs:=2', '-p',
+                    f'save_directory:={tmp_path}') as bench:
+        bench.begin(LEFT, RIGHT)
+        assert [bench.trigger('save')[0] for _ in range(2)] == [True, True]
+        before = set(tmp_path.rglob('*'))
+        done, sentence = bench.trigger('save')
+        assert not done
+        assert sentence.endswith(f'{tmp_path} has 2 saved pairs, and max_saved_pairs is 2; remove '
+                                 'some, or start the node with more')
+        assert set(tmp_path.rglob('*')) == before
+        changed, reason = bench.set_parameters(max_saved_pairs=3)
+        assert not changed and 'read-only parameter: max_saved_pairs' in reason
+        bench.match(LEFT, RIGHT)
+
+
 @pytest.fixture
 def asked(ros, tmp_path):
     """Yield a client of ~/save of a node that has matched a pair, and what awaits an answer."""
@@ -88,7 +104,7 @@ def asked(ros, tmp_path):
     last = SimpleNamespace(pair=None, config=None, before=None, rows=None, match=None)
     with own_domain() as domain, closing(Surroundings(domain)) as around:
         node = rclpy.create_node('asked', context=around.context)
-        services.Services(node, SimpleNamespace(last=last), str(tmp_path), dict)
+        services.Services(node, SimpleNamespace(last=last), str(tmp_path), 3, dict)
         around.executor.add_node(node)
         client = around.listener.create_client(Trigger, '/asked/save')
         around.until(client.service_is_ready, 'the service')

@@ -35,6 +35,7 @@ def node_arguments(disparities, folder, best_effort):
     depths = {f'qos_overrides./{topic}.subscription.depth': DEPTH for topic in TOPICS}
     values = {
         'disparity_range': disparities, 'save_directory': folder, 'no_pair_seconds': 0.5,
+        'max_saved_pairs': 1_000_000,
         'queue_size': QUEUE_SIZE, **({} if best_effort else depths)}
     return ['--ros-args', *(word for name, value in values.items()
                             for word in ('-p', f'{name}:={value}'))]

@@ -19,6 +19,7 @@ from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState
 from fuzzy_stereo_ros.matching.row_alignment import Rows
 from fuzzy_stereo_ros.pair_matcher import camera_of
+from fuzzy_stereo_ros.pairs.calibration import FARTHEST_CENTRE, LENGTHS
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
 from fuzzy_stereo_ros.saved_pair import read_saved_pair, SavedPair, versions, write_saved_pair
@@ -148,8 +149,10 @@ def saved_pairs(draw):
         return draw(arrays.arrays(kind, shape, **options))
 
     images = [values(depth, rows, columns, *draw(st.sampled_from([(), (3,)]))) for _ in range(2)]
+    lengths, centres = st.floats(*LENGTHS), st.floats(-FARTHEST_CENTRE, FARTHEST_CENTRE)
     pair = StereoPair(*images, Calibration(
-        *(draw(FLOATS) for _ in range(3)), Projection(*(draw(FLOATS) for _ in range(4))),
+        draw(lengths), draw(st.one_of(st.just(0.0), lengths)), draw(centres),
+        Projection(draw(lengths), draw(lengths), draw(centres), draw(centres)),
         tuple(draw(st.lists(st.text(), max_size=2)))), draw(STAMPS), draw(st.text()))
     state = None
     if draw(st.booleans()):
@@ -343,6 +346,11 @@ def maps(rows, columns, kind=np.float32):
 
 
 DAMAGES = {
+    'a camera without focal length': (
+        lambda folder: rewritten(folder, 'calibration', 'left', fx=0.0),
+        'fx is 0 by the two camera_info; allowed are 1e-09 to 1e'),
+    'a stamp of too many bits': (
+        lambda folder: rewritten(folder, stamp=10**400), 'stamp is 10*, which is out of range'),
     'a newer entry': (lambda folder: rewritten(folder, more={}), 'pair.json is .*; needed are'),
     'no record': (lambda folder: (folder / 'pair.json').write_text('7'), 'pair.json is 7; needed'),
     'a newer parameter': (
