@@ -26,7 +26,7 @@ import cv2
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.matching import Match, MatcherConfig
 from fuzzy_stereo_ros.matching.beyond import searched
-from fuzzy_stereo_ros.matching.checks import checked_pair
+from fuzzy_stereo_ros.matching.checks import checked_pair, MOST_SIDE
 from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.over_frames.state import check_array, FrameState, restored
@@ -288,7 +288,8 @@ def _check_rows(rows):
     """Raise ValueError for Rows that no matcher has made."""
     check_array('points of the rows', rows.points, np.float32, (len(rows.points), 4))
     check_array('undone of the rows', rows.undone, np.float64, (4,))
-    if not (np.isfinite(rows.points).all() and (np.abs(rows.undone) <= LARGEST).all()):
+    if not (np.isfinite(rows.points).all() and (np.abs(rows.points[:, :3]) <= MOST_SIDE).all()
+            and (np.abs(rows.undone) <= LARGEST).all()):
         raise ValueError('the rows have points or offsets out of range')
 
 

@@ -232,6 +232,25 @@ def test_a_saved_pair_with_any_number_anywhere_is_matched_or_rejected(saved, pla
     assert 'Traceback' not in capsys.readouterr().err
 
 
+@examples(40)
+@given(data=st.data())
+def test_a_saved_pair_with_any_number_in_an_array_is_matched_or_rejected(
+        saved, place, capsys, data):
+    with np.load(io.BytesIO(saved['arrays.npz'])) as stored:
+        arrays = dict(stored)
+    array = arrays[data.draw(st.sampled_from(sorted(arrays)))]
+    if array.size:
+        # As many as there are: one alone may stand where no kernel looks.
+        bits = data.draw(st.binary(min_size=array.itemsize, max_size=array.itemsize))
+        first = data.draw(st.integers(0, array.size - 1))
+        array.reshape(-1)[first:] = np.frombuffer(bits, array.dtype)[0]
+    content = io.BytesIO()
+    np.savez(content, **arrays)
+    folder = place('arrays.npz', content.getvalue())
+    assert main(['match', '--saved', str(folder)]) in (0, 1, 2)
+    assert 'Traceback' not in capsys.readouterr().err
+
+
 def test_arrays_that_unpack_to_more_than_the_file_are_rejected_unread(saved, place):
     folder = place('arrays.npz', archive(labels=np.zeros(2**27, np.uint8)))
     tracemalloc.start()

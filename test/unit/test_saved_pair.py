@@ -349,6 +349,9 @@ DAMAGES = {
     'a camera without focal length': (
         lambda folder: rewritten(folder, 'calibration', 'left', fx=0.0),
         'fx is 0 by the two camera_info; allowed are 1e-09 to 1e'),
+    'points of rows far outside of any image': (
+        lambda folder: restored(folder, points=np.full((30, 4), 1e9, np.float32)),
+        'points or offsets out of range'),
     'a stamp of too many bits': (
         lambda folder: rewritten(folder, stamp=10**400), 'stamp is 10*, which is out of range'),
     'a newer entry': (lambda folder: rewritten(folder, more={}), 'pair.json is .*; needed are'),
