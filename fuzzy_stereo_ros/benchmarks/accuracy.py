@@ -10,6 +10,7 @@ chosen on the other. Everything is repeated with camera noise, on the same image
 from dataclasses import replace
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.benchmarks import presets
 from fuzzy_stereo_ros.benchmarks.page import (
     add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, LIGHT_GREY, LIGHT_ORANGE, ORANGE,
     titled)
@@ -30,8 +31,6 @@ FEWEST_NEARER = 100     # pixels beyond a range that is cut, of a scene that cou
 SURE = 0.5, 0.8         # confidence from which they would be a surface
 BESIDE = 'SGBM tuned', '3WAY tuned', 'HH4 tuned'
 NOISES = 0, 1.5, 3      # grey levels, standard deviation
-# The confidence_threshold of config/<name>.yaml.
-PRESETS = {'costmap': 0.95, 'mapping': 0.8, 'inspection': 0.5}
 CONFIDENCES = [f'{low:g} to {high:g}' for low, high in zip(BINS, BINS[1:])]
 # {row of the table of a scene with whole-pixel truth: figure}
 OF_WHOLE_PIXELS = {'off by more than 1 px, rounded': 'bad',
@@ -68,6 +67,9 @@ def run(request):
     """Return the `Report` of our matcher and OpenCV's on the scenes of a `Request`."""
     scenes, skipped = request.scenes()
     several = request.each(scenes, 'accuracy', lambda scene: measure(scene, request))
+    pairs, missing = ([], []) if request.quick else presets.pairs_without_truth(
+        request.data, request.only)
+    kept = request.each(pairs, 'presets', lambda scene: presets.kept_of(scene, request.ours))
     settings = {
         'ours': f'{request.ours.description}, filled, cold, colour images; the output as it comes',
         'baselines': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
@@ -81,8 +83,8 @@ def run(request):
         'Motorcycle': 'has no mask; counted are pixels whose match lies inside the right image '
                       'and is not covered by a surface nearer by more than 1 px',
     }
-    return report_of('accuracy', 'Accuracy', settings, tables(several), skipped,
-                     {'accuracy.svg': draw_accuracy})
+    return report_of('accuracy', 'Accuracy', settings, tables(several, kept),
+                     [*skipped, *missing], {'accuracy.svg': draw_accuracy})
 
 
 def measure(scene, request):
@@ -135,11 +137,7 @@ def _worth(known, scene, match, right):
                'area, ideal': ideal.area, 'wrong of all': own.at_100,
                'of the surest 80 %': own.at_80, 'by left-right difference': other.at_80}
     wrong, confidence = wrong_and_confidence(match, known, scene)
-    for heading, threshold in _presets():
-        kept = confidence >= threshold
-        figures[f'{heading}, kept'] = 100 * float(kept.mean())
-        figures[f'{heading}, wrong'] = 100 * float(wrong[kept].mean()) if kept.any() else None
-    return figures
+    return {**figures, **presets.kept_and_wrong(confidence, wrong)}
 
 
 def _nearer(known, scene, request):
@@ -163,11 +161,6 @@ def _nearer(known, scene, request):
             found = baseline.match(*images, scene.family, cut)[nearer]
             figures[f'{baseline.name}, valid'] = 100 * float(np.isfinite(found).mean())
     yield figures
-
-
-def _presets():
-    """Return (heading, threshold) of each of PRESETS."""
-    return [(f'{preset} ({threshold:g})', threshold) for preset, threshold in PRESETS.items()]
 
 
 def wrong_and_confidence(match, known, scene):
@@ -210,8 +203,8 @@ def matched(scene, known, request):
     return matches, maps
 
 
-def tables(several):
-    """Return the tables of a list of `Measured`, one for each scene."""
+def tables(several, kept=()):
+    """Return the tables of a list of `Measured`, one for each scene; kept: see presets.kept_of."""
     figures, reliable, confidence, nearer = (
         pd.DataFrame([row for part in parts for row in part]) for parts in zip(*several))
     names = [OURS, QUALITY, *(baseline.name for baseline in baselines(MIDDLEBURY))]
@@ -242,6 +235,7 @@ def tables(several):
                'reject.'),
               ('Noise: percent of the pixels that are valid', 'density', ''))),
         *_confidence(confidence, reliable),
+        *([presets.table_without_truth(kept)] if kept else []),
         *([Table.of(
             'Range cut by a quarter: percent of the nearer pixels that become a surface',
             counted(nearer).groupby('group', sort=False).mean(numeric_only=True),
@@ -264,7 +258,7 @@ def _whole_pixels(clean, names):
 
 
 def _confidence(confidence, reliable):
-    """Return the tables of our confidence and of presets of its threshold."""
+    """Return the tables of our confidence and of the presets of its threshold."""
     worth = counted(confidence).groupby('group', sort=False).mean(numeric_only=True)
     worth['ratio of areas'] = worth['area, confidence'] / worth['area, left-right difference']
     worth['ratio of shares'] = worth['of the surest 80 %'] / worth['wrong of all']
@@ -283,10 +277,7 @@ def _confidence(confidence, reliable):
             f'Confidence: percent of pixels that are right, by what it says, {name}',
             share[CONFIDENCES].loc[list(dict.fromkeys(sums.index.get_level_values(0)))],
             'Of all valid pixels with truth, also of those that one camera sees.'))
-    return [*made, Table.of(
-        'Presets of confidence_threshold: percent of the pixels kept, and wrong of these',
-        worth[[f'{heading}, {what}' for heading, _ in _presets() for what in ('kept', 'wrong')]],
-        'Of all pixels with truth, also of those that one camera sees; profile realtime, cold.')]
+    return [*made, presets.table_with_truth(worth)]
 
 
 def _much_worse(scenes, tuned):

@@ -128,12 +128,12 @@ def median_of_25(labels):
 
 def fine_disparities(final, labels, offsets, validity):
     """
-    Return 16ths of a pixel: int64 (R, C).
+    Return 16ths of a pixel, and how many pixels they are the mean of: int64 (R, C).
 
     The final label, moved by the mean of what the pixels of 5 x 5 found, of those not rejected and
     within one pixel of it.
     """
-    fine = np.zeros(final.shape, np.int64)
+    fine, agreeing = (np.zeros(final.shape, np.int64) for _ in range(2))
     rows, columns = final.shape
     for row, column in np.ndindex(final.shape):
         here, moves = 16 * int(final[row, column]), []
@@ -144,7 +144,8 @@ def fine_disparities(final, labels, offsets, validity):
                     moves.append(found - here)
         fine[row, column] = here + (
             math.floor(sum(moves) / len(moves) + 0.5) if moves else 0)
-    return fine
+        agreeing[row, column] = len(moves)
+    return fine, agreeing
 
 
 def certainty(sums, margins, validity):
@@ -157,12 +158,17 @@ def certainty(sums, margins, validity):
     return certain
 
 
-def confidence(certain, validity, side=9):
-    """Return the mean certainty of a square, mirrored at the border; 0 where not consistent."""
+def confidence(certain, agreeing, validity, side=9):
+    """
+    Return the mean certainty of a square times the share of 25 pixels that agree: float (R, C).
+
+    It is mirrored at the border; one pixel agrees at the least; 0 where not consistent.
+    """
     around = mirrored_around(certain, side // 2)
     sure = np.zeros(certain.shape)
     for row, column in zip(*np.nonzero(validity == CONSISTENT)):
-        sure[row, column] = around[row:row + side, column:column + side].mean()
+        share = max(int(agreeing[row, column]), 1) / 25
+        sure[row, column] = share * around[row:row + side, column:column + side].mean()
     return sure
 
 

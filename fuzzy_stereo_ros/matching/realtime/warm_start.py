@@ -34,7 +34,8 @@ FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
 DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in place, or moved
 CUTS = 1, 2, 4       # largest cost of other labels, by the frames that a tile is unchanged
 MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frames they survived
-SELF_MADE = 6        # margin that each of these costs makes by itself: no evidence of this frame
+# margin that each of these costs makes by itself, in place or moved: no evidence of this frame
+SELF_MADE, MOVED_SELF_MADE = 16, 6
 
 
 class RealtimeState(NamedTuple):
@@ -107,7 +108,8 @@ class WarmStart:
         nothing = np.zeros((rows, columns), self._half_labels.dtype)
         self._moved = np.zeros_like(nothing), np.zeros((rows, columns), np.uint8)
         self._weights = np.zeros((rows, columns), np.uint8)
-        self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS + MOVED_CUTS)], np.uint8)
+        self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS),
+                              *(MOVED_SELF_MADE * cut for cut in MOVED_CUTS)], np.uint8)
         self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
         self._prior = prior_of(
             nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),

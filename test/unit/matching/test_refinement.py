@@ -250,10 +250,10 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     refinement.final_validity[:] = validity
     reliance = random_map(shape, 3, seed + 6)
     disparity, confidence = refinement.write(POOL, final, chosen, (reliance, DUE), config)
-    fine = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
+    fine, agreeing = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
     sure = twins.confidence(twins.certainty(
         chosen.sums, np.maximum(chosen.margins.astype(int) - DUE[reliance], 0), validity),
-        validity)
+        agreeing, validity)
     return disparity, confidence, fine, sure, validity
 
 
@@ -296,20 +296,35 @@ def test_only_where_nothing_is_known_a_pixel_is_rejected_without_a_threshold(mar
     assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
 
 
+def half_certain(shape):
+    """Return what the scanlines chose where every pixel is half certain, and a Refinement."""
+    return SimpleNamespace(
+        labels=np.full(shape, 7, np.uint8), offsets=np.zeros(shape, np.int8),
+        sums=np.zeros(shape, np.uint8), margins=np.full(shape, CLEAR_MARGIN, np.uint8),
+    ), Refinement(shape[1], 64, np.uint8, cut_bands(shape[0]))
+
+
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():
-    labels = np.full((4, 5), 7, np.uint8)
-    chosen = SimpleNamespace(labels=labels, offsets=np.zeros((4, 5), np.int8),
-                             sums=np.zeros((4, 5), np.uint8),
-                             margins=np.full((4, 5), CLEAR_MARGIN, np.uint8))
-    refinement = Refinement(5, 64, np.uint8, cut_bands(4))
-    reliance = no_reliance(labels.shape)
+    chosen, refinement = half_certain((5, 5))
+    labels, reliance = chosen.labels, no_reliance((5, 5))
     confidence = float(refinement.write(
-        POOL, labels, chosen, reliance, MatcherConfig())[1][0, 0])
+        POOL, labels, chosen, reliance, MatcherConfig())[1][2, 2])
     assert confidence == pytest.approx(RIGHT[5], abs=1e-6)
     for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
         disparity, _ = refinement.write(
             POOL, labels, chosen, reliance, MatcherConfig(confidence_threshold=threshold))
-        assert (np.isfinite(disparity) == known).all()
+        assert np.isfinite(disparity[2, 2]) == known
+
+
+@pytest.mark.parametrize('away, agreeing', [(0, 25), (2, 20), (9, 20)])
+def test_a_pixel_is_as_sure_as_many_neighbours_found_its_disparity(away, agreeing):
+    chosen, refinement = half_certain((5, 5))
+    labels = chosen.labels.copy()
+    chosen.labels[0] += np.uint8(away)      # one of five rows found another surface
+    confidence = refinement.write(
+        POOL, labels, chosen, no_reliance((5, 5)), MatcherConfig())[1][2, 2]
+    assert confidence == pytest.approx(
+        np.interp(10 * 0.5 * agreeing / 25, range(11), RIGHT), abs=1e-6)
 
 
 def test_confidence_is_the_least_of_lines_as_the_table_is_never_bent_upwards():

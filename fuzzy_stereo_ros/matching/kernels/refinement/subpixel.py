@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 RADIUS = 2
+NEIGHBOURS = (2 * RADIUS + 1)**2    # of a pixel, itself too
 INVALID_FIT = -(2**14)     # farther than STEPS from any disparity
 
 
@@ -35,12 +36,13 @@ def fit(labels, offsets, validity, fitted, first, last):
 
 
 @kernel
-def smooth_offsets(final, fitted, total, count, fine, first, last):
+def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
     """
     Average over 5 x 5 pixels the fitted disparities that are within one pixel of the final label.
 
     final: uint8 or uint16 (R, C), labels after refinement; total, count: (C + 32,) of the dtype of
-    fitted, working memory; fitted: (R, C + 4 + 32); fine: (R, C + 32) of that dtype, 1 / STEPS px.
+    fitted, working memory; fitted: (R, C + 4 + 32); fine: (R, C + 32) of that dtype, 1 / STEPS px;
+    agreeing: uint8 (R, C), the number of fitted disparities, 1 at the least.
     """
     rows, columns = final.shape
     source, target = fitted.reshape(-1), fine.reshape(-1)
@@ -66,8 +68,9 @@ def smooth_offsets(final, fitted, total, count, fine, first, last):
             store(count, column, number)
         for column in range(columns):
             number = np.int32(count[column])
-            mean = np.float32(np.int32(total[column]) - STEPS * number) / np.float32(
-                max(number, 1))
+            least = max(number, np.int32(1))
+            agreeing[row, column] = least
+            mean = np.float32(np.int32(total[column]) - STEPS * number) / np.float32(least)
             centre[column] += np.int32(np.floor(mean + np.float32(0.5)))
 
 
@@ -102,24 +105,28 @@ def certainty(sums, margins, reliance, due, validity, certain, first, last):
 
 
 @kernel
-def write_out(fine, validity, certain, lines, min_disparity, disparities, fill, threshold,
-              disparity, confidence, first, last):
+def write_out(fine, validity, certain, agreeing, lines, min_disparity, disparities, fill,
+              threshold, disparity, confidence, first, last):
     """
     Write disparities in pixels and how sure each is.
 
+    The fewer neighbours found a disparity, the less sure it is: the surface ends, or is none.
+
     fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: int32 (R, C), the sum of the area;
-    lines: float32 (LINES, 2), confidence is the least of lines[:, 0] + lines[:, 1] * certain;
+    agreeing: uint8 (R, C), see smooth_offsets; lines: float32 (LINES, 2), confidence is the least
+    of lines[:, 0] + lines[:, 1] * certain * agreeing;
     threshold: float32, pixels of less confidence are NaN unless filled; disparity, confidence:
     float32 (R, C). What is not consistent, or has no certain pixel around, has confidence 0.
     """
     lowest = np.float32(min_disparity)
     highest = np.float32(min_disparity + disparities - 1)
     for row in range(first, last):
-        of_area, share = certain[row], confidence[row]
+        of_area, agree, share = certain[row], agreeing[row], confidence[row]
         for column in range(share.size):
-            area, sure = np.float32(of_area[column]), np.float32(1)
+            score = np.float32(of_area[column]) * np.float32(agree[column])
+            sure = np.float32(1)
             for line in range(LINES):
-                sure = min(sure, lines[line, 0] + lines[line, 1] * area)
+                sure = min(sure, lines[line, 0] + lines[line, 1] * score)
             enough = (validity[row, column] == CONSISTENT) & (of_area[column] > 0)
             sure = sure if enough else np.float32(0)
             share[column] = sure

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A costmap gets at least half of what a map gets, and little of it is wrong."""
+from fuzzy_stereo_ros.benchmarks.accuracy import wrong_and_confidence
+from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, MIDDLEBURY_FOLDERS
+from fuzzy_stereo_ros.benchmarks.presets import (
+    heading, kept_and_wrong, kept_of, pairs_without_truth, PRESETS, table_without_truth, WRONG)
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
+from fuzzy_stereo_ros.evaluation.matchers import Ours
+import numpy as np
+import pytest
+from real_pairs import DATA
+from repository import ROOT
+from small_scenes import small_scene
+import yaml
+
+OURS = Ours('ours')
+SHARE = 0.5         # that costmap keeps of what mapping keeps, at the least
+MOST_ON_ROADS, MOST_ELSEWHERE = 1, 2    # percent wrong, by 3 px and by 1 px
+
+
+@pytest.mark.parametrize('preset', PRESETS)
+def test_a_preset_of_config_has_the_threshold_of_the_table(preset):
+    content = yaml.safe_load((ROOT / 'config' / f'{preset}.yaml').read_text())
+    assert content == {'/**': {'ros__parameters': {'confidence_threshold': PRESETS[preset]}}}
+
+
+def test_pixels_as_sure_as_a_preset_are_kept_and_the_wrong_ones_counted_of_these():
+    confidence = np.array([0, 0.5, 0.8, 0.8, PRESETS['costmap']])
+    figures = kept_and_wrong(confidence, np.array([True, True, False, True, False]))
+    assert {name: figures[heading(name)] for name in PRESETS} == {
+        'costmap': 20, 'mapping': 60, 'inspection': 80}
+    assert {name: figures[heading(name, WRONG)] for name in PRESETS} == {
+        'costmap': 0, 'mapping': pytest.approx(100 / 3), 'inspection': 50}
+    assert kept_and_wrong(np.zeros(1), np.ones(1, bool))[heading('costmap', WRONG)] is None
+
+
+def check_costmap_of(scenes):
+    """Check what the presets keep of scenes, and how much of it is wrong, on average."""
+    figures = []
+    for scene in scenes:
+        known = scene.read()
+        match = OURS.matcher(scene.disparities).match(known.left, known.right)
+        wrong, confidence = wrong_and_confidence(match, known, scene)
+        figures.append(kept_and_wrong(confidence, wrong))
+    mean = {name: np.mean([of_scene[name] for of_scene in figures]) for name in figures[0]}
+    assert mean[heading('costmap')] >= SHARE * mean[heading('mapping')]
+    assert mean[heading('costmap', WRONG)] <= (
+        MOST_ON_ROADS if scenes[0].family == KITTI else MOST_ELSEWHERE)
+
+
+def test_a_costmap_of_made_scenes_keeps_half_of_a_map_and_little_is_wrong():
+    check_costmap_of(available_scenes(None, 'made/')[0])
+
+
+def test_a_costmap_of_faint_textures_with_noise_keeps_half_of_a_map_and_little_is_wrong():
+    check_costmap_of([small_scene(seed, size=(240, 320, 48), objects=6, contrast=0.1, noise=2)
+                      for seed in (1, 2)])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not DATA.is_dir(), reason=f'no folder: {DATA}')
+@pytest.mark.parametrize('group', [*MIDDLEBURY_FOLDERS, 'kitti', 'midd2014'])
+def test_a_costmap_of_real_pairs_keeps_half_of_a_map_and_little_is_wrong(group):
+    check_costmap_of(available_scenes(DATA, f'{group}/')[0])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not DATA.is_dir(), reason=f'no folder: {DATA}')
+@pytest.mark.parametrize('scene', [
+    pytest.param(scene, id=scene.path) for scene in pairs_without_truth(DATA)[0]])
+def test_a_costmap_of_what_cheap_cameras_see_keeps_half_of_a_map(scene):
+    kept = kept_of(scene, OURS)
+    assert kept[heading('costmap')] >= SHARE * kept[heading('mapping')]
+
+
+def test_pairs_without_a_truth_are_listed_or_said_to_be_missing(tmp_path):
+    scenes, missing = pairs_without_truth(None, 'oakd_nogt/s')
+    assert (scenes, missing) == ([], ['no folder: oakd_nogt/stairs'])
+    (tmp_path / 'oakd_nogt' / 'stairs').mkdir(parents=True)
+    (scene,), missing = pairs_without_truth(tmp_path, 'oakd_nogt/s')
+    assert (scene.path, missing) == ('oakd_nogt/stairs', [])
+
+
+def test_the_table_without_a_truth_has_a_row_a_pair_and_a_column_a_preset():
+    rows = [{'scene': name, **{heading(preset): 1.0 for preset in PRESETS}} for name in 'ab']
+    table = table_without_truth(rows)
+    assert table.columns == ('', *map(heading, PRESETS))
+    assert [row[0] for row in table.rows] == ['a', 'b']
