@@ -88,10 +88,10 @@ test: lint
 		$(python) -m fuzzy_stereo_ros.commands.command_line warm-up --profile $$profile || exit; done
 	$(python) -m pytest -m 'not slow' --numprocesses logical --dist loadfile $(PYTEST_ARGS)
 
-test-rest: $(package_installed)
+test-rest: $(package_installed) $(sphinx_installed)
 	$(python) -m pytest -m slow $(PYTEST_ARGS)
 
-test-all: lint
+test-all: lint $(sphinx_installed)
 	$(python) -m pytest $(PYTEST_ARGS)
 
 fuzz: $(package_installed)

@@ -114,7 +114,8 @@ def on_scene(scene, request):
         trials.append({**named, 'name': name, 'fitness': fitness_of(fittest[0]),
                        'error': bad_percent(matches[name][-1].disparity, pair, scene.limit),
                        'milliseconds': min(match.times['total'] for match in matches[name][1:])})
-    disparity = dense(REFERENCE.match(pair.left, pair.right, scene.family, scene.disparities))
+    disparity = dense(REFERENCE.matcher(scene.family, scene.disparities).match(
+        pair.left, pair.right))
     trials.append({**named, 'name': REFERENCE.name, 'fitness': fitness_of(genes_of(
         disparity, default)), 'error': bad_percent(disparity, pair, scene.limit)})
     points = [{'scene': scene.path, 'fitness': fitness_of(genes), 'error': bad_percent(

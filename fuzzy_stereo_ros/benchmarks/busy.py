@@ -12,6 +12,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 import pandas as pd
 
 BUSY, QUICK_BUSY = (0, 1, 2, 4), (0, 1)     # processes that do nothing but work
@@ -33,7 +34,7 @@ def busy_table(works, frames, quick):
             times = pd.DataFrame([
                 {name: _milliseconds(work, number % frames) for name, work in works.items()}
                 for number in range(-SETTLING, count)])[SETTLING:]
-        rows[f'{busy} busy processes'] = {
+        rows[number_of(busy, 'busy process', 'busy processes')] = {
             f'{name}, {what} [ms]': times[name].quantile(share)
             for name in works for what, share in (('median', 0.5), ('95th percentile', 0.95))}
     return Table.of('Beside busy processes, frames with pauses', pd.DataFrame(rows).T,

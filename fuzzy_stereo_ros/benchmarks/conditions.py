@@ -133,7 +133,8 @@ def measure(scene, request):
             matcher.reset()
             yield who, matcher.match(*images).disparity
         for one in BASELINES:
-            yield one.name, dense(one.match(pair.left, pair.right, scene.family, disparities))
+            yield one.name, dense(one.matcher(scene.family, disparities).match(
+                pair.left, pair.right))
 
     return [{'group': scene.group, 'scene': scene.path, 'condition': name,
              **{who: bad_percent(found, known, scene.limit) for who, found in errors(name)}}

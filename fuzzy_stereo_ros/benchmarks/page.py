@@ -25,7 +25,7 @@ HEADING = ('<!-- SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers -->\n'
            'Written by `fuzzy-stereo benchmark NAME --output FILE`, which replaces its own '
            'section; not by hand.\n')
 # Blue is ours, orange OpenCV tuned, grey OpenCV as stereo_image_proc sets it.
-BLUE, LIGHT_BLUE = '#0b5fa5', '#74b3e0'
+BLUE, MIDDLE_BLUE, LIGHT_BLUE = '#0b5fa5', '#3f8bc4', '#74b3e0'
 ORANGE, LIGHT_ORANGE = '#c8560b', '#f2a76b'
 GREY, LIGHT_GREY = '#7a7a7a', '#bdbdbd'
 STYLE = {'svg.fonttype': 'none', 'font.size': 9, 'axes.titlesize': 10, 'axes.axisbelow': True,

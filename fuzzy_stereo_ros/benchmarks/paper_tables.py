@@ -85,20 +85,20 @@ def run(request):
 def table_one(request, scene):
     """Return the lines of Table I of a scene, dicts: scene, line, and figures of `attempt`."""
     pair = scene.read()
-    from_left = partial(paper_config, scene.disparities, reference='left')
+    of_paper = partial(paper_config, scene.disparities)
     winners = {'initial_population': 'winner_takes_all'}
-    of_seeds = {f'uniform, random, seed {seed}': attempt(from_left(seed=seed), pair)
+    of_seeds = {f'uniform, random, seed {seed}': attempt(of_paper(seed=seed), pair)
                 for seed in SEEDS}
     return _lines(scene, {
-        'literal, random': attempt(from_left(**LITERAL), pair),
+        'literal, random': attempt(of_paper(**LITERAL), pair),
         **of_seeds,
         'uniform, random, mean of the seeds': pd.DataFrame(of_seeds.values()).mean().to_dict(),
-        'literal, winner takes all': attempt(from_left(**LITERAL, **winners), pair),
+        'literal, winner takes all': attempt(of_paper(**LITERAL, **winners), pair),
         'uniform, winner takes all without evolution': attempt(
-            from_left(**winners, generations=0), pair),
-        'uniform, winner takes all': attempt(from_left(**winners), pair),
-        'strict, winner takes all': attempt(from_left(reading='strict', **winners), pair),
-        'uniform, random, right reference': attempt(paper_config(scene.disparities),
+            of_paper(**winners, generations=0), pair),
+        'uniform, winner takes all': attempt(of_paper(**winners), pair),
+        'strict, winner takes all': attempt(of_paper(reading='strict', **winners), pair),
+        'uniform, random, right reference': attempt(of_paper(reference='right'),
                                                     from_right(scene)),
         request.ours.description: attempt(request.ours.config(scene.disparities), pair)})
 
@@ -107,7 +107,7 @@ def operators_table(scene):
     """Return a dict for each variant of the operators: scene, line, and figures of `attempt`."""
     pair = scene.read()
     return _lines(scene, {variant.name: attempt(
-        paper_config(scene.disparities, reference='left', **variant.changes), pair,
+        paper_config(scene.disparities, **variant.changes), pair,
         stages=variant.stages) for variant in PAPER_OPERATORS})
 
 
@@ -116,7 +116,7 @@ def confidence_table(scenes):
     counts = {}
     for scene in scenes:
         pair = scene.read()
-        match = StereoMatcher(paper_config(scene.disparities, reference='left')).match(
+        match = StereoMatcher(paper_config(scene.disparities)).match(
             pair.left, pair.right)
         counts.setdefault(scene.group, []).append(
             reliability(*wrong_and_confidence(match, pair, scene)))
@@ -138,7 +138,7 @@ def table_two(request):
     """Return {line of Table II: figures of `attempt`}, and the name of the pair."""
     pair, name = half_sawtooth(request.data)
     size = '{population} individuals, {generations} generations'.format(**TABLE_II_SEARCH)
-    paper = partial(paper_config, TABLE_II_DISPARITIES, reference='left', **TABLE_II_SEARCH)
+    paper = partial(paper_config, TABLE_II_DISPARITIES, **TABLE_II_SEARCH)
     configs = {
         f'literal, random, {size}': paper(**LITERAL),
         f'uniform, random, {size}': paper(),
@@ -146,9 +146,9 @@ def table_two(request):
         f'{request.ours.description}, as it is': request.ours.config(TABLE_II_DISPARITIES),
     }
     found = {line: attempt(config, pair, TABLE_II_TURNS) for line, config in configs.items()}
+    baseline = REFERENCE.matcher(MIDDLEBURY, TABLE_II_DISPARITIES)
     disparity, milliseconds = fastest(
-        lambda: dense(REFERENCE.match(pair.left, pair.right, MIDDLEBURY, TABLE_II_DISPARITIES)),
-        TABLE_II_TURNS, processor=True)
+        lambda: dense(baseline.match(pair.left, pair.right)), TABLE_II_TURNS, processor=True)
     found[f'OpenCV {REFERENCE.name}, dense'] = {
         'error': bad_percent(disparity, pair, LIMIT), 'milliseconds': milliseconds}
     return found, name

@@ -31,7 +31,7 @@ class Request:
     ours: Ours = Ours('ours')
     data: Path | None = None
     only: str = ''
-    repeats: int = 15
+    repeats: int = 60
     follow: Callable = field(default=lambda items, title: items)
     quick: bool = False
 

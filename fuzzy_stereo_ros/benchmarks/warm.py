@@ -82,13 +82,13 @@ def measure(sequence, request):
     frames, maps = sequence.read(), {name: [] for name in MATCHERS}
     matchers = {name: request.ours.matcher(sequence.disparities, warm_start=True)
                 for name in (COLD, WARM)}
+    baseline = REFERENCE.matcher(sequence.family, sequence.disparities)
     for known in frames:
         matchers[COLD].reset()
         for name, matcher in matchers.items():
             maps[name].append(matcher.match(known.left, known.right,
                                             camera=sequence.camera).disparity)
-        maps[BASELINE].append(dense(REFERENCE.match(
-            known.left, known.right, sequence.family, sequence.disparities)))
+        maps[BASELINE].append(dense(baseline.match(known.left, known.right)))
     found = {name: figures_of_sequence(sequence, frames, several)
              for name, several in maps.items()}
     return {'kind': sequence.group, 'path': sequence.path,

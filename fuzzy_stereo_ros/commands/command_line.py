@@ -15,6 +15,8 @@ import signal
 import sys
 import threading
 
+import fuzzy_stereo_ros
+
 BAD_INPUT = 2
 INTERRUPTED = 130
 BROKEN_PIPE = 141   # as of a process that SIGPIPE ends
@@ -29,7 +31,11 @@ def main(argv=None):
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))
     with sigterm_as_sigint() as terminated:
         try:
-            code = run_cleanly(_parser(), argv)
+            parser = _parser()
+            if not (sys.argv[1:] if argv is None else argv):
+                parser.print_help(sys.stderr)
+                return BAD_INPUT
+            code = run_cleanly(parser, argv)
         except KeyboardInterrupt:
             code = INTERRUPTED
         return TERMINATED if code == INTERRUPTED and terminated() else code
@@ -74,6 +80,8 @@ def _parser():
     """Return the parser of all commands."""
     parser = Parser(prog='fuzzy-stereo',
                     description='Dense stereo by a genetic algorithm with a fuzzy fitness.')
+    parser.add_argument('--version', action='version',
+                        version=f'%(prog)s {fuzzy_stereo_ros.__version__}')
     added_to = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
     for name, command in commands().items():
         added = added_to.add_parser(
@@ -81,7 +89,8 @@ def _parser():
             formatter_class=argparse.RawDescriptionHelpFormatter)
         command.add_arguments(added)
         work = partial(command.run, stream=sys.stdout)
-        added.set_defaults(run=work if name in WITHOUT_KERNELS else partial(_with_remarks, work))
+        added.set_defaults(run=work if name in WITHOUT_KERNELS else partial(_with_remarks, work),
+                           left_behind=command.LEFT_BEHIND)
     return parser
 
 
@@ -101,13 +110,36 @@ def _with_remarks(work, arguments):
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser without abbreviations that reports an error in one line."""
+    """A parser without abbreviations that reports an error in one line, and what was meant."""
 
     def __init__(self, **options):
+        self._words = []        # that are parsed
         super().__init__(allow_abbrev=False, **options)
 
+    def parse_known_args(self, args=None, namespace=None):
+        """Parse arguments; those that are unknown to a command are an error of that command."""
+        self._words = sys.argv[1:] if args is None else args
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found, unknown
+
     def error(self, message):
+        """End the process; an option that is nearly one of the parser goes before the message."""
+        words = self._words[:1] if self._subparsers else self._words
+        names = [word.split('=')[0] for word in words if word.startswith('--')]
+        mistyped = [name + meant for name in names if name not in self._option_string_actions
+                    and (meant := _meant(name, self._option_string_actions))]
+        if mistyped:
+            message = f"unrecognized arguments: {', '.join(mistyped)}"
         self.exit(BAD_INPUT, f'{self.prog}: {message}\n')
+
+    def _check_value(self, action, value):
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += _meant(str(value), action.choices)
+            raise
 
     def waive(self, *names):
         """Make required arguments optional."""
@@ -116,12 +148,21 @@ class Parser(argparse.ArgumentParser):
                 action.required = False
 
 
+def _meant(word, choices):
+    """Return ' (did you mean X?)' of the choice that is most like a word, '' if none is."""
+    from fuzzy_stereo_ros.parameters.table import nearest
+
+    return nearest(word, list(choices))
+
+
 def run_cleanly(parser, argv):
     """
     Parse the arguments, call their `run`, and return the exit code.
 
-    A ValueError or OSError means bad input; its text is printed as one sentence.
+    A ValueError or OSError means bad input; its text is printed as one sentence. After an
+    interruption `left_behind` of the arguments, where they have it, says what is left.
     """
+    arguments = None
     try:
         try:
             arguments = parser.parse_args(argv)
@@ -139,6 +180,9 @@ def run_cleanly(parser, argv):
         print(f'{parser.prog}: {_sentence(error)}', file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
+        left_behind = getattr(arguments, 'left_behind', '')
+        if left_behind:
+            print(f'{parser.prog}: interrupted; {left_behind}', file=sys.stderr)
         return INTERRUPTED
 
 

@@ -4,11 +4,12 @@
 import json
 from pathlib import Path
 
+from fuzzy_stereo_ros.commands.parts import UNTOUCHED
 from fuzzy_stereo_ros.pairs.calibration import depth_of, disparity_of
 from fuzzy_stereo_ros.pairs.disparity_files import (
     check_map_suffix, read_depth, read_disparity, write_depth, write_disparity, write_point_file)
 from fuzzy_stereo_ros.pairs.image_files import check_place, read_image
-from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
+from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
 from fuzzy_stereo_ros.parameters.options import add_camera_options, CAMERA, given_calibration
 import numpy as np
 
@@ -16,6 +17,7 @@ DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
 READ = {DISPARITY: read_disparity, DEPTH: read_depth}
 POINT_SUFFIX = '.ply'
 
+LEFT_BEHIND = UNTOUCHED
 HELP = 'convert disparities and depth, also to point clouds'
 DESCRIPTION = (
     'Convert a file of disparities or depth into another format, into the other quantity, or\n'
@@ -98,7 +100,7 @@ def _check_output(arguments, target):
         raise ValueError(f'{output} cannot hold {target}: {POINT_SUFFIX} is for points, and only '
                          'for them')
     if target != POINTS:
-        check_map_suffix(output)
+        check_map_suffix(output, f', and {POINT_SUFFIX} for points')
         if arguments.image is not None:
             raise ValueError(f'--image is for the colours of {POINT_SUFFIX}, but {output} holds '
                              f'{target}; leave it out')
@@ -129,9 +131,10 @@ def _figures(arguments, target, values):
 
 def _sentence(figures):
     """Return the figures as a sentence."""
-    what = {DISPARITY: 'disparities', DEPTH: 'depths', POINTS: 'points'}[figures['to']]
+    what = {DISPARITY: ('disparity', 'disparities'), DEPTH: ('depth',), POINTS: ('point',)}[
+        figures['to']]
     between = '' if figures['low'] is None else (
         f", from {figures['low']:.6g} to {figures['high']:.6g} {figures['unit']}"
         + (' away' if figures['to'] == POINTS else ''))
-    return (f"{figures['output']}: {figures['valid']} {what} of {figures['columns']}x"
+    return (f"{figures['output']}: {number_of(figures['valid'], *what)} of {figures['columns']}x"
             f"{figures['rows']} pixels{between}")

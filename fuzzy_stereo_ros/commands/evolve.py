@@ -19,6 +19,7 @@ from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match,
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
 from fuzzy_stereo_ros.views.video import check_video
 
+LEFT_BEHIND = 'no file is half written; a video ends with the last generation'
 HELP = 'show how disparities evolve'
 DESCRIPTION = (
     'Match a rectified pair and show the population, generation by generation: the best\n'

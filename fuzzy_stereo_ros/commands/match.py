@@ -9,7 +9,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.commands.parts import (
-    add_truth_options, checked_outputs, for_json, truth_and_mask, warm_matcher)
+    add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED, warm_matcher)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
@@ -17,10 +17,12 @@ from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import (
     check_image_suffix, colour_disparity, read_pair, write_image)
+from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 import numpy as np
 
+LEFT_BEHIND = UNTOUCHED
 HELP = 'match two images'
 DESCRIPTION = ('Match a rectified pair of images. The disparities are of the image that\n'
                '--reference names; rejected pixels are invalid (see --fill).\n'
@@ -154,7 +156,7 @@ def _sentences(figures):
 
 def _sentence_on(score):
     """Return the fields of a `Score` as a sentence."""
-    pixels = f"{score['pixels']} pixels with ground truth"
+    pixels = f"{number_of(score['pixels'], 'pixel')} with ground truth"
     if not score['pixels']:
         return 'no pixel has ground truth'
     if score['density'] == 0:

@@ -12,6 +12,9 @@ from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
 from fuzzy_stereo_ros.progress import bar
 
+# What an interruption leaves behind, of commands that write whole files at their end.
+UNTOUCHED = 'no file is half written; one that is not written yet is as before'
+
 
 def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
     """

@@ -12,9 +12,8 @@ from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_changes,
+    add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_config,
     node_settings)
-from fuzzy_stereo_ros.parameters.table import profile_config
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
     NO_BAG, OPTIONAL_RESULTS, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
@@ -28,6 +27,7 @@ from fuzzy_stereo_ros.views.video import CODECS
 
 SUFFIXES = 'npy', 'pfm', 'png'
 
+LEFT_BEHIND = ''     # said with what was matched
 HELP = 'match the pairs of a bag'
 DESCRIPTION = (
     'Match every pair of one or more bags (ROS 1 .bag; ROS 2 .mcap, .db3 or a folder) as the\n'
@@ -119,7 +119,7 @@ def replay_options(arguments):
                   'left', 'right', 'start', 'duration', 'every', 'workers', 'scheduler')
     lists = 'bags', 'results', 'keep', 'files'
     return ReplayOptions(
-        config=profile_config(arguments.profile, **matcher_changes(arguments)),
+        config=matcher_config(arguments),
         settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)),
         **{name: getattr(arguments, name) for name in (*same_names, *CAMERA)},
         **{name: getattr(arguments, name) and tuple(getattr(arguments, name)) for name in lists})

@@ -14,6 +14,7 @@ from fuzzy_stereo_ros.pairs.camera_files import (
     rectified_cameras, write_camera, write_middlebury_calibration)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import add_options, option_values
 from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
@@ -22,6 +23,7 @@ import numpy as np
 FORMATS = 'images', 'bag'
 IMAGES = {'left', 'right', 'truth', 'visible', 'calib.txt', 'left.yaml', 'right.yaml'}
 
+LEFT_BEHIND = 'the folder is as before'
 HELP = 'make a synthetic stereo sequence with exact ground truth'
 DESCRIPTION = (
     'Make a synthetic stereo sequence with exact ground truth: slanted textured surfaces, thin\n'
@@ -118,8 +120,10 @@ def _write_bag(folder, pairs, values):
 
 def _sentences(target, form, values):
     """Return sentences: the description of the sequence, and how to use it."""
-    made = (f"{target}: {values['frames']} pairs of {values['columns']}x{values['rows']} pixels, "
-            f"{values['disparities']} disparities from {values['min_disparity']} px")
+    made = (f"{target}: {number_of(values['frames'], 'pair')} of "
+            f"{values['columns']}x{values['rows']} pixels, "
+            f"{number_of(values['disparities'], 'disparity', 'disparities')} from "
+            f"{values['min_disparity']} px")
     if form == 'bag':
         return (f'{made}, at {values["rate"]:g} pairs/s\n'
                 'for its ground truth give the same options with --format images')

@@ -23,8 +23,10 @@ from fuzzy_stereo_ros.demo.observed_node import (
 from fuzzy_stereo_ros.demo.phase import (
     floats, MotorcycleWindow, Phase, play, table, TIMEOUT)
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
-from fuzzy_stereo_ros.parameters.table import profile_config, ros_name
+from fuzzy_stereo_ros.pairs.stereo_pair import number_of
+from fuzzy_stereo_ros.parameters.options import (
+    add_matcher_options, matcher_changes, matcher_config)
+from fuzzy_stereo_ros.parameters.table import ros_name
 from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_panel
 from rclpy.parameter import Parameter
@@ -58,7 +60,7 @@ def main(argv=None):
 def run(arguments):
     """Run the demo and return its exit code; ValueError for arguments that are not allowed."""
     changes = matcher_changes(arguments)
-    config = profile_config(arguments.profile, **changes)
+    config = matcher_config(arguments)
     check_panel_suffix(arguments.picture)
     if not Path(arguments.picture).resolve().parent.is_dir():
         raise ValueError(f'--picture is {arguments.picture}, but there is no such folder')
@@ -95,7 +97,7 @@ def run(arguments):
         print(f'picture: {Path(arguments.picture).resolve()}')
     lost = sum(phase.lost for phase in phases)
     if lost:
-        print(f'demo: {lost} pairs were lost without being counted', file=sys.stderr)
+        print(f"demo: {number_of(lost, 'pair')} lost without being counted", file=sys.stderr)
     return FAILED if lost else 0
 
 

@@ -39,7 +39,7 @@ def report_of(results, sequences, means, matchers, settings, skipped):
     tables += _row_offsets([*results, *sequences])
     return Report('evaluate', 'Evaluation', {
         **environment(settings['threads']), **_settings(results, sequences, matchers, settings)},
-        tables, [*skipped, *_left_out(results, matchers, families),
+        tables, [*skipped, *_left_out(results, matchers),
                  *_hints([*results, *sequences])])
 
 
@@ -171,13 +171,10 @@ def _hints(results):
     return [f'hint: {path}: {hint}' for path, hint in found.items() if hint]
 
 
-def _left_out(results, matchers, families):
-    """Return sentences about matchers without settings or results."""
+def _left_out(results, matchers):
+    """Return sentences about matchers without results."""
     sentences = []
     for matcher in matchers:
-        if isinstance(matcher, OpenCV):
-            sentences += [f'{matcher.name} has no settings for {family}: it is left out there'
-                          for family in families if matcher.settings(family) is None]
         if isinstance(matcher, ResultFiles):
             missing = [one.subject.path for one in results if one.record(matcher.name) is None]
             if missing:

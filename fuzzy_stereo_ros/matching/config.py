@@ -148,7 +148,6 @@ PROFILES = {
         'algorithm': 'quality',
     },
     'paper': {
-        'reference': 'right',
         'warm_start': False,
         'speckle_size': 0,
         'population': 70,

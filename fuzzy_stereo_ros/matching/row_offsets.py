@@ -124,7 +124,7 @@ class Misalignment(NamedTuple):
         return {**{f'row offset, {name}': f'{value:+.2f} +- {doubt:.2f} px'
                    for name, value, doubt in zip(TERMS, self, self.doubts)},
                 'row offset, swing': 'unknown' if self.swing is None else f'{self.swing:.2f} px',
-                MEASURED: f'{self.points} points of {self.pairs} pairs',
+                MEASURED: f'{self.points} points of {self.pairs} pair' + 's' * (self.pairs != 1),
                 'row offset, undone': 'yes' if self.undone else 'no'}
 
     @property

@@ -4,9 +4,10 @@
 from copy import copy
 from dataclasses import replace
 
+from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.parameters.table import (
-    IGNORED_PARAMETERS, in_ros_words, nearest, NODE_PARAMETERS, preset_changes, profile_config,
-    ros_name, ROS_PARAMETERS)
+    IGNORED_PARAMETERS, in_ros_words, nearest, NODE_PARAMETERS, preset_changes, ros_name,
+    ROS_PARAMETERS)
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.parameter import Parameter
@@ -57,7 +58,7 @@ class NodeParameters:
         self.settings = {row.name: self._declare(row, row.checked(self._override(row)))
                          for row in NODE_PARAMETERS}
         self._profile = self.settings.pop('profile')
-        self.config = self._declare_matcher(profile_config(self._profile))
+        self.config = self._declare_matcher(MatcherConfig.from_profile(self._profile))
         meaningless = ParameterDescriptor(
             description="of stereo_image_proc's matchers; accepted and ignored",
             dynamic_typing=True)

@@ -3,9 +3,11 @@
 """
 Run a node in this process until a signal or an error ends it.
 
-Exit codes: 0 ended by a signal; 1 the node failed; 2 arguments or parameters are not allowed.
+Exit codes: 0 ended by a signal, or after the help; 1 the node failed; 2 arguments or parameters
+are not allowed.
 """
 import os
+from pathlib import Path
 import signal
 import sys
 import tempfile
@@ -23,6 +25,22 @@ SHUTDOWN_TIMEOUT = 4.0      # s to wait for a match or a compilation that still 
 POLL_PERIOD = 0.5           # s between two checks whether ROS shuts down
 LOG_SPACE = 2**16           # bytes that must be free for log files
 NO_LOG_FILES = '--disable-external-lib-logs'
+HELP = """\
+usage: {name} [-h] [--ros-args [-p NAME:=VALUE] [--params-file FILE.yaml] [-r FROM:=TO] ...]
+
+Match rectified pairs of images and publish disparities, with the topics and parameters of
+stereo_image_proc's disparity_node and more. SIGINT or SIGTERM ends it.
+
+  -h, --help                     this text; no node is started
+  --ros-args                     what follows is for ROS, as of every node
+  -p NAME:=VALUE                 a parameter, for example -p disparity_range:=128
+  --params-file FILE.yaml        parameters, for example config/fuzzy_stereo.yaml, which has all
+  -r FROM:=TO                    another name, for example -r left/image_rect:=/camera/left
+  -r __ns:=/NAMESPACE            namespace of the node and its topics
+
+`ros2 launch fuzzy_stereo_ros fuzzy_stereo.launch.py --show-args` lists all parameters,
+docs/node.md and docs/parameters.md describe them.
+"""
 
 
 def run_node(node_type, arguments):
@@ -39,8 +57,12 @@ def run_node(node_type, arguments):
         signal.signal(number, lambda number, frame: signals.append(number))
     try:
         unknown = remove_ros_args(arguments)[1:]
+        if {'-h', '--help'} & set(unknown):
+            sys.stdout.write(HELP.format(name=Path(arguments[0]).stem))
+            return 0
         if unknown:
-            raise ValueError(f"unrecognized arguments: {' '.join(unknown)}")
+            raise ValueError(f"unrecognized arguments: {' '.join(unknown)}; a parameter is given "
+                             'by --ros-args -p NAME:=VALUE, and --help says more')
         arguments, warning = log_arguments(arguments)
         rclpy.init(args=arguments)
     except (ValueError, RuntimeError) as error:

@@ -169,16 +169,21 @@ def write_depth(path, depth):
     write_whole(path, _encoder(path)[1](depth))
 
 
-def check_map_suffix(path):
-    """Raise ValueError unless disparities and depth can be written with the path's suffix."""
-    _encoder(path)
+def check_map_suffix(path, others=''):
+    """
+    Raise ValueError unless disparities and depth can be written with the path's suffix.
+
+    others: end of the sentence, with suffixes that the caller allows for something else.
+    """
+    suffix = Path(path).suffix
+    if suffix.lower() not in _ENCODERS:
+        raise ValueError(f"{path} has the suffix '{suffix}'; allowed are "
+                         f"{', '.join(_ENCODERS)}{others}")
 
 
 def _encoder(path):
-    suffix = Path(path).suffix
-    if suffix.lower() not in _ENCODERS:
-        raise ValueError(f"{path} has the suffix '{suffix}'; allowed are {', '.join(_ENCODERS)}")
-    return _ENCODERS[suffix.lower()]
+    check_map_suffix(path)
+    return _ENCODERS[Path(path).suffix.lower()]
 
 
 def _encode_kitti(disparity):

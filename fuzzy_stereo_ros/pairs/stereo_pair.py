@@ -32,6 +32,11 @@ def width_by_height(image):
     return f'{image.shape[1]}x{image.shape[0]}'
 
 
+def number_of(count, noun, plural=''):
+    """Return a number with its noun, in the plural unless it is 1; plural: '' for noun + s."""
+    return f'{count} {noun if count == 1 else plural or noun + "s"}'
+
+
 class Projection(NamedTuple):
     """The pinhole projection of a camera, px: u = fx X / Z + cx, v = fy Y / Z + cy."""
 

@@ -14,7 +14,6 @@ from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 
 ROS_NAMES = {'disparities': 'disparity_range'}      # of fields with another name in MatcherConfig
-REFERENCE = 'left'      # required by stereo_msgs/DisparityImage, so no parameter of the node
 LONGEST_QUEUE = 1000000
 
 
@@ -168,9 +167,11 @@ def nearest(name, names=(), likeness=0.6):
 
     names: the candidates, () = the names of the table. likeness: least similarity, 0 to 1.
     """
-    names = names or [row.name for row in ROS_PARAMETERS]
-    near = [ROS_NAMES[name]] if name in ROS_NAMES else get_close_matches(
-        name, names, 1, likeness)
+    if not names and name in ROS_NAMES:
+        near = [ROS_NAMES[name]]
+    else:
+        near = get_close_matches(
+            name, names or [row.name for row in ROS_PARAMETERS], 1, likeness)
     return ''.join(f' (did you mean {one}?)' for one in near)
 
 
@@ -180,13 +181,8 @@ def in_ros_words(sentence):
     return f'{ROS_NAMES[name]} {rest}' if name in ROS_NAMES else sentence
 
 
-def profile_config(profile, **changes):
-    """Return the node's MatcherConfig of a profile; ValueError for an unknown one."""
-    return MatcherConfig.from_profile(profile, **{**changes, 'reference': REFERENCE})
-
-
 def preset_changes(old, new):
     """Return {field: value} of what two profiles preset, with the new one's values."""
-    config = profile_config(new)
-    names = {*PROFILES.get(old, {}), *PROFILES[new]} - {'reference'}
+    config = MatcherConfig.from_profile(new)
+    names = {*PROFILES.get(old, {}), *PROFILES[new]}
     return {name: getattr(config, name) for name in names}

@@ -6,7 +6,7 @@ import sys
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY
-from fuzzy_stereo_ros.pairs.stereo_pair import kind_of
+from fuzzy_stereo_ros.pairs.stereo_pair import kind_of, number_of
 from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS
 from fuzzy_stereo_ros.replay.segments import ClusterError
@@ -80,9 +80,10 @@ def figures_of(stats, synchroniser, begin):
 def sentences(figures, approximate):
     """Return the figures as sentences; approximate: whether stamps may differ."""
     pairs, messages = figures['pairs'], figures['messages']
-    lines = [f"{pairs['matched']} pairs matched"]
+    lines = [f"{number_of(pairs['matched'], 'pair')} matched"]
     if 'segments' in figures:
-        lines[0] += ', in {matched} segments on {workers} workers'.format(**figures['segments'])
+        lines[0] += ', in {} on {}'.format(number_of(figures['segments']['matched'], 'segment'),
+                                           number_of(figures['segments']['workers'], 'worker'))
     if pairs['matched_again']:
         lines[0] += f", {pairs['matched_again']} matched again to warm up"
     if pairs['rejected']:
@@ -112,7 +113,7 @@ def no_pair_sentence(name, stats, synchroniser, approximate):
     """
     rejected = sum(stats.rejected.values())
     if rejected:
-        return (f'{name}: none of {rejected} pairs could be matched; the first: '
+        return (f"{name}: none of {number_of(rejected, 'pair')} could be matched; the first: "
                 f'{stats.first_rejection}')
     counts = ', '.join(f'{topic} {number}' for topic, number in synchroniser.received.items())
     sentence = f'{name}: no messages were synchronised; received: {counts}'
@@ -138,11 +139,11 @@ def end_sentence(stats, outputs, options, begin):
     """Return a sentence: why a replay ended early, and how far it got; outputs: closed."""
     where = options.output if options.can_be_resumed else ' and '.join(options.views)
     pairs, log_time = outputs.written, outputs.log_time
-    far = f'{pairs} pairs were written to {where}'
+    far = f"{number_of(pairs, 'pair')} {'was' if pairs == 1 else 'were'} written to {where}"
     if outputs.bag_sink is not None:
         bag = outputs.bag_sink.bag
         pairs, log_time = bag.counts[f'/{DISPARITY}'], bag.last
-        far = f'{where} holds {pairs} pairs'
+        far = f"{where} holds {number_of(pairs, 'pair')}"
     if pairs:
         far += f', up to {(log_time - begin) / SECOND:.3f} s into the bag'
     if stats.error is None:

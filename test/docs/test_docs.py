@@ -5,6 +5,7 @@ from importlib import import_module
 import inspect
 from io import StringIO
 import re
+import subprocess
 import sys
 
 from pages import FENCE, ROOT, text_of
@@ -126,7 +127,7 @@ def broken(path, text):
     for target in links(path, text):
         name, _, anchor = target.partition('#')
         there = (ROOT / path).parent / name if name else ROOT / path
-        if not there.exists():
+        if not there.is_file():     # Sphinx copies files, and takes a folder for a missing one
             nowhere.append(target)
         elif anchor:
             to = text if there == ROOT / path else there.read_text(encoding='utf-8')
@@ -147,9 +148,22 @@ def test_the_pages_are_read_over_the_whole_project():
 
 @pytest.mark.parametrize('link', [
     '[a](docs/missing.md)', '![a](docs/missing.png)', '[a](#missing)', '[a](LICENSE#missing)',
-    '[a](docs/algorithm.md#missing)', '[a]: docs/missing.md', '<img src="docs/missing.png">'])
+    '[a](docs/algorithm.md#missing)', '[a]: docs/missing.md', '<img src="docs/missing.png">',
+    '[a](docs)', '[a](./docs/)'])
 def test_a_link_that_leads_nowhere_is_found_out(link):
     assert len(broken('README.md', f'# Title\n\n{link}\n')) == 1
+
+
+@pytest.mark.slow
+def test_make_docs_builds_all_pages_without_a_warning(tmp_path):
+    for library in ('sphinx', 'myst_parser'):
+        pytest.importorskip(library, reason='Sphinx is not installed: requirements/docs.txt')
+    (command,) = re.findall(r'^\t\$\(python\) (-m sphinx .*) docs/_build$',
+                            text_of('Makefile'), re.MULTILINE)
+    done = subprocess.run([sys.executable, *command.split(), str(tmp_path)], cwd=ROOT, text=True,
+                          capture_output=True)
+    assert (done.returncode, done.stderr) == (0, '')
+    assert (tmp_path / 'docs' / 'index.html').exists()
 
 
 def test_links_to_headings_in_code_and_outside_are_told_apart():

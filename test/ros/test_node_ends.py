@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """How the real node begins and ends: ready in time, code 0 on signals, a sentence otherwise."""
+import os
 import signal
+import subprocess
+import sys
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
@@ -92,3 +95,20 @@ def test_a_bad_qos_of_an_input_ends_it_with_code_2_when_it_subscribes(make_bench
         bench.listen()
         bench.node.logged('cannot subscribe: Unexpected QoS override', timeout=START)
         assert bench.node.finish(number=None) == 2
+
+
+@pytest.mark.parametrize('module', ['disparity_node', 'managed_node'])
+def test_help_says_how_parameters_are_given_and_starts_no_node(module, tmp_path):
+    done = subprocess.run([sys.executable, '-m', f'fuzzy_stereo_ros.node.{module}', '--help'],
+                          env={**os.environ, 'ROS_LOG_DIR': str(tmp_path)}, text=True,
+                          capture_output=True, check=True)
+    assert done.stderr == '' and not os.listdir(tmp_path)       # ROS begins with a log file
+    assert done.stdout.startswith(f'usage: {module} [-h]')
+    assert '-p disparity_range:=128' in done.stdout
+
+
+def test_an_argument_that_is_not_for_ros_is_rejected_with_how_to_give_a_parameter(start_node):
+    node = start_node('disparity_range:=128')
+    assert node.finish(number=None) == 2
+    assert ('unrecognized arguments: disparity_range:=128; a parameter is given by --ros-args '
+            '-p NAME:=VALUE') in node.log().splitlines()[-1]

@@ -9,9 +9,8 @@ from statistics import median
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.parameters.table import profile_config
 from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 from node_process import NodeProcess, shifted_pair, SOON
 import psutil
@@ -66,7 +65,7 @@ class SoakBench(Bench):
         self.listener.create_subscription(
             DiagnosticArray, '/diagnostics',
             lambda message, about: self.waits.diagnosed(about['source_timestamp']), 10)
-        self._yardstick = StereoMatcher(profile_config('realtime', disparities=disparities))
+        self._yardstick = StereoMatcher(MatcherConfig(disparities=disparities))
 
     def begin(self):
         """

@@ -20,14 +20,14 @@ def texts(content):
 
 
 def test_the_bars_of_accuracy_are_as_high_as_the_errors_of_the_groups_where_there_are_some():
-    rows = [('made (1)', *[2.0, 3.0, 4.5, 5.0, 6.0, 7.0]), ('kitti (2)', None, *[3.5] * 5)]
+    rows = [('made (1)', *[2.0, 3.0, 4.5, 5.0, 6.0, 7.0, 8.0]), ('kitti (2)', None, *[3.5] * 6)]
     panel, = accuracy.draw_accuracy([Table('Groups', ('', *accuracy.BARS), rows)]).axes
     drawn = {bars.get_label().removeprefix('OpenCV '): [bar.get_height() for bar in bars]
              for bars in panel.containers}
     assert drawn == {name: [error for error in errors if error is not None]
                      for name, *errors in zip(accuracy.BARS, *(row[1:] for row in rows))}
     places = [bar.get_x() for bars in panel.containers for bar in bars]
-    assert len({round(place, 6) for place in places}) == 11
+    assert len({round(place, 6) for place in places}) == 13
     assert [label.get_text() for label in panel.get_xticklabels()] == ['made\n(1)', 'kitti\n(2)']
 
 

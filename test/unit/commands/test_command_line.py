@@ -7,9 +7,10 @@ import os
 import re
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 from fuzzy_stereo_ros.commands import match as match_command, parts
-from fuzzy_stereo_ros.commands.command_line import main, Parser
+from fuzzy_stereo_ros.commands.command_line import commands, main, Parser
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
@@ -19,6 +20,7 @@ from fuzzy_stereo_ros.parameters.table import written
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 import numpy as np
 import pytest
+from repository import ROOT
 from saved_scene import running
 
 PARAMETERS = {parameter.name: parameter for parameter in fields(MatcherConfig)}
@@ -160,7 +162,6 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
 
 
 BAD_INPUT = {
-    'no command': ([], 'required: COMMAND'),
     'no output': (match_arguments(output=None), 'required: --output'),
     'no disparities': (match_arguments(disparities=None), 'required: --disparities'),
     'an abbreviation': ([*match_arguments(), '--pict', 'a.png'], 'unrecognized arguments'),
@@ -243,12 +244,55 @@ def test_what_a_terminal_would_obey_is_escaped_in_the_sentence(folder, monkeypat
         'fuzzy-stereo: \\x1b[31m\\nred é.pfm cannot be read: No such file or directory\n')
 
 
-def test_an_interrupt_ends_quietly_with_code_130(folder, monkeypatch, capsys):
+def test_an_interrupt_ends_with_code_130_and_what_is_left_behind(folder, monkeypatch, capsys):
     def interrupted(*arguments):
         raise KeyboardInterrupt
     monkeypatch.setattr(match_command, 'read_pair', interrupted)
     assert main(match_arguments()) == 130
-    assert capsys.readouterr().err == ''
+    assert capsys.readouterr().err == (
+        'fuzzy-stereo: interrupted; no file is half written; one that is not written yet is as '
+        'before\n')
+    assert not (folder / 'out.pfm').exists()
+
+
+@pytest.mark.parametrize('name', sorted(set(commands()) - {'replay'}))
+def test_each_command_says_what_an_interrupt_leaves_behind(name):
+    assert commands()[name].LEFT_BEHIND
+
+
+def test_without_arguments_there_is_the_help_and_the_code_of_bad_input(capsys):
+    assert main([]) == 2
+    out, err = capsys.readouterr()
+    assert out == '' and err.startswith('usage: fuzzy-stereo [-h] [--version] COMMAND')
+    assert all(re.search(f'^    {name}\\b', err, re.MULTILINE) for name in commands())
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(['--version'])
+    assert ended.value.code == 0
+    manifest = ElementTree.parse(ROOT / 'package.xml')
+    assert capsys.readouterr().out == f"fuzzy-stereo {manifest.findtext('version')}\n"
+
+
+@pytest.mark.parametrize('words, sentence', [
+    (['mach'], '(did you mean match?)'),
+    (['--verson'], 'fuzzy-stereo: unrecognized arguments: --verson (did you mean --version?)'),
+    (['match', 'a', 'b', '--disparites=64'],
+     'fuzzy-stereo match: unrecognized arguments: --disparites (did you mean --disparities?)'),
+    (['replay', 'a', '--output', 'b', '--disparites', '64'],
+     'fuzzy-stereo replay: unrecognized arguments: --disparites (did you mean --disparities?)'),
+    (['match', 'a', 'b', '--profile', 'realtme'], '(did you mean realtime?)'),
+    (['match', 'a', 'b', '--output', 'c.pfm', '--disparities', '8', '--frobnicate', '3'],
+     'fuzzy-stereo match: unrecognized arguments: --frobnicate 3'),
+    (['frobnicate', '--verson'], 'frobnicate')])
+def test_a_mistyped_command_or_option_gets_the_one_that_was_meant(words, sentence, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    out, err = capsys.readouterr()
+    assert (ended.value.code, out) == (2, '')
+    assert sentence in err and len(err.splitlines()) == 1
+    assert ('did you mean' in err) == ('did you mean' in sentence)
 
 
 def test_the_process_ends_with_the_code_and_without_a_traceback(folder):

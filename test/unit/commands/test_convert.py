@@ -239,8 +239,10 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
     ('a.npy b.npy --to points', 'b.npy cannot hold points: .ply is for points, and only for them'),
     ('a.npy b.ply --to depth', 'b.ply cannot hold depth'),
     ('a.ply b.npy', 'a.ply is a point cloud, which has no pixels; convert'),
-    ('a.npy b.tiff', "b.tiff has the suffix '.tiff'; allowed are .pfm, .npy, .png"),
-    ('a.npy b --from depth', "b has the suffix ''; allowed are .pfm, .npy, .png"),
+    ('a.npy b.tiff', "b.tiff has the suffix '.tiff'; allowed are .pfm, .npy, .png, and .ply for "
+     'points'),
+    ('a.npy b --from depth', "b has the suffix ''; allowed are .pfm, .npy, .png, and .ply for "
+     'points'),
     ('a.npy no/b.npy', 'no/b.npy cannot be written: there is no folder no'),
     ('none.npy b.pfm', 'none.npy cannot be read: No such file'),
     ('a.npy b.pfm --scale 4', 'a.npy holds values already; a scale is for images'),

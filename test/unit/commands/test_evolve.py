@@ -37,11 +37,11 @@ def words_for(*more, **changes):
 
 
 def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, capsys):
-    assert main(words_for('--json', '--fill', profile='paper', reference='left', population=8,
+    assert main(words_for('--json', '--fill', profile='paper', population=8,
                           generations=3, ground_truth='truth.pfm', mask='visible.png')) == 0
     figures = json.loads(capsys.readouterr().out)
     match = StereoMatcher(MatcherConfig.from_profile(
-        'paper', disparities=DISPARITIES, reference='left', population=8, generations=3,
+        'paper', disparities=DISPARITIES, population=8, generations=3,
         fill=True)).match(pair.left, pair.right)
     assert [row['number'] for row in figures['history']] == [1, 2, 3]
     for row, expected in zip(figures['history'], match.history):
@@ -59,7 +59,7 @@ def test_json_holds_every_generation_and_how_good_the_result_is(folder, pair, ca
 
 
 def test_a_person_reads_a_row_for_each_generation_that_is_shown(folder, capsys):
-    assert main(words_for(profile='paper', reference='left', population=3, generations=12,
+    assert main(words_for(profile='paper', population=3, generations=12,
                           ground_truth='truth.pfm')) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == '80x48 pixels of the left image, profile paper, population 3'
@@ -152,7 +152,7 @@ def test_without_matplotlib_outputs_are_rejected_with_the_remedy(
     assert main(words_for()) == 0
 
 
-def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch):
+def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, capsys):
     observed_match = evolve.observed_match
 
     def interrupted(config, left, right, tell):
@@ -165,6 +165,7 @@ def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch):
     monkeypatch.setattr(evolve, 'observed_match', interrupted)
     assert main(words_for(profile='quality', generations=4, video='out.avi',
                           picture='out.png')) == 130
+    assert 'a video ends with the last generation' in capsys.readouterr().err
     film = cv2.VideoCapture('out.avi')
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
     assert not (folder / 'out.png').exists()

@@ -167,7 +167,7 @@ def test_an_empty_folder_is_taken():
 
 @pytest.mark.parametrize('error, code, words', [
     (OSError(28, 'No space left on device'), 2, 'scene cannot be written: No space left on dev'),
-    (KeyboardInterrupt(), 130, '')])
+    (KeyboardInterrupt(), 130, 'fuzzy-stereo: interrupted; the folder is as before')])
 def test_what_ends_half_way_leaves_nothing_behind(error, code, words, capsys):
     with mock.patch.object(synthesise, 'write_disparity', side_effect=error):
         assert synthesised(*SMALL) == code

@@ -36,8 +36,8 @@ def assert_says_what_the_benchmark_says(records, scene, name, mask):
     baseline = next(one for one in TUNED if one.algorithm == 'HH4')
     ours = Request().ours.matcher(scene.disparities)
     maps = {'ours': ours.match(known.left, known.right).disparity,
-            'opencv:hh4:tuned': dense(baseline.match(
-                known.left, known.right, scene.family, scene.disparities))}
+            'opencv:hh4:tuned': dense(baseline.matcher(scene.family, scene.disparities).match(
+                known.left, known.right))}
     for matcher, disparity in maps.items():
         (record,) = [record for record in records
                      if (record['kind'], record['name'], record['matcher'], record['mask'],

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import re
 import sys
 
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -58,6 +58,11 @@ def test_a_scale_that_does_not_reduce_is_rejected(scale):
 def test_the_profile_is_not_a_parameter(name):
     with pytest.raises(ValueError, match=f'no parameter is called {name}; there are disparities'):
         MatcherConfig.from_profile('realtime', **{name: 'paper'})
+
+
+@pytest.mark.parametrize('profile', PROFILES)
+def test_every_profile_matches_the_image_that_ros_and_ground_truths_are_of(profile):
+    assert MatcherConfig.from_profile(profile).reference == 'left'
 
 
 class Watched(MatcherConfig):

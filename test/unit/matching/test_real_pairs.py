@@ -107,7 +107,7 @@ FEW = {'population': 20, 'generations': 20}
 def wrong(name, **changes):
     """Return what `bad_1` does of the profile paper, whose disparities are whole."""
     pair = middlebury(name)
-    found = matched(pair, 'paper', reference='left', **changes).disparity
+    found = matched(pair, 'paper', **changes).disparity
     return score(found, pair.truth, pair.visible).bad_dense[1.0]
 
 

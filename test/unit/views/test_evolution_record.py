@@ -15,9 +15,10 @@ import pytest
 
 SHAPE = 60, 100
 CONFIGS = {
-    'paper': MatcherConfig.from_profile('paper', disparities=24, population=12, generations=4),
+    'paper': MatcherConfig.from_profile(
+        'paper', disparities=24, population=12, generations=4, reference='right'),
     'paper, left, elite': MatcherConfig.from_profile(
-        'paper', disparities=24, population=12, generations=4, reference='left', elite=1.0),
+        'paper', disparities=24, population=12, generations=4, elite=1.0),
     'realtime': MatcherConfig(disparities=24, min_disparity=-3, population=2),
     'realtime, right': MatcherConfig(disparities=24, reference='right', population=2),
     'quality': MatcherConfig.from_profile('quality', disparities=24, population=2, generations=6)}
