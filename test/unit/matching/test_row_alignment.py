@@ -36,6 +36,13 @@ def shifted(image, terms):
     return moved
 
 
+def keys(distance, a=-0.75):
+    """Return the weight of a row at a distance, Keys (1981), Eq. 15 with another parameter."""
+    x = np.abs(distance)
+    return np.where(x <= 1, (a + 2) * x**3 - (a + 3) * x**2 + 1,
+                    a * (x**3 - 5 * x**2 + 8 * x - 4))
+
+
 def shifted_by_numpy(image, terms):
     """Return what shift_rows writes, pixel by pixel, in double precision: float64."""
     rows, columns = image.shape[:2]
@@ -47,9 +54,8 @@ def shifted_by_numpy(image, terms):
         image.reshape(rows, columns, -1)[np.clip(base + step, 0, rows - 1).astype(int),
                                          column.astype(int)].astype(float)
         for step in (-1, 0, 1, 2))
-    found = 0.5 * (2 * two + (three - one) * part
-                   + (2 * one - 5 * two + 4 * three - four) * part**2
-                   + (3 * two - one - 3 * three + four) * part**3)
+    found = sum(value * keys(part - step) for value, step in (
+        (one, -1), (two, 0), (three, 1), (four, 2)))
     return np.clip(found, 0, np.iinfo(image.dtype).max).reshape(image.shape)
 
 

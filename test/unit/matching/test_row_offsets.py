@@ -3,7 +3,7 @@
 """By how much the rows of a pair differ is found, told by kind, and never where they fit."""
 from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
 from fuzzy_stereo_ros.matching.row_offsets import (
-    corner_offsets, feature_offsets, Misalignment, misalignment_of, terms_at)
+    corner_offsets, feature_offsets, Misalignment, misalignment_of, PLACES, terms_at)
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence, misaligned
 import numpy as np
 import pytest
@@ -212,6 +212,18 @@ def test_a_real_pair_fits_as_it_is_and_is_found_turned_by_a_fifth_of_a_degree(na
     assert turned.faults == ['roll']
     assert turned.roll_degrees - plain.roll_degrees == pytest.approx(0.2, abs=0.025)
     assert turned.tilt == pytest.approx(plain.tilt, abs=0.1)
+
+
+@pytest.mark.parametrize('name', ['Aloe', 'Baby1'])
+def test_features_at_the_edges_count_though_most_are_in_the_middle(name):
+    pair = third_size(name, 370, 427)
+    rows, columns = pair.left.shape[:2]
+    roll = -1.5     # px at the right edge
+    plain, turned = (
+        misalignment_of([feature_offsets(pair.left, right, 0, pair.disparities)], rows, columns)
+        for right in (pair.right, misaligned(pair.right, roll=np.rad2deg(2 * roll / columns))))
+    off = PLACES @ (turned.terms - plain.terms - [0, roll, 0, 0])
+    assert np.abs(off).max() < 0.3
 
 
 @pytest.mark.parametrize('name, numbers', [('000027', range(7, 12)), ('000138', (10, 11))])

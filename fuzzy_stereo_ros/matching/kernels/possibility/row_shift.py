@@ -11,8 +11,9 @@ from math import ceil, floor
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 import numpy as np
 
-_HALF, _TWO, _MORE = np.float32(0.5), np.float32(2), np.float32(2.5)
-_THREE_HALVES = np.float32(1.5)
+# Keys' parameter is -0.75 as in OpenCV, not -0.5: half a pixel apart that keeps finer texture.
+_HALF, _SHARP = np.float32(0.5), np.float32(0.75)
+_TWICE, _SQUARE, _CUBE = np.float32(1.5), np.float32(2.25), np.float32(1.25)
 
 
 @kernel
@@ -53,8 +54,8 @@ def _blend_rows(above, here, below, last, begin, slope, largest, moved):
         place = begin + slope * np.float32(index)
         one, two = np.float32(above[index]), np.float32(here[index])
         three, four = np.float32(below[index]), np.float32(last[index])
-        linear = _HALF * (three - one)
-        square = one - _MORE * two + _TWO * three - _HALF * four
-        cube = _HALF * (four - one) + _THREE_HALVES * (two - three)
+        linear = _SHARP * (three - one)
+        square = _TWICE * (one + three) - _SQUARE * two - _SHARP * four
+        cube = _SHARP * (four - one) + _CUBE * (two - three)
         value = two + place * (linear + place * (square + place * cube)) + _HALF
         moved[index] = np.int32(min(max(value, np.float32(0)), largest))
