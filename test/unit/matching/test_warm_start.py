@@ -23,10 +23,10 @@ FRAMES = 6
 SCENES = range(4)
 
 
-def disparities_of(frames, disparities, warm):
+def disparities_of(frames, disparities, warm, **changes):
     """Yield a dense map for each frame, with the previous best or without."""
     matcher = StereoMatcher(MatcherConfig(
-        disparities=disparities, fill=True, warm_start=warm, threads=2))
+        disparities=disparities, fill=True, warm_start=warm, threads=2, **changes))
     for left, right, *_ in frames:
         yield matcher.match(left, right).disparity
 
@@ -36,8 +36,10 @@ def disparities_of(frames, disparities, warm):
 
 def worst_after_cut(before, after, disparities, limit=1.0):
     """Return by how many points warm is worse at the worst of three frames after a cut."""
-    cold, = disparities_of([after], disparities, warm=False)
-    *_, first, second, third = disparities_of([before] * 2 + [after] * 3, disparities, warm=True)
+    # Rows are those of a rig: a cut is no other one, and they are measured slowly.
+    cold, = disparities_of([after], disparities, warm=False, align_rows=False)
+    *_, first, second, third = disparities_of(
+        [before] * 2 + [after] * 3, disparities, warm=True, align_rows=False)
     return max(_bad(warm, *after[2:], limit) for warm in (first, second, third)) - _bad(
         cold, *after[2:], limit)
 
