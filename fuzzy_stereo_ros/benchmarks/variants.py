@@ -136,6 +136,7 @@ REALTIME = (
         crossover=lambda rows, columns: Cut(rows, columns, 4))),
     Variant('no mutation: no planes of plain regions', stages=RealtimeStages(mutation=None),
             part='mutation'),
+    Variant('no vote of plain regions', stages=RealtimeStages(vote=None)),
     Variant('noise ignored', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
     Variant('previous frames averaged, no previous best',

@@ -24,6 +24,7 @@ TILE = 64               # side of the tiles that are searched at a time, at eith
 MEDIAN = 5              # side of the square of the median of the filled labels
 SPECKLE = 20            # half-size pixels; smaller components of the half map are rejected
 DEAD_ZONE, CUT = 1, 2   # px from the prior that cost nothing; largest cost, reached at 3 px
+VOTED, VOTED_CUT = 2, 6  # weight of the prior of voted planes; largest cost, reached at 6 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
 CLEAR = 4               # least margin, in summed cost, of a label that the prior is made of
 FLAT = 1                # largest range of labels in 3 x 3 pixels of which a prior is made
@@ -68,7 +69,7 @@ class HalfSize:
         self._steps = np.zeros(shape, np.uint16)
         self._prior = prior_of(np.zeros((rows, columns), gene_type(disparities)),
                                np.zeros((rows, columns), np.uint8), disparities,
-                               (DEAD_ZONE, CUT))
+                               (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
     def search(self, pool, inside, grey, windows):
         """
@@ -94,10 +95,7 @@ class HalfSize:
             index, first, last = band
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
                         self._labels, (index, *widened(band, GROW // 2, rows)))
-            disparity_ranges.tile_windows(
-                self._labels, self._half_disparities, self._disparities, TILE, GROW, MARGIN,
-                windows.low, windows.blocks,
-                2 * first // TILE, 2 * last // TILE if last < rows else len(windows.low))
+            self._write_windows(windows, band)
             disparity_ranges.weak_texture(self._steps, WEAK_TEXTURE, self.weak, first, last)
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(
@@ -108,3 +106,16 @@ class HalfSize:
         pool.each(fill, self._scanlines.bands)
         pool.each(write_limits, self._scanlines.bands)
         return Half(self._labels, self._validity, chosen, prior)
+
+    def mutate(self, pool, mutation, inside, windows):
+        """Give the map, the prior and the windows of the last search what a mutation takes."""
+        if mutation.mutate(pool, inside, self._labels, self._prior, VOTED):
+            pool.each(partial(self._write_windows, windows), self._scanlines.bands)
+
+    def _write_windows(self, windows, band):
+        """Write the windows of the full search in the tiles of a band of the half-size map."""
+        _, first, last = band
+        disparity_ranges.tile_windows(
+            self._labels, self._half_disparities, self._disparities, TILE, GROW, MARGIN,
+            windows.low, windows.blocks, 2 * first // TILE,
+            2 * last // TILE if last < len(self._labels) else len(windows.low))

@@ -23,6 +23,7 @@ from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
 from fuzzy_stereo_ros.matching.realtime.operators import Population, WeakRegions
+from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
@@ -42,6 +43,8 @@ class Stages(NamedTuple):
     describe: called with a `View` and a range of rows, writes the features of its pixels
     previous_best: called as `WarmStart.prior_of_previous`, returns the prior of the previous best
     crossover: called with rows and columns, returns a crossover, see matching/crossover.py
+    vote: called with the `Views` and the smallest disparity, returns the mutation of plain regions
+    by the evidence of all of their pixels, see PlainRegions; None for none
     mutation: called with rows, columns and a dtype of labels, returns a mutation, see WeakRegions;
     None for none
     frames: called with a `CensusPossibility`, rows and columns, returns the population of planes
@@ -54,6 +57,7 @@ class Stages(NamedTuple):
     describe: Callable = View.describe
     previous_best: Callable = WarmStart.prior_of_previous
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
+    vote: Callable | None = PlainRegions
     mutation: Callable | None = WeakRegions
     frames: Callable = FrameEvolution
     camera: Callable = MovingCamera
@@ -76,6 +80,8 @@ class RealtimeMatcher:
         self.pool = ThreadPool(config.threads)
         self._views = Views(config, rows, columns, TILE, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
+        if self._stages.vote is not None:
+            self._plain = self._stages.vote(self._views, config.min_disparity)
         self._scanlines = Scanlines(self._views.full, TILE)
         self._warm_start = WarmStart(
             rows, columns, config.disparities, config.min_disparity, self._stages.camera)
@@ -114,6 +120,8 @@ class RealtimeMatcher:
         watch.lap('possibility')
         half = self._half_size.search(
             pool, self._views.inside, self._views.full.left.grey, self._scanlines.windows)
+        if self._stages.vote is not None:
+            self._half_size.mutate(pool, self._plain, self._views.inside, self._scanlines.windows)
         previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         watch.lap('coarse')
         chosen = self._scanlines.search(

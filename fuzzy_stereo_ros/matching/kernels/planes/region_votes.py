@@ -1,0 +1,310 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which plane the evidence of a plain region is for, and whether it is taken.
+
+The evidence is a curve over the disparities for each cell, see plain_regions.py. In a sum of cells
+it is counted in deviations of what other disparities have. No estimate of noise is needed.
+"""
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED
+import numpy as np
+
+APART = 3            # px from the best disparity from which another one is another one
+LOWEST = 6.5         # deviations that the best disparity must have
+LEAD = 2.5           # deviations by which it must exceed the map
+TILTED = 1.0         # deviations that a slant must gain
+SECOND = 0.6         # of its deviations, the most that another one may have
+AGREE = 1            # px by which both halves of the region may differ from it
+DECISIVE = 4.0       # deviations of a cell at which the map needs no help
+LENIENT = -2.5       # deviations by which a cell may speak for the map
+VISIBLE = 0.3        # of the pixels most seen at a disparity, those that another one needs
+STEPS, STEEPEST = (2.0, 1.0, 0.5, 0.25), 6.0     # px at the border of a region: climbed, at most
+SAMPLES = 8          # wrong disparities that show what a cell has by chance
+GAIN = 0.05          # deviations that a step must gain
+
+
+@inlined
+def _median(values, number):
+    """Return the middle one of the first values, of two the lower one; their order changes."""
+    low, high, middle = 0, number - 1, (number - 1) // 2
+    while low < high:       # quickselect
+        pivot, left, right = values[middle], low, high
+        while left <= right:
+            while values[left] < pivot:
+                left += 1
+            while values[right] > pivot:
+                right -= 1
+            if left <= right:
+                values[left], values[right] = values[right], values[left]
+                left, right = left + 1, right - 1
+        if right < middle:
+            low = left
+        if middle < left:
+            high = right
+    return values[max(middle, 0)]
+
+
+@inlined
+def _score(totals, counts, valid, floors, scores, middles, spreads, deviations):
+    """Write the deviations of each disparity, -9 where it is not valid; middle and spread."""
+    labels = valid.size
+    deviations[:] = 0
+    for band in range(BANDS):
+        number = 0
+        for label in range(labels):
+            if valid[label]:
+                scores[number] = totals[band, label] / np.sqrt(float(max(counts[label], 1)))
+                number += 1
+        middle = _median(scores, number)
+        for place in range(number):
+            scores[place] = abs(scores[place] - middle)
+        spread = max(1.48 * _median(scores, number), floors[band]) + 1e-6
+        middles[band], spreads[band] = middle, spread
+        for label in range(labels):
+            deviations[label] += (
+                totals[band, label] / np.sqrt(float(max(counts[label], 1))) - middle) / spread
+    for label in range(labels):
+        if not valid[label]:
+            deviations[label] = -9
+
+
+@inlined
+def _best(deviations, nearest):
+    """Return the label of most evidence, from the nearest one on."""
+    best = min(nearest, deviations.size - 1)
+    for label in range(best, deviations.size):
+        if deviations[label] > deviations[best]:
+            best = label
+    return best
+
+
+@inlined
+def _between(deviations, best):
+    """Return the best disparity between whole px, by the parabola of the five around it."""
+    if best < 2 or best > deviations.size - 3:
+        return float(best)
+    a, b, c, d, e = deviations[best - 2:best + 3]
+    slope, bend = (2 * e + d - b - 2 * a) / 10, (2 * a - b - 2 * c - d + 2 * e) / 14
+    return best + min(max(-slope / (2 * min(bend, -1e-9)), -0.75), 0.75)
+
+
+@inlined
+def _interpolated(curves, place, disparity):
+    """Return a curve of a cell at a disparity."""
+    highest = curves.shape[1] - 1
+    disparity = min(max(disparity, 0.0), highest - 0.001)
+    label = np.int64(disparity)
+    share = disparity - label
+    return (1 - share) * curves[place, label] + share * curves[place, label + 1]
+
+
+@inlined
+def _around(values, places, start, row, column):
+    """Return the sum over the 3 x 3 cells of a region around one."""
+    total = 0.0
+    for y in range(max(row - 1, 0), min(row + 2, places.shape[0])):
+        for x in range(max(column - 1, 0), min(column + 2, places.shape[1])):
+            if places[y, x] >= 0:
+                total += values[places[y, x] - start]
+    return total
+
+
+@kernel(allocates=True)
+def spread_around(values, places, start, result):
+    """Write the sums over the 3 x 3 cells of a region around each: float64 (cells,)."""
+    for row in range(places.shape[0]):
+        for column in range(places.shape[1]):
+            if places[row, column] >= 0:
+                result[places[row, column] - start] = _around(values, places, start, row, column)
+
+
+@kernel(allocates=True)
+def sum_cells(curves, counts, cells, places, start, power, totals, seen, floors):
+    """
+    Sum the cells of a region, all of them and each half, chequered.
+
+    totals: int32 (3, BANDS, labels), seen: int32 (3, labels), 0 at first: the whole and both
+    halves; floors: float64 (BANDS,), what products of independent pixels deviate by
+    """
+    labels, pixels = seen.shape[1], 0
+    floors[:] = 0
+    for row in range(places.shape[0]):
+        for column in range(places.shape[1]):
+            place = places[row, column]
+            if place < 0:
+                continue
+            numbers, count = seen[1 + (row + column) % 2], counts[place]
+            for label in range(labels):
+                numbers[label] += np.int32(COUNTED) * count[label]
+            pixels += cells[place, 0]
+            for band in range(BANDS):
+                floors[band] += cells[place, 4 + band]
+                target, curve = totals[1 + (row + column) % 2, band], curves[place, band]
+                for label in range(labels):
+                    target[label] += curve[label]
+    totals[0], seen[0] = totals[1] + totals[2], seen[1] + seen[2]
+    for band in range(BANDS):
+        floors[band] = np.sqrt(floors[band] / (2 * pixels) * power[band])
+
+
+@kernel(allocates=True)
+def weigh(curves, counts, start, spreads, weighted, seen):
+    """Write the curves of cells, in deviations of the region, and counts: float64 (cells, d)."""
+    for place in range(len(seen)):
+        for label in range(seen.shape[1]):
+            seen[place, label] = COUNTED * counts[start + place, label]
+            weighted[place, label] = 0
+            for band in range(BANDS):
+                weighted[place, label] += curves[start + place, band, label] / spreads[band]
+
+
+@kernel(allocates=True)
+def centres(cells, start, right, down):
+    """Write where the cells of a region lie, -1 to 1; return its centre and half its sides."""
+    x = y = pixels = 0.0
+    for place in range(right.size):
+        number, columns, rows = cells[start + place, :3]
+        x, y, pixels = x + columns, y + rows, pixels + number
+        right[place], down[place] = columns / number, rows / number
+    x, y = x / pixels, y / pixels
+    wide = max((right.max() - right.min()) / 2, 1.0)
+    high = max((down.max() - down.min()) / 2, 1.0)
+    for place in range(right.size):
+        right[place], down[place] = (right[place] - x) / wide, (down[place] - y) / high
+    return x, y, wide, high
+
+
+@kernel(allocates=True)
+def evidence_of_map(cells, places, start, nearest, weighted, seen, found):
+    """
+    Return the deviations of a map from no evidence; write what each cell has of them.
+
+    The map is smoothed: each cell has the mean of the labels around it. found: float64 (cells,)
+    """
+    total = number = 0.0
+    for row in range(places.shape[0]):
+        for column in range(places.shape[1]):
+            if places[row, column] >= 0:
+                place = places[row, column] - start
+                label = 2 * (_around(cells[start:, 3], places, start, row, column)
+                             / _around(cells[start:, 0], places, start, row, column))
+                number += _interpolated(seen, place, label)
+                found[place] = 0
+                if label >= nearest - 0.5:
+                    found[place] = _interpolated(weighted, place, label)
+                total += found[place]
+    return total / np.sqrt(max(number, 1.0))
+
+
+@kernel(allocates=True)
+def evidence_of_plane(weighted, seen, right, down, plane, found):
+    """Return the deviations of a plane from no evidence; write what each cell has of them."""
+    total = number = 0.0
+    for place in range(right.size):
+        disparity = plane[0] + plane[1] * right[place] + plane[2] * down[place]
+        found[place] = _interpolated(weighted, place, disparity)
+        total += found[place]
+        number += _interpolated(seen, place, disparity)
+    return total / np.sqrt(max(number, 1.0))
+
+
+@kernel(allocates=True)
+def climb(weighted, seen, right, down, plane, found):
+    """
+    Tilt a plane to where it has most evidence, if that is much more; return its deviations.
+
+    They count from no evidence; what each cell has of them is written.
+
+    plane: float64 (3,), disparity at the centre, and by how much it changes to the border
+    """
+    flat, best = plane.copy(), plane.copy()
+    evidence = level = evidence_of_plane(weighted, seen, right, down, plane, found)
+    for step in STEPS:
+        better = True
+        while better:
+            better = False
+            for way in range(6):
+                plane[:] = best
+                plane[way // 2] += step if way % 2 else -step
+                if max(abs(plane[1]), abs(plane[2])) <= STEEPEST:
+                    new = evidence_of_plane(weighted, seen, right, down, plane, found)
+                    if new > evidence + GAIN:
+                        best[:], evidence, better = plane, new, True
+    plane[:] = best if evidence >= level + TILTED else flat
+    return evidence_of_plane(weighted, seen, right, down, plane, found)
+
+
+@kernel(allocates=True)
+def by_chance(weighted, valid, places, start, nearest, best):
+    """Return what cells and those around deviate by at wrong disparities, the median of some."""
+    labels, number = valid.size, len(weighted)
+    around, found, samples = np.zeros(number), np.zeros(labels), 0
+    for label in range(nearest, labels, max(labels // SAMPLES, 1)):
+        if valid[label] and abs(label - best) > APART:
+            spread_around(weighted[:, label], places, start, around)
+            found[samples] = around.std()
+            samples += 1
+    return _median(found, samples) + 1e-6
+
+
+@kernel(allocates=True)
+def judge(curves, counts, cells, places, start, stop, disparities, nearest, power, plane, figures,
+          kept):
+    """
+    Write the plane that a region has most evidence for; return whether it is taken.
+
+    curves, counts, cells: of plain_regions.vote; places: int32 (cell rows, cell columns), of the
+    region; start, stop: its cells; nearest: label from which on there is evidence; power:
+    float64 (BANDS,), mean square of the other view; plane: float64 (3,), of half-size x and y and
+    full disparity, NaN where none is taken; figures: float64 (5,): deviations of the best
+    disparity, of the best other one, by how much halves differ, px, deviations of the map, and of
+    cells in those by chance; kept: uint8 (cells,), where the plane is taken
+    """
+    number, labels = stop - start, disparities
+    plane[:], figures[:] = np.nan, 0
+    totals = np.zeros((3, BANDS, labels), np.int32)
+    seen_by, floors = np.zeros((3, labels), np.int32), np.zeros(BANDS)
+    sum_cells(curves, counts, cells, places, start, power, totals, seen_by, floors)
+    valid = seen_by[0] > VISIBLE * seen_by[0].max()
+    if not valid.any():
+        return False
+    scores, deviations, bests = np.zeros(labels), np.zeros(labels), np.zeros(3, np.int64)
+    middles, spreads = np.zeros(BANDS), np.zeros(BANDS)
+    for part in (2, 1, 0):      # the whole last: its deviations stay
+        _score(totals[part], seen_by[part], valid, floors, scores, middles, spreads, deviations)
+        bests[part] = _best(deviations, nearest)
+    best, second, others = bests[0], -9.0, 0
+    for label in range(nearest, labels):
+        if valid[label] and abs(label - best) > APART:
+            second, others = max(second, deviations[label]), others + 1
+    figures[0], figures[1] = deviations[best], second
+    figures[2] = max(abs(bests[1] - best), abs(bests[2] - best))
+    if (others <= APART or deviations[best] < LOWEST or second > SECOND * deviations[best]
+            or figures[2] > AGREE):
+        return False
+
+    weighted, seen = np.zeros((number, labels)), np.zeros((number, labels))
+    right, down, of_map, of_plane, around = (np.zeros(number), np.zeros(number), np.zeros(number),
+                                             np.zeros(number), np.zeros(number))
+    weigh(curves, counts, start, spreads, weighted, seen)
+    x, y, wide, high = centres(cells, start, right, down)
+    middle = (middles / spreads).sum()
+    found = np.array([_between(deviations, best), 0.0, 0.0])
+    figures[0] = climb(weighted, seen, right, down, found, of_plane) - middle
+    figures[3] = evidence_of_map(
+        cells, places, start, nearest, weighted, seen, of_map) - middle
+    if figures[0] < figures[3] + LEAD:
+        return False
+
+    spread_around(of_plane, places, start, around)
+    usual = by_chance(weighted, valid, places, start, nearest, best)
+    figures[4] = (around * cells[start:stop, 0]).sum() / cells[start:stop, 0].sum() / usual
+    if figures[4] >= DECISIVE:
+        return False
+    limit = max(figures[4] - DECISIVE, LENIENT) * usual
+    spread_around(of_plane - of_map, places, start, around)
+    kept[start:stop] = around > limit
+    plane[0], plane[1] = found[1] / wide, found[2] / high
+    plane[2] = found[0] - plane[0] * x - plane[1] * y
+    return True

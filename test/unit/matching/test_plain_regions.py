@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Mutation of plain regions by the evidence of all of their pixels."""
+from functools import cache
+
+import cv2
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
+from fuzzy_stereo_ros.matching.kernels.planes.segments import number_regions
+from fuzzy_stereo_ros.matching.realtime.matcher import Stages
+from fuzzy_stereo_ros.matching.realtime.plain_regions import (
+    BURNT, CLIP, LEAST_CLIP, PLAIN, PlainRegions)
+from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate, Views
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+import reference_plain_regions as twins
+
+DISPARITIES, WALL, OBJECT = 40, 13, 25
+SIZE = 201, 321
+
+
+@cache
+def wall(noise=2.0, texture=0.25, slope=0.0, offset=0, size=SIZE, disparity=WALL):
+    """Return a noisy pair, uint8, of a plain wall behind a textured object, and its truth."""
+    draw, (rows, columns) = np.random.default_rng(1), size
+    faint = cv2.GaussianBlur(draw.normal(size=(rows, columns + 200)), None, 1.3)
+    strong = cv2.GaussianBlur(draw.normal(size=(rows, columns + 200)), None, 1.0)
+    y, x = np.indices(size, np.float32)
+    truth = np.float32(disparity + slope * (x - columns / 2))
+
+    def picture(of_wall, of_object):
+        base = 120 + texture * cv2.remap(faint / faint.std(), x + of_wall, y, cv2.INTER_CUBIC)
+        there = (abs(y - rows / 2) < 40) & (abs(x + of_object - 250) < 30)
+        seen = 120 + 40 * cv2.remap(strong / strong.std(), x + of_object, y, cv2.INTER_CUBIC)
+        noisy = np.where(there, seen, base) + offset + draw.normal(0, noise, size)
+        return np.clip(np.rint(noisy), 0, 255).astype(np.uint8), there
+    left, there = picture(np.float32(60), np.float32(60))
+    # the wall's column x in the right image shows column x + d of the left one
+    moved = (x + disparity - slope * columns / 2) / (1 - slope) - x
+    right, _ = picture(60 + moved, np.float32(60 + OBJECT))
+    truth[there] = OBJECT
+    return left, right, truth
+
+
+def matched(pair, **others):
+    """Return the filled map and the matcher of a pair, matched cold."""
+    options = {'stages': Stages(), 'min_disparity': 0, 'threads': 1, **others}
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        'realtime', disparities=DISPARITIES, fill=True, warm_start=False,
+        threads=options['threads'], min_disparity=options['min_disparity']), options['stages'])
+    return matcher.match(*pair[:2]).disparity, matcher.algorithm
+
+
+def wrong(disparity, truth):
+    """Return the share of a map that is wrong, away from what the wall's left end hides."""
+    return (abs(disparity - truth) > 1)[:, 2 * OBJECT:].mean()
+
+
+def views_of(pair, min_disparity=0):
+    """Return the `Views` of a pair, read and described."""
+    config = MatcherConfig.from_profile(
+        'realtime', disparities=DISPARITIES, min_disparity=min_disparity)
+    views, pool = Views(config, *pair[0].shape[:2], 64, NoiseEstimate), ThreadPool(1)
+    views.read(pool, *pair[:2], lambda *_: 1.0)
+    views.describe(pool, Stages().describe)
+    return views
+
+
+def test_a_plain_wall_in_noise_takes_the_plane_that_all_of_it_votes_for():
+    pair = wall()
+    without, _ = matched(pair, stages=Stages(vote=None))
+    disparity, _ = matched(pair)
+    assert wrong(without, pair[2]) > 0.3
+    assert wrong(disparity, pair[2]) < 0.03
+
+
+def test_a_slanted_wall_takes_a_slanted_plane():
+    pair = wall(slope=0.008, noise=3.0, texture=0.5)
+    without, _ = matched(pair, stages=Stages(vote=None))
+    disparity, _ = matched(pair)
+    assert wrong(without, pair[2]) > 0.25
+    assert wrong(disparity, pair[2]) < 0.06
+
+
+def test_noise_alone_votes_for_nothing():
+    pair = wall(texture=0.0)
+    np.testing.assert_array_equal(matched(pair)[0], matched(pair, stages=Stages(vote=None))[0])
+
+
+def test_what_stays_at_disparity_0_is_no_evidence():
+    pair = wall(disparity=0, noise=0.5)
+    for min_disparity in (0, -8):
+        _, algorithm = matched(pair, min_disparity=min_disparity)
+        half = np.zeros((SIZE[0] // 2, SIZE[1] // 2), np.uint8)
+        prior = algorithm._half_size._prior
+        prior.weights[:] = 0
+        algorithm._plain.mutate(ThreadPool(1), algorithm._views.inside, half, prior, 2)
+        assert not prior.weights.any()
+
+
+@pytest.mark.parametrize('min_disparity', (-8, 5))
+def test_planes_are_found_wherever_the_range_begins(min_disparity):
+    pair = wall()
+    assert wrong(matched(pair, min_disparity=min_disparity)[0], pair[2]) < 0.04
+
+
+def test_a_textured_picture_is_matched_to_the_same_bits():
+    draw = np.random.default_rng(2)
+    left = draw.integers(0, 255, SIZE).astype(np.uint8)
+    pair = left, np.roll(left, -9, 1)
+    with_it, algorithm = matched(pair)
+    assert len(algorithm._plain.figures) == 0
+    np.testing.assert_array_equal(with_it, matched(pair, stages=Stages(vote=None))[0])
+
+
+def test_a_map_that_knows_better_than_a_plane_is_kept():
+    """All of the evidence of a wall is in the map already, so that nothing is taken."""
+    pair = wall()
+    _, algorithm = matched(pair)
+    prior = algorithm._half_size._prior
+    prior.weights[:] = 0
+    half = np.full((SIZE[0] // 2, SIZE[1] // 2), WALL // 2, np.uint8)
+    half[:, 1::2] += WALL % 2
+    assert not algorithm._plain.mutate(
+        ThreadPool(1), algorithm._views.inside, half, prior, 2)
+    assert not prior.weights.any()
+
+
+@pytest.mark.parametrize('threads', (2, 3))
+def test_threads_change_no_bit_of_walls(threads):
+    pair = wall(size=(270, 321))       # two bands of half-size rows
+    np.testing.assert_array_equal(matched(pair)[0], matched(pair, threads=threads)[0])
+
+
+def clip(size, count):
+    """Return at which difference a band is clipped."""
+    return max(CLIP * size // max(count, 1), LEAST_CLIP)
+
+
+@pytest.mark.parametrize('min_disparity', (0, -6, 5))
+@pytest.mark.parametrize('size', ((66, 97), (145, 120)))
+def test_evidence_is_that_of_the_twin(size, min_disparity):
+    pair = wall(size=size, noise=0.7)
+    views = views_of(pair, min_disparity)
+    plain = PlainRegions(views, min_disparity)
+    half = np.full((size[0] // 2, size[1] // 2), 5, np.uint8)
+    seen = {}
+
+    def keep(*arguments):
+        seen['vote'] = [np.copy(argument) for argument in arguments[:13]]
+    kept, pool = kernels.vote, ThreadPool(1)
+    try:
+        kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
+        for texture in (plain._left, plain._right):
+            for band in plain._bands:
+                texture.measure(band)
+        for band in plain._bands:
+            plain._left.mark(band)
+        begin, end, parent, of_size, region = plain._runs
+        kernels.mask_regions(plain._left.mask, begin, end, parent, plain._row_runs)
+        number = number_regions(begin, end, parent, plain._row_runs, plain._least, of_size, region)
+        assert number > 0
+        plain._vote(pool, views.inside, half, (begin, end, plain._row_runs, region), number)
+    finally:
+        kernels.vote = kept
+    left, right, mask, *_, places, _, base, curves, counts, _ = seen['vote']
+
+    masks, textures = [], []
+    for texture in (plain._left, plain._right):
+        view, of_half = texture.view, texture.half
+        luminance = of_half.luminance[:of_half.rows + 4, :of_half.columns + 4]
+        steps = twins.flatness(luminance, BURNT << 8)
+        np.testing.assert_array_equal(texture.steps, steps)
+        plain_mask = twins.plain_mask(steps, int(64 * PLAIN))
+        np.testing.assert_array_equal(texture.mask, plain_mask)
+        columns = texture._offset + np.arange(2 * of_half.columns)
+        if texture is plain._right:     # both columns of a pixel of half size exist
+            existing = size[1] - 1 - columns.reshape(-1, 2)
+            plain_mask &= ((views.inside[0] <= existing) & (existing <= views.inside[1])).all(1)
+        wide = np.zeros((of_half.rows, view.columns), bool)
+        wide[:, columns] = plain_mask.repeat(2, 1)
+        masks.append(wide)
+        textures.append(twins.bands(view.luminance[:view.rows + 4, :view.columns + 4], wide, clip))
+        np.testing.assert_array_equal(
+            texture.bands[:, :, kernels.PAD:kernels.PAD + view.columns], textures[-1])
+    numbers = twins.regions(plain._left.mask, plain._least)
+    assert numbers.max() + 1 == number
+    found = twins.vote(textures[0], textures[1][:, :, ::-1], masks[1][:, ::-1], numbers,
+                       DISPARITIES) if min_disparity == 0 else {}
+    for (of_region, row, column), (curve, count) in found.items():
+        place = places[of_region, row, column]
+        np.testing.assert_array_equal(curves[place, :, :DISPARITIES], curve)
+        np.testing.assert_array_equal(counts[place, :DISPARITIES], count)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**20), st.integers(1, 9), st.integers(1, 40), st.floats(0.2, 0.9))
+def test_regions_of_a_mask_are_connected_as_the_twin_has_it(seed, rows, columns, share):
+    mask = (np.random.default_rng(seed).random((rows, columns)) < share).astype(np.uint8)
+    begin, end, parent, size, region = (np.zeros(mask.size, np.int32) for _ in range(5))
+    row_runs = np.zeros((rows, 2), np.int32)
+    kernels.mask_regions(mask, begin, end, parent, row_runs)
+    number_regions(begin, end, parent, row_runs, 3, size, region)
+    numbers = np.full(mask.shape, -1)
+    for row in range(rows):
+        for run in range(*row_runs[row]):
+            numbers[row, begin[run]:end[run]] = region[run]
+    np.testing.assert_array_equal(numbers, twins.regions(mask, 3))
