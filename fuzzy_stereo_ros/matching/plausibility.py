@@ -263,10 +263,13 @@ def _of_features(left, right, match, config, scale):
     fit = np.abs(features.lower) <= TOLERANCE * features.pixel
     if 2 * np.count_nonzero(agree & fit) < number:
         low, high = np.percentile(apart[agree], (5, 95))
-        where = f'{(low + high) / 2:+.0f}' if high - low <= 2 else f'{low:+.0f} to {high:+.0f}'
+        if high - low > 2:
+            where = f'{low:+.0f} to {high:+.0f} px lower'
+        else:
+            where = f'{abs(low + high) / 2:.0f} px {"lower" if low + high > 0 else "higher"}'
         return Finding('rows', f'the rows of the images do not fit: {number} features lie '
-                       f'{where} px lower in the right image; rectify the images, or calibrate '
-                       'the two cameras as a pair')
+                       f'{where} in the right image; rectify the images, or calibrate the two '
+                       'cameras as a pair')
     return _of_range(features.disparities[agree], features.pixel, config, scale)
 
 

@@ -39,8 +39,9 @@ FEWEST = 20, 6      # points and tiles needed for a result
 PAIRS_OF_SWING = 8  # pairs needed for the changes from pair to pair
 TUKEY = 4.685       # width of the biweight in standard deviations
 ROUNDS = 8          # of the biweight
-SMALLEST_SPREAD = 0.1       # px, standard deviation of offsets at the least: with less the fit
-                            # keeps to the middle of an image, where most points are
+# px, standard deviation of offsets at the least: with less the fit keeps to the middle of an
+# image, where most points are.
+SMALLEST_SPREAD = 0.1
 PRIOR = 1e-3, 0.5, 0.5, 0.5     # points' worth of a belief that each term is 0
 PERCENTILE_WIDTH = 2.563    # standard deviations between the 10th and the 90th percentile
 TERMS = 'tilt', 'roll', 'zoom', 'yaw'

@@ -53,14 +53,15 @@ def test_swapped_images_are_told(scene):
 
 
 @pytest.mark.parametrize('pixels, align, told', [
-    (25, True, '+25 px'), (-16, True, '-16 px'), (6, False, '+6 px'), (6, True, None)])
+    (25, True, '25 px lower'), (-16, True, '16 px higher'), (6, False, '6 px lower'),
+    (6, True, None)])
 def test_rows_that_are_farther_apart_than_is_undone_are_told(scene, pixels, align, told):
     found = finding(scene.left, lower(scene.right, pixels), replace(CONFIG, align_rows=align))
     if told is None:
         assert found is None
     else:
         assert found.cause == 'rows'
-        assert f'lie {told} lower in the right image; rectify' in found.sentence
+        assert f'lie {told} in the right image; rectify' in found.sentence
 
 
 @pytest.mark.parametrize('scale, needed', [(1.0, 32), (0.5, 64)])
