@@ -34,8 +34,8 @@ def test_the_table_has_median_and_95th_percentile_of_frames_that_have_settled(mo
         return 1e6 if place < busy.SETTLING else float(place - busy.SETTLING)
     table = busy.busy_table({'one': work}, 4, quick=False)
     assert table.columns == ('', 'one, median [ms]', 'one, 95th percentile [ms]')
-    assert table.rows == [(f'{number} busy processes', 9.5, pytest.approx(18.05))
-                          for number in (0, 1)]
+    assert table.rows == [(name, 9.5, pytest.approx(18.05))
+                          for name in ('0 busy processes', '1 busy process')]
     assert set(called) == {0, 1, 2, 3}
 
 
