@@ -238,7 +238,7 @@ def test_a_missing_encoder_is_reported_and_the_bag_is_complete(folder, capsys, m
     sentence = rejection(capsys, 'bag', options=['--video', 'video.avi'])
     assert sentence.startswith('video.avi cannot be created: this OpenCV has no encoder none')
     found = disparities(folder / 'out')
-    assert sentence.endswith(f'; out holds {len(found)} pairs, up to '
+    assert sentence.endswith(f'; out holds {len(found)} pair{"s" * (len(found) > 1)}, up to '
                              f'{(STEP * (len(found) - 1) + 3) / 1e9:.3f} s into the bag')
     assert 0 < len(found) < 6
     assert names_in(folder) == {'bag', 'out'}
