@@ -87,7 +87,7 @@ demo.SimulatedCameras, phase.TIMEOUT = TornRig, 1.0"""
     code, out, err = run_demo(tmp_path, *QUICK, before=before)
     assert code == 1
     assert rows_of(out)['pairs lost'] == ('1', '0')
-    assert err.endswith('demo: 1 pairs were lost without being counted\n')
+    assert err.endswith('demo: 1 pair lost without being counted\n')
 
 
 def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
