@@ -166,14 +166,14 @@ def available_sequences(data, scenes, quick=False):
     return found, skipped
 
 
-def window(scene, noise, pan, frames=WINDOW_FRAMES):
+def window(scene, noise, pan, frames=WINDOW_FRAMES, seed=5):
     """
     Return frames of a scene seen through a window that moves to the right, each with new noise.
 
-    noise: grey levels, standard deviation. pan: pixels per frame. Raises ValueError if the scene
-    is too narrow.
+    noise: grey levels, standard deviation, by a seed. pan: pixels per frame. Raises ValueError if
+    the scene is too narrow.
     """
-    pair, random = scene.read(), np.random.default_rng(5)
+    pair, random = scene.read(), np.random.default_rng(seed)
     width = pair.truth.shape[1] - pan * (frames - 1)
     if width < 2:
         raise ValueError(f'{frames} frames at {pan} pixels leave nothing of {scene.path}')

@@ -5,7 +5,8 @@ The figures of the paper beside the results of its algorithm and of ours here.
 
 Table I: bad-1 on four Middlebury pairs, and on others, with the figures of the text; and what each
 operator earns. Table II: the time of 10 generations of 50 individuals on `sawtooth` at half its
-size. Figure 4: teddy after 10 generations of 40 individuals, and 100 generations of 70.
+size. Figure 4: teddy after 10 generations of 40 individuals, and 100 generations of 70. Last, the
+same algorithm over frames.
 """
 from dataclasses import replace
 from functools import partial
@@ -13,6 +14,7 @@ from functools import partial
 import cv2
 from fuzzy_stereo_ros.benchmarks.accuracy import CONFIDENCES, wrong_and_confidence
 from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
+from fuzzy_stereo_ros.benchmarks.paper_frames import tables as tables_over_frames
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
@@ -78,7 +80,7 @@ def run(request):
         *([Table.of('Pairs that the paper does not have: off by more than 1 px, percent',
                     by_scene(lines[1]), 'Each cell: nonocc / all pixels.')] if beside else []),
         _operators_table(lines[2]), parts[-3], _second_table(*parts[-2]),
-        _figure_table(shown, parts[-1])],
+        _figure_table(shown, parts[-1]), *tables_over_frames(request, pairs)],
         skipped, threads='one')
 
 

@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.paper import operators
+from fuzzy_stereo_ros.matching.paper.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
 from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
@@ -275,4 +276,51 @@ PAPER_OPERATORS = (
             stages=PaperStages(crossover=operators.copy_parents)),
     Variant('no selection', stages=PaperStages(selection=select_blindly, migration=None)),
     NO_MUTATION,
+)
+
+
+class BestInherited(Inheritance):
+    """The next frame gets the fittest chromosome alone, in all places of the population."""
+
+    def next_state(self, genes, confidence, config):
+        """Return the FrameState of the fittest."""
+        return super().next_state(genes[:1].copy(), confidence, config)
+
+
+class InPlace(Inheritance):
+    """The population stays where it was, however the picture moved."""
+
+    def average(self, pool, state, camera):
+        """Average the pictures, and take all cells from their own places."""
+        inherited = super().average(pool, state, camera)
+        self._origins[:] = np.arange(self._origins.size).reshape(self._origins.shape)
+        return inherited
+
+
+class NotAveraged(Inheritance):
+    """Each frame sees its own pictures alone."""
+
+    def average(self, pool, state, camera):
+        """Compare the pictures with the previous ones, and undo what is averaged."""
+        views = self.left, self.right
+        own = [(view.luminance.copy(), view.grey.copy()) for view in views]
+        inherited = super().average(pool, state, camera)
+        for view, (luminance, grey) in zip(views, own):
+            view.luminance[:], view.grey[:] = luminance, grey
+        return inherited
+
+
+# Of the profile paper_live over frames: 48 chromosomes mutate a frame, as two of four do 24 times.
+PAPER_OVER_FRAMES = (
+    DEFAULT,
+    Variant('only the best is handed on', stages=PaperStages(inheritance=BestInherited)),
+    Variant('population of 1', {'population': 1, 'generations': 48},
+            PaperStages(crossover=operators.copy_parents, migration=None)),
+    Variant('population of 16', {'population': 16, 'generations': 5}),
+    Variant('no crossover', stages=PaperStages(crossover=operators.copy_parents)),
+    Variant("the paper's line crossover", stages=PaperStages(crossover=operators.cross_at_lines)),
+    Variant('no mutation', stages=PaperStages(mutation=no_mutation)),
+    Variant('not moved with the picture', stages=PaperStages(inheritance=InPlace)),
+    Variant('pictures not averaged', stages=PaperStages(inheritance=NotAveraged)),
+    Variant('begun with the most possible genes', {'initial_population': 'winner_takes_all'}),
 )

@@ -100,7 +100,7 @@ class Ours:
     @property
     def starts(self):
         """Cold, and for profiles that use the previous frame warm too."""
-        return (COLD, WARM) if self.config(1).algorithm == 'realtime' else (COLD,)
+        return (COLD, WARM) if self.config(1).warm_start else (COLD,)
 
     def begin(self, task, start):
         """Return the function that matches a frame, cold or from the previous one."""

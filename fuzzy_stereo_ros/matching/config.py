@@ -51,7 +51,8 @@ class MatcherConfig:
     align_rows: bool = _switch(
         True, 'undo the offset between the rows of both images, as it is measured')
     warm_start: bool = _switch(
-        True, 'let the best chromosome of the previous frame take part (realtime)')
+        True, 'begin with what the previous frame found: its best chromosome, or all of its '
+        'population (realtime and paper)')
     evolution_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
         'time in which the planes of the previous frame evolve further; 0 is one generation '
@@ -148,11 +149,17 @@ PROFILES = {
         'algorithm': 'quality',
     },
     'paper': {
-        'warm_start': False,
         'speckle_size': 0,
         'population': 70,
         'generations': 100,
         'algorithm': 'paper',
+    },
+    'paper_live': {
+        'speckle_size': 0,
+        'population': 4,
+        'generations': 24,
+        'algorithm': 'paper',
+        'mutation_rate': 1.0,
     },
 }
 

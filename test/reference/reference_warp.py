@@ -26,7 +26,7 @@ def move_labels(labels, lowest, view):
             if (abs(place[0] - down) <= reach and abs(place[1] - across) <= reach
                     and -1 < across < columns and -1 < down < rows
                     and label >= 0 and label > moved[place]):
-                moved[place], source[place] = label, row << 16 | column
+                moved[place], source[place] = label, row * columns + column
     return moved, source
 
 
@@ -58,7 +58,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
     for row, column in np.ndindex(moved.shape):
         around = moved[max(row - 1, 0):row + 2, max(column - 1, 0):column + 2]
         around = np.append(around[around >= 0], moved[row, column])
-        then = divmod(max(source[row, column], 0), 2**16)
+        then = divmod(max(source[row, column], 0), moved.shape[1])
         agrees = abs(2.0 * half[row, column] + 0.5 - moved[row, column]) <= near
         better = int(distances[row, column]) + likelier <= int(half_distances[row, column])
         if (source[row, column] >= 0 and distances[row, column] <= most
@@ -85,7 +85,7 @@ def note_survivors(fine, steps, moved, strengths, source, survived):
     labels = (fine[::2, ::2][:moved.shape[0], :moved.shape[1]] / steps).astype(np.float32)
     stayed = (strengths > 0) & (abs(labels - moved) <= 1)
     return labels, np.where(stayed, np.minimum(
-        survived[source >> 16, source % 2**16].astype(int) + 1, 255), 0)
+        survived.ravel()[source].astype(int) + 1, 255), 0)
 
 
 def to_right(moved, shift):

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Small pairs, and what the kernels and the twins see of them."""
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, FULL_SIZE, luminance_shift, View)
+    CensusPossibility, extra_columns, FULL_SIZE, View)
 import numpy as np
 import reference_census as twins
 

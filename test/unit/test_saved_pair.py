@@ -82,6 +82,7 @@ SCENES = {
     'from the right': {'reference': 'right'},
     'filled': {'fill': True},
     'paper': {'profile': 'paper', 'population': 6, 'generations': 3},
+    'paper, live': {'profile': 'paper_live'},
     'chance': {'profile': 'paper', 'population': 6, 'generations': 3, 'seed': 5},
     'quality': {'profile': 'quality', 'generations': 1},
 }
@@ -446,6 +447,17 @@ def test_what_does_not_belong_together_is_rejected_with_a_sentence(report, case)
         read_saved_pair(report)
     assert str(caught.value).startswith(str(report)) and '\n' not in str(caught.value)
     assert str(caught.value).endswith('use the version of fuzzy_stereo_ros that wrote it')
+
+
+def test_genes_of_a_population_beyond_the_range_are_rejected():
+    *_, saved = running('paper', population=6, generations=3)
+    assert saved.state.own.genes.shape[0] == 6
+    for genes in (saved.state.own.genes + np.uint16(24), saved.state.own.genes[:0]):
+        with pytest.raises(ValueError, match='the state has genes out of range'):
+            replace(saved, state=replace(saved.state, own=saved.state.own._replace(genes=genes)))
+    with pytest.raises(ValueError, match=r'genes of the state is uint8 \(6, 60, 100\); needed is'):
+        replace(saved, state=replace(saved.state, own=saved.state.own._replace(
+            genes=saved.state.own.genes.astype(np.uint8))))
 
 
 def test_no_folder_at_all_is_rejected(tmp_path):

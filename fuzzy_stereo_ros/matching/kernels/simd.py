@@ -12,12 +12,10 @@ from numba.core import cgutils
 from numba.extending import intrinsic, models, register_model
 
 LANES = 32
-FLOATS = 16     # lanes of a vector of float32
-_FLOAT = 'float32'
 
 
 class _Vector(types.Type):
-    """The type of a vector of unsigned integers of a number of bits, or of _FLOAT."""
+    """The type of a vector of unsigned integers of a number of bits."""
 
     def __init__(self, bits, lanes=LANES):
         self.bits, self.lanes = bits, lanes
@@ -34,11 +32,10 @@ class _VectorModel(models.PrimitiveModel):
 
 def lanes_in_llvm(bits, lanes=LANES):
     """Return what LLVM calls a vector of a number of lanes."""
-    return ir.VectorType(ir.FloatType() if bits == _FLOAT else ir.IntType(bits), lanes)
+    return ir.VectorType(ir.IntType(bits), lanes)
 
 
 VECTOR = {bits: _Vector(bits) for bits in (8, 16, 32)}
-_FLOATS_IN_LLVM = lanes_in_llvm(_FLOAT, FLOATS)
 
 
 def broadcast(builder, scalar, lanes=LANES):
@@ -344,45 +341,6 @@ def lane_numbers(typing, vector):
 
     def generate(context, builder, signature, arguments):
         return ir.Constant(arguments[0].type, list(range(vector.lanes)))
-    return signature, generate
-
-
-@intrinsic
-def no_floats(typing):
-    """Return a vector of float32 with 0 in every lane."""
-    return _Vector(_FLOAT, FLOATS)(), lambda context, builder, signature, arguments: ir.Constant(
-        _FLOATS_IN_LLVM, [0.0] * FLOATS)
-
-
-@intrinsic
-def add_weighted(typing, total, array, index, weight):
-    """Return a vector of float32, with float32 times the bytes of an array from `index` on."""
-    signature = total(total, array, types.intp, types.float32)
-
-    def generate(context, builder, signature, arguments):
-        number = builder.load(place_of(context, builder, array, *arguments[1:3],
-                                       lanes_in_llvm(8, FLOATS)))
-        number.align = 1
-        weight = broadcast(builder, arguments[3], FLOATS)
-        return builder.fadd(arguments[0], builder.fmul(
-            weight, builder.uitofp(number, _FLOATS_IN_LLVM)))
-    return signature, generate
-
-
-@intrinsic
-def store_rounded(typing, array, index, total, scale):
-    """Write a vector of float32 times float32, as the nearest bytes, from `index` on."""
-    signature = types.void(array, types.intp, total, types.float32)
-
-    def generate(context, builder, signature, arguments):
-        half = ir.Constant(_FLOATS_IN_LLVM, [0.5] * FLOATS)
-        scaled = builder.fmul(arguments[2], broadcast(builder, arguments[3], FLOATS))
-        whole = builder.fptosi(builder.fadd(scaled, half), ir.VectorType(ir.IntType(32), FLOATS))
-        kind = lanes_in_llvm(8, FLOATS)
-        instruction = builder.store(builder.trunc(whole, kind), place_of(
-            context, builder, array, *arguments[:2], kind))
-        instruction.align = 1
-        return context.get_dummy_value()
     return signature, generate
 
 

@@ -14,6 +14,7 @@ from fuzzy_stereo_ros.matching.over_frames.camera_motion import between
 from fuzzy_stereo_ros.matching.over_frames.state import CameraState, NO_CAMERA
 import numpy as np
 
+NOISY = 0.5          # grey levels of noise above which pictures that moved are averaged
 HOLE = 5             # side of the median that closes holes between cells that moved
 IN_PLACE = 'in place'
 FARTHER = -10.0      # column or row of a pixel outside the image

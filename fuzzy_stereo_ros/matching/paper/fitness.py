@@ -18,15 +18,15 @@ all others are not. One half instead of 7 / 8 prefers walls that face the camera
 fitness then rises from 6 % to 12 % of wrong pixels. Eq. 4 is left out: gradients are in Eq. 2.
 """
 import cv2
+from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     fill_gradient_norm, fill_row_fitness)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     EQUAL, fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
-    fill_chosen_possibility, most_possible)
+    fill_chosen_possibility, fill_largest_elsewhere, most_possible)
 from fuzzy_stereo_ros.matching.paper.possibility import (
-    class_levels, eight_bit_colours, FULL, grey_levels, LiteralPossibility, lost_bits,
-    uniform_membership, UniformPossibility)
+    FULL, LiteralPossibility, uniform_membership, UniformPossibility)
 import numpy as np
 
 NEAR = 1    # px within which two disparities are the same match
@@ -64,20 +64,6 @@ def inside(framed):
     return framed[..., 1:-1, 1:framed.shape[-1] - FRAME + 1]
 
 
-def largest_elsewhere(possibility, chromosome, axis):
-    """
-    Return the possibility of the best other match of each cell: uint8 (R, C), 255ths.
-
-    Other matches are farther than NEAR disparities from the chromosome's. possibility: uint8, of
-    all disparities along an axis; chromosome: integers (R, C), indices of disparities
-    """
-    others = possibility.copy()
-    for step in range(-NEAR, NEAR + 1):
-        near = np.clip(chromosome.astype(np.intp) + step, 0, possibility.shape[axis] - 1)
-        np.put_along_axis(others, np.expand_dims(near, axis), 0, axis)
-    return others.max(axis=axis)
-
-
 class LiteralFitness:
     """
     Eq. 3 and Eq. 4 of the chromosomes of one pair.
@@ -99,13 +85,13 @@ class LiteralFitness:
         """Allocate the details of a number of chromosomes."""
         return np.zeros((population, self._rows), np.int64)
 
-    def set_pair(self, pool, left, right):
+    def set_pair(self, pool, luminances, greys, colours):
         """
         Set the pair that chromosomes are evaluated on.
 
-        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR
+        luminances, colours: not used; greys: uint8 (R, C), of the left and the right image
         """
-        left, right = grey_levels(left, right)
+        left, right = greys
         self._possibility.set_pair(left, right)
         gradient_norm(left, self._reference_gradient)
         gradient_norm(right, self._target_norm)
@@ -131,9 +117,18 @@ class LiteralFitness:
         """Write the possibility of a chromosome's matches: uint8 (R, C), 255ths."""
         fill_chosen_possibility(self._possibility.volume, chromosome, chosen)
 
-    def largest_elsewhere(self, chromosome):
-        """Return the possibility of the best other match of each cell: uint8 (R, C), 255ths."""
-        return largest_elsewhere(self._possibility.volume, chromosome, 2)
+    def largest_elsewhere(self, pool, chromosome):
+        """
+        Return the possibility of the best other match of each cell: uint8 (R, C), 255ths.
+
+        Other matches are farther than NEAR disparities from the chromosome's. chromosome:
+        integers (R, C), indices of disparities
+        """
+        others, near = self._possibility.volume.copy(), chromosome.astype(np.intp)[..., None]
+        last = others.shape[2] - 1
+        for step in range(-NEAR, NEAR + 1):
+            np.put_along_axis(others, np.clip(near + step, 0, last), 0, 2)
+        return others.max(axis=2)
 
     def most_possible(self, genes):
         """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""
@@ -155,6 +150,7 @@ class UniformFitness:
         """Allocate all that pairs of one size need."""
         self._possibility = UniformPossibility(config, rows, columns)
         self._size, framed = (rows, columns), (rows + 2, columns + FRAME)
+        self._bands = cut_bands(rows)
         self.planes = self._possibility.planes
         self.weights = np.zeros((8, *framed), np.uint8)
         self.colours = np.zeros((3, *framed), np.uint8)
@@ -164,18 +160,17 @@ class UniformFitness:
         """Allocate the details of a number of chromosomes."""
         return np.zeros((population, *self.weights.shape[1:]), np.uint16)
 
-    def set_pair(self, pool, left, right):
+    def set_pair(self, pool, luminances, greys, colours):
         """
         Set the pair that chromosomes are evaluated on.
 
-        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR
+        luminances: uint16 (R, C), 1 / 256 grey level, of the left and the right image; greys: not
+        used; colours: uint8 (R, C, 3), of the left image
         """
-        lost = lost_bits(left, right)
-        colours = eight_bit_colours(left, lost)
-        self._possibility.set_pair(pool, class_levels(left, lost), class_levels(right, lost),
-                                   colours)
         inside(self.colours)[:] = np.moveaxis(colours, 2, 0)
-        fill_neighbour_weights(self.colours, self._similar, self.weights)
+        self._possibility.set_pair(pool, *luminances, self.colours)
+        pool.each(lambda band: fill_neighbour_weights(
+            self.colours, self._similar, *band[1:], self.weights), self._bands)
 
     def evaluate(self, genes, chosen, details, first, last):
         """
@@ -196,9 +191,13 @@ class UniformFitness:
         fill_chosen(self.planes, framed, 0, self._size[0], framed_chosen)
         chosen[:] = inside(framed_chosen)
 
-    def largest_elsewhere(self, chromosome):
-        """Return the possibility of the best other match of each cell: uint8 (R, C), 255ths."""
-        return largest_elsewhere(inside(self.planes), chromosome, 0)
+    def largest_elsewhere(self, pool, chromosome):
+        """Return the possibility of the best other match, as `LiteralFitness` does."""
+        framed, largest = self.details(1)[0], np.zeros(self.weights.shape[1:], np.uint8)
+        inside(framed)[:] = chromosome
+        pool.each(lambda band: fill_largest_elsewhere(self.planes, framed, NEAR, *band[1:],
+                                                      largest), self._bands)
+        return inside(largest)
 
     def most_possible(self, genes):
         """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""

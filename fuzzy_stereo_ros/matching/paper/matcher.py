@@ -17,7 +17,9 @@ from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
     fill_random_genes, scatter_random_genes)
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.paper import operators
-from fuzzy_stereo_ros.matching.paper.fitness import LiteralFitness, NEAR, UniformFitness
+from fuzzy_stereo_ros.matching.paper.fitness import (
+    inside, LiteralFitness, NEAR, UniformFitness)
+from fuzzy_stereo_ros.matching.paper.inheritance import Inheritance, PaperState
 from fuzzy_stereo_ros.matching.paper.population import Population
 from fuzzy_stereo_ros.matching.paper.possibility import FULL
 import numpy as np
@@ -28,14 +30,23 @@ AROUND = 9          # side of the square whose mean certainty is a pixel's confi
 # and 1.5 grey levels; `benchmark paper` prints how true it is on other scenes.
 RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
+OPERATORS = 'selection', 'crossover', 'mutation', 'migration'
+UNSETTLED = 8.0     # share of confidence that is lost by growth of the fitness, for small shares
+
 
 class Stages(NamedTuple):
-    """The operators of a generation, in order; each is called as in operators.py."""
+    """
+    The operators of a generation, in order, each called as in operators.py; and the inheritance.
+
+    inheritance: called with a MatcherConfig, rows and columns, returns what a frame takes over of
+    the previous one, see Inheritance
+    """
 
     selection: Callable = operators.select
     crossover: Callable = operators.cross_regions
     mutation: Callable = operators.mutate_by_uniform_patches
     migration: Callable | None = operators.migrate
+    inheritance: Callable = Inheritance
 
 
 LITERAL_STAGES = Stages(operators.select, operators.cross_at_lines,
@@ -46,40 +57,54 @@ class PaperMatcher:
     """
     A population of disparity maps of one image size.
 
-    population: the `Population` of the last pair; state_type: frames hand on nothing
+    population: the `Population` of the last pair; state_type: of what it adds to a `FrameState`
     """
 
-    state_type = None
+    state_type = PaperState
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
         literal = config.reading == 'literal'
         self._config, self.pool = config, ThreadPool(config.threads)
         self._fitness = (LiteralFitness if literal else UniformFitness)(config, rows, columns)
+        stages = stages or (LITERAL_STAGES if literal else Stages())
+        self._inheritance = stages.inheritance(config, rows, columns)
         self.population = Population(config, rows, columns, self._fitness)
+        self._most_possible = np.zeros(self.population.framed.shape[1:], np.uint16)
         self._tools = operators.Tools(config, self.pool, self._fitness,
                                       self.population.framed.shape[1:])
-        stages = stages or (LITERAL_STAGES if literal else Stages())
-        self._operators = {name: partial(stage, self._tools)
-                           for name, stage in stages._asdict().items() if stage is not None}
+        self._operators = {name: partial(getattr(stages, name), self._tools)
+                           for name in OPERATORS if getattr(stages, name) is not None}
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """
-        Match a pair; return the `Match`, and None: no frame starts from the previous one.
+        Match a pair; return the `Match`, and the `FrameState` for the next one.
 
-        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; previous, camera: not used;
-        random, budget, observe: as `evolve` takes them
+        left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR; previous: the previous frame's
+        FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
+        that may have moved, or None
         """
-        watch = Stopwatch()
-        self._fitness.set_pair(self.pool, left, right)
+        watch, inheritance, inherited = Stopwatch(), self._inheritance, False
+        inheritance.read(self.pool, left, right)
+        if self._config.warm_start:
+            inherited = inheritance.average(self.pool, previous, camera)
+        watch.lap('pictures')
+        self._fitness.set_pair(self.pool, inheritance.luminances, inheritance.greys,
+                               inheritance.colours)
         watch.lap('possibility')
-        self._initialise(random.child(0))
+        self._initialise(random.child(0), inherited)
         watch.lap('seeds')
         history = evolve(self.population, self._operators, random, budget, observe)
         watch.lap('generations')
-        disparity, confidence = self._result()
+        disparity, confidence = self._result(_growth(history))
         watch.lap('refinement')
-        return Match(disparity, confidence, history, watch.times, False), None
+        state = None
+        if self._config.warm_start:
+            order = operators.fittest_first(self.population.totals)
+            state = inheritance.next_state(self.population.genes[order], confidence, self._config)
+            watch.lap('handing_on')
+        return Match(disparity, confidence, history, watch.times, inherited,
+                     inheritance.motion), state
 
     def possibility_of(self, chromosome):
         """Return the possibility of a chromosome's matches: float32 (R, C), 0 to 1."""
@@ -94,7 +119,7 @@ class PaperMatcher:
         It is 0 in columns that have no other match whose neighbourhood both images see.
         """
         possible = self.possibility_of(chromosome)
-        others = self._fitness.largest_elsewhere(chromosome) / np.float32(FULL)
+        others = self._fitness.largest_elsewhere(self.pool, chromosome) / np.float32(FULL)
         columns, half = np.arange(chromosome.shape[1]), self._config.neighbourhood // 2
         targets = columns - self._config.min_disparity - np.arange(
             self._config.disparities)[:, None]
@@ -103,31 +128,55 @@ class PaperMatcher:
         return np.maximum(possible - others, 0) * comparable / np.maximum(
             possible, np.float32(1 / FULL))
 
-    def _initialise(self, random):
-        """Write the initial population: random maps, or the most possible one."""
-        population, config = self.population, self._config
+    def _initialise(self, random, inherited):
+        """
+        Write the initial population: inherited, random maps, or the most possible one.
+
+        Where the previous frame did not show all, the most possible map takes the place of the
+        least fit chromosome that is inherited: crossover takes its regions where they are fitter.
+        """
+        population, config, inheritance = self.population, self._config, self._inheritance
         population.reset()
-        if config.initial_population == 'winner_takes_all':
-            self._fitness.most_possible(population.framed[0])
+        at_random = config.initial_population == 'random'
+        unseen = inherited and not inheritance.all_known
+        if unseen or not (inherited or at_random):
+            self._fitness.most_possible(self._most_possible)
+        most_possible = inside(self._most_possible)
+        heirs = config.population - (unseen and config.population > 1)
 
         def initialise(slot, thread):
-            genes = population.genes[slot]
-            if config.initial_population == 'random':
-                fill_random_genes(random.child(slot).key, config.disparities, genes)
-            elif slot:
-                genes[:] = population.genes[0]
-                scatter_random_genes(random.child(slot).key, config.disparities, SCATTERED, genes)
+            genes, key = population.genes[slot], random.child(slot).key
+            if inherited and slot < heirs:
+                inheritance.inherit(slot, most_possible, genes)
+            elif at_random and not inherited:
+                fill_random_genes(key, config.disparities, genes)
+            else:
+                genes[:] = most_possible
+                if slot and not inherited:
+                    scatter_random_genes(key, config.disparities, SCATTERED, genes)
             population.evaluate(slot, 0, genes.shape[0])
 
         self._tools.each(config.population, initialise)
 
-    def _result(self):
-        """Return the disparities of the fittest map and their confidence: float32 (R, C)."""
+    def _result(self, growth):
+        """
+        Return the disparities of the fittest map and their confidence: float32 (R, C).
+
+        growth: of the fitness in the last generation, as a share
+        """
         best = self.population.genes[self.population.best]
         confidence = np.interp(10 * cv2.blur(self.certainty_of(best), (AROUND, AROUND)),
-                               range(11), RIGHT).astype(np.float32)
+                               range(11), RIGHT)
+        confidence = (confidence * np.exp(-UNSETTLED * growth)).astype(np.float32)
         disparity = best + np.float32(self._config.min_disparity)
         if not self._config.fill:
             disparity[(confidence == 0)
                       | (confidence < self._config.confidence_threshold)] = np.nan
         return disparity, confidence
+
+
+def _growth(history):
+    """Return by what share the best fitness rose in the last generation: what is not settled."""
+    if len(history) < 2 or history[-2].best_fitness <= 0:
+        return 0.0
+    return max(history[-1].best_fitness / history[-2].best_fitness - 1, 0.0)

@@ -24,7 +24,7 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
     average_over_uniform, fill_class_possibility, fill_grey_possibility, fill_planes)
-from fuzzy_stereo_ros.matching.kernels.simd import FLOATS
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 GREY_CENTRES = (0.0, 127.5, 255.0)      # black, average and white
@@ -39,7 +39,6 @@ UNIFORM_SIGMA = 20.0    # grey levels, of the class of the colour at the middle 
 LEAST_UNIFORM = 0.007   # a membership below this is none
 NEAR_SIGMA = 0.28       # of the nearness to the middle of N, as a share of its side
 SOBEL_SCALE = 0.25      # of a Sobel response, to grey levels of 8 bits over one pixel or so
-LUMINANCE = 0.114, 0.587, 0.299     # of blue, green and red
 
 
 def membership(level, centre, sigma):
@@ -123,49 +122,36 @@ def very_possible_table():
     return np.rint(FULL * (np.arange(256) / FULL)**2).astype(np.uint8)
 
 
-def lost_bits(left, right):
-    """
-    Return how many of the lowest bits to drop from a pair of images to get 8 bits.
-
-    It depends on the brightest pixel of both: cameras of 10 and 12 bits use a part of the 16.
-    """
-    return max(int(max(left.max(), right.max())).bit_length() - 8, 0)
-
-
-def grey_levels(left, right):
-    """
-    Return both images as grey levels of 8 bits, on which Eq. 1 is defined.
-
-    left, right: uint8 or uint16, (R, C) or (R, C, 3) BGR
-    greys: two arrays, uint8 (R, C)
-    """
-    greys = [cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
-             for image in (left, right)]
-    lost = lost_bits(*greys)
-    return [np.ascontiguousarray((grey >> lost).astype(np.uint8)) for grey in greys]
-
-
-def class_levels(image, lost):
+def class_levels(luminance):
     """
     Return the levels that fuzzy classes are defined on: of grey and of both gradients.
 
     Gradients are of the luminance before it is rounded, for faint texture is all that plain
     surfaces have.
 
-    image: uint8 or uint16, (R, C) or (R, C, 3) BGR; lost: bits above 8; levels: uint8 (3, R, C)
+    luminance: uint16 (R, C), 1 / 256 of grey levels of 8 bits; levels: uint8 (3, R, C)
     """
-    grey = np.float32(0.5**lost) * (image @ np.float32(LUMINANCE) if image.ndim == 3
-                                    else image.astype(np.float32))
+    grey = np.float32(1 / 256) * luminance
     gradients = [cv2.Sobel(grey, cv2.CV_32F, *order) * np.float32(SOBEL_SCALE)
                  for order in ((1, 0), (0, 1))]
     levels = [grey, *(128 + GRADIENT_STEPS * compressed(gradient) for gradient in gradients)]
     return np.stack([np.clip(np.rint(level), 0, 255).astype(np.uint8) for level in levels])
 
 
-def eight_bit_colours(image, lost):
-    """Return an image as colours of 8 bits: uint8 (R, C, 3); a grey one in all channels."""
-    image = (image >> lost).astype(np.uint8)
-    return np.ascontiguousarray(image if image.ndim == 3 else np.stack([image] * 3, axis=-1))
+def eight_bit_colours(image, left_shift):
+    """
+    Return an image as colours of 8 bits: uint8 (R, C, 3); a grey one in all channels.
+
+    left_shift: by which it became 16 bits of luminance, see over_frames.pictures
+    """
+    if image.ndim == 2:
+        image = np.stack([image] * 3, axis=-1)
+        left_shift -= 2     # the sum of the weights of the channels is 4
+    lost = 6 - left_shift
+    if lost == 0:
+        return np.minimum(image, 255).astype(np.uint8)
+    image = image.astype(np.uint32)
+    return np.minimum(image >> lost if lost > 0 else image << -lost, 255).astype(np.uint8)
 
 
 def uniform_membership(sigma=UNIFORM_SIGMA):
@@ -209,35 +195,41 @@ class UniformPossibility:
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
         # whole vectors of disparities: what is beyond the last one is averaged, but not read
-        shape = rows, columns, -(-config.disparities // FLOATS) * FLOATS
+        shape = rows, columns, -(-config.disparities // LANES) * LANES
         self._disparities = config.disparities
         gradient = gradient_table(config.reading == 'strict')
         self._tables = np.stack([possibility_table(config.class_sigma), gradient, gradient])
         self._very = very_possible_table()
-        self._similar, self._near = uniform_membership(), nearness(config.neighbourhood)
+        # none beyond LEAST_UNIFORM
+        self._weights = np.outer(nearness(config.neighbourhood),
+                                 np.append(uniform_membership(), np.float32(0)))
         self._min_disparity = config.min_disparity
         self._cells, self._along_rows = (np.zeros(shape, np.uint8) for _ in range(2))
-        self._bands = cut_bands(rows)
+        self._bands, self._levels = cut_bands(rows), [None, None]
         self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
     def set_pair(self, pool, left, right, colours):
         """
         Write the possibilities of a pair.
 
-        left, right: uint8 (3, R, C), from `class_levels`; colours: uint8 (R, C, 3), of left
+        left, right: uint16 (R, C), luminance; colours: uint8 (3, R + 2, W), framed, of left
         """
+        def describe(side):
+            self._levels[side] = class_levels((left, right)[side])
+
         def match(band):
-            fill_class_possibility(self._tables, left, right, self._min_disparity,
+            fill_class_possibility(self._tables, *self._levels, self._min_disparity,
                                    self._disparities, OUTSIDE, *band[1:], self._cells)
 
         def average_along_rows(band):
-            average_over_uniform(self._cells, colours, self._similar, self._near, False,
-                                 *band[1:], self._along_rows)
+            average_over_uniform(self._cells, colours, self._weights, False, *band[1:],
+                                 self._along_rows)
 
         def average_along_columns(band):
-            average_over_uniform(self._along_rows, colours, self._similar, self._near, True,
-                                 *band[1:], self._cells)
+            average_over_uniform(self._along_rows, colours, self._weights, True, *band[1:],
+                                 self._cells)
             fill_planes(self._cells, self._very, *band[1:], self.planes)
 
+        pool.each(describe, (0, 1))
         for work in (match, average_along_rows, average_along_columns):
             pool.each(work, self._bands)

@@ -19,6 +19,7 @@ from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
+from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
@@ -27,7 +28,7 @@ from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
-from fuzzy_stereo_ros.matching.realtime.views import NoiseEstimate, Views
+from fuzzy_stereo_ros.matching.realtime.views import Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmStart
 
 PLANES = 1          # child of the frame's random source for the evolution of planes

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.over_frames.pictures import Picture
 import numpy as np
 
 
@@ -39,47 +39,22 @@ FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, ju
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=34)
 EDGE = 20           # grey levels of 8 bits
-BRIGHTER = 0.001    # share of an image of 16 bits that may saturate
 
 
-class View:
+class View(Picture):
     """
-    One image at one size: 16-bit luminance, 8-bit grey, census and gradient, allocated once.
+    A picture with its census and gradient, allocated once.
 
     denoised: the luminance in which the census compares the farther pixels
     """
 
     def __init__(self, rows, columns, mirrored, reach):
         """reach: elements behind the columns that candidates of a mirrored image may reach."""
-        self.rows, self.columns, self.mirrored = rows, columns, mirrored
+        super().__init__(rows, columns, mirrored)
         stride = columns + reach + features.SLACK
-        self.luminance = np.zeros((rows + 2 * features.MARGIN,
-                                   columns + 2 * features.MARGIN + features.SLACK), np.uint16)
         self.denoised, self._denoised = self.luminance, np.zeros_like(self.luminance)
-        self.grey = np.zeros((rows, columns + features.SLACK), np.uint8)
         self.census = np.zeros((rows, 3, stride), np.uint8)
         self.slopes = np.zeros((rows, stride), np.uint8)
-
-    def read(self, image, shift, left_shift, first, last):
-        """Read the rows of an image, uint8 or uint16, moved to the right by `shift` columns."""
-        fast = shift == 0 and image.dtype == np.uint8 and self.columns >= LANES
-        if image.ndim == 3 and fast:
-            features.luminance_of_bytes(image, left_shift, self.mirrored, self.luminance,
-                                        self.grey, first, last)
-            return
-        read = features.luminance_of_mono if image.ndim == 2 else features.luminance_of_colour
-        read(image, shift, left_shift, self.mirrored, self.luminance, self.grey, first, last)
-
-    def spread(self, narrow, begin, first, last):
-        """Copy the rows of a view, from column `begin` on, and repeat its border around them."""
-        features.spread(narrow.luminance, narrow.grey, narrow.columns, begin, self.luminance,
-                        self.grey, self.columns, first, last)
-
-    def halve(self, half, first, last):
-        """Fill the rows of the half-size view."""
-        offset = self.columns - 2 * half.columns if self.mirrored else 0
-        features.halve(self.luminance, self.grey, half.columns, offset, half.luminance, half.grey,
-                       first, last)
 
     def denoise(self, tolerance, first, last):
         """Fill some rows of `denoised`: see features.denoise; a tolerance of 0 changes nothing."""
@@ -144,20 +119,3 @@ def extra_columns(min_disparity, disparities):
     """
     needed = max(min(-min_disparity, disparities + 2 * features.MARGIN), 0)
     return needed + needed % 2
-
-
-def luminance_shift(left, right):
-    """
-    Return by how many bits to shift a pair of images to the left for 16 bits of luminance.
-
-    In images of 16 bits a share of BRIGHTER of the pixels, lamps and faulty ones, may saturate:
-    else they would leave few grey levels to a dark picture.
-    """
-    colour = 2 if left.ndim == 3 else 0
-    if left.dtype == np.uint8:
-        return 8 - colour
-    bits = max(int(left.max()), int(right.max()), 1).bit_length()
-    while bits > 1 and all(np.count_nonzero(image >= 1 << (bits - 1)) <= BRIGHTER * image.size
-                           for image in (left, right)):
-        bits -= 1
-    return 16 - colour - bits

@@ -1,53 +1,22 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Both images at full and at half size, with their features, and an estimate of their noise.
+Both images at full and at half size, with their features and the noise of the pair.
 
-Not in the paper, whose memberships have a fixed width. Noise is estimated from second differences
-at both sizes, in the plainest tiles: the mean of 2 x 2 pixels halves white noise, while the second
-differences of texture grow at the coarser size.
+Not in the paper, whose memberships have a fixed width.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.beyond import MARGIN
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import roughness, TILE
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE, luminance_shift, View)
-import numpy as np
+    CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE, View)
 
-PLAINEST = 0.1       # share of the tiles, those of least second differences, that show noise
-_SECOND = 1.954      # mean size of second differences of white noise of 1
-_LOST = 0.75         # share of the variance of noise that the half-size picture has lost
 SPREAD = 8.0         # times the noise, the largest difference from its 3 x 3 mean that is noise
 NEAR, FAR = 1, 2     # rows around a row that it is denoised by, and that its census compares
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
-
-
-class NoiseEstimate:
-    """An estimate of the noise of pictures of one size."""
-
-    def __init__(self, rows, columns):
-        """Allocate for full images of a size."""
-        self._rough = [np.zeros((-(-height // TILE), -(-width // TILE)), np.float32)
-                       for height, width in ((rows, columns), (rows // 2, columns // 2))]
-
-    def measure(self, full, half, first, last):
-        """
-        Measure some rows of a picture; full, half: `View`s of it.
-
-        first, last: rows of the full image, from a multiple of 2 TILE on
-        """
-        for view, rough, size in zip((full, half), self._rough, (TILE, 2 * TILE)):
-            roughness(view.luminance, view.columns, rough, first // size,
-                      min(-(-last // size), len(rough)))
-
-    @property
-    def level(self):
-        """The noise of the picture, all of whose rows are measured: grey levels, deviation."""
-        full, half = map(_plainest, self._rough)
-        return max((full**2 - half**2) / _LOST, 0.0)**0.5
 
 
 def half_disparities(disparities):
@@ -59,12 +28,6 @@ def half_disparities(disparities):
     """
     labels = -(-disparities // 2)
     return min(labels, LANES * blocks_of(max(labels - MARGIN // 2, 1)))
-
-
-def _plainest(rough):
-    """Return the noise of a view by its plainest tiles: grey levels, if all of it is noise."""
-    place = int(PLAINEST * (rough.size - 1))
-    return float(np.partition(rough.reshape(-1), place)[place]) / _SECOND
 
 
 class Views:

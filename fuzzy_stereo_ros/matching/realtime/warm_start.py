@@ -18,7 +18,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
 from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, STILL
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
@@ -28,7 +28,6 @@ from fuzzy_stereo_ros.matching.realtime.still_scene import (
 import numpy as np
 
 QUIET = 0.2          # grey levels of noise below which the previous best is not used
-NOISY = 0.5          # grey levels of noise above which pictures of a moving camera are averaged
 DISTANCE = 3         # px that a trusted gene may differ from the half map
 FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
 DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in place, or moved

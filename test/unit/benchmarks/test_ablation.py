@@ -14,9 +14,10 @@ from fuzzy_stereo_ros.benchmarks.truth import (
 from fuzzy_stereo_ros.evaluation.catalogue import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.paper.possibility import matching_possibility
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.possibility import luminance_shift, View
+from fuzzy_stereo_ros.matching.realtime.possibility import View
 import numpy as np
 import pandas as pd
 import pytest

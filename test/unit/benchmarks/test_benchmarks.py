@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import cv2
 from fuzzy_stereo_ros.benchmarks import (
-    accuracy, datasets, paper_tables, presets, speed, warm)
+    accuracy, datasets, paper_frames, paper_tables, presets, speed, warm)
 from fuzzy_stereo_ros.benchmarks.datasets import (
     available_scenes, available_sequences, data_folder)
 from fuzzy_stereo_ros.benchmarks.page import check_page, HEADING, write_section
@@ -512,6 +512,33 @@ def test_cold_is_the_frame_alone_and_warm_is_not():
                             measured['warm'] - measured['cold']]
 
 
+def frames_without_means(table):
+    return [row[0] for row in table.rows if not row[0].endswith(': mean')]
+
+
+def test_a_course_is_followed_frame_by_frame_and_compared_with_one_frame_alone():
+    pairs = datasets.available_scenes(None, quick=True)[0]
+    found = paper_frames.courses(pairs, [], quick=True)
+    assert [course.kind for course in found] == [
+        paper_frames.STILL, paper_frames.STILL, paper_frames.PANS, paper_frames.PANS,
+        f'cut from {pairs[0].name}', 'the same, begun there']
+    *_, cut, begun = (paper_frames.follow(course, 0) for course in found)
+    numbers = {name for name in cut if name.startswith('frame')}
+    assert numbers == {'frame 1', 'frame 2'} and cut['last'] == cut['frame 2']
+    assert set(begun) == set(cut) and cut['last'] != begun['last']      # other random numbers
+
+    figures = {'frame 1': 9.0, 'right 1': 90.0, 'last': 4.0, 'milliseconds': 5.0}
+    rows = [{'kind': 'still', 'scene': name, **figures, 'frame 2': last, 'last': last,
+             'cold': 2.0, 'cold ms': 50.0} for name, last in (('one', 3.0), ('two', 5.0))]
+    table = paper_frames.frames_table([*rows, {'kind': 'cut', 'scene': 'two', **figures}])
+    assert table.columns == ('', 'frame 1', 'frame 2', 'cold', 'last / cold', 'time / cold',
+                             'ms a frame')
+    assert table.rows == [
+        ('still: one', 9.0, 3.0, 2.0, 1.5, 0.1, 5.0), ('still: two', 9.0, 5.0, 2.0, 2.5, 0.1, 5.0),
+        ('still: mean', 9.0, 4.0, 2.0, 2.0, 0.1, 5.0), ('cut: two', 9.0, None, None, None, None,
+                                                        5.0)]
+
+
 @pytest.mark.slow
 def test_the_papers_tables_have_the_measured_errors(monkeypatch):
     monkeypatch.setattr(paper_tables, 'TABLE_II_TURNS', 1)
@@ -520,7 +547,7 @@ def test_the_papers_tables_have_the_measured_errors(monkeypatch):
     monkeypatch.setattr(paper_tables, 'FIGURE_4', (few, {'population': 6, 'generations': 2}))
     report = paper_tables.run(SmallRequest())
     assert_columns_have_names_of_their_own(report)
-    first, earned, sure, second, figure = report.tables
+    first, earned, sure, second, figure, frames, sure_at_first, parts = report.tables
     lines = [row[0] for row in first.rows]
     assert lines[0] == 'literal, random'
     assert {'uniform, random, mean of the seeds', 'uniform, winner takes all',
@@ -539,6 +566,12 @@ def test_the_papers_tables_have_the_measured_errors(monkeypatch):
         'uniform, winner takes all, 4 individuals, 2 generations',
         'profile realtime, as it is', 'OpenCV 3WAY tuned, dense']
     assert len(figure.rows) == 4
+    kinds = [row[0].split(':')[0] for row in frames.rows]
+    assert set(kinds) == {paper_frames.STILL, paper_frames.PANS}
+    assert frames.columns[1:3] == ('frame 1', 'frame 2')
+    assert [row[0] for row in sure_at_first.rows] == frames_without_means(frames)
+    assert [row[0] for row in parts.rows] == [
+        variant.name for variant in paper_frames.PAPER_OVER_FRAMES]
     assert any('small instead' in sentence for sentence in report.skipped)
 
 

@@ -8,9 +8,10 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
     flat, half_prior, texture_steps, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Windows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import GROW, HalfSize, MARGIN, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, HALF_SIZE, luminance_shift, View)
+    CensusPossibility, extra_columns, HALF_SIZE, View)
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np

@@ -36,7 +36,7 @@ def measure(left, right, disparities, min_disparity, neighbourhood):
         'paper', disparities=disparities, min_disparity=min_disparity,
         neighbourhood=neighbourhood, reading='literal')
     found = LiteralFitness(config, *left.shape[:2])
-    found.set_pair(ThreadPool(1), left, right)
+    found.set_pair(ThreadPool(1), None, (left, right), None)
     return found
 
 

@@ -87,8 +87,7 @@ def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed)
     random, shape = np.random.default_rng(seed), (rows, columns)
     full = 2 * rows + odd, 2 * columns + odd
     moved = random.integers(-1, 6, shape).astype(np.float32)
-    source = random.integers(0, rows, shape, np.int32) << 16 | random.integers(
-        0, columns, shape, np.int32)
+    source = random.integers(0, rows * columns, shape, np.int32)
     source[(moved < 0) | (random.random(shape) < 0.1)] = -1     # nothing moved to it
     validity = random.integers(0, 2, shape, np.uint8)
     sums = random.integers(60, 85, (2, *shape), np.uint16)

@@ -30,7 +30,7 @@ def pair(seed=0, shape=(ROWS, COLUMNS), shift=3):
 
 def config_for(**changes):
     settings = {'disparities': DISPARITIES, 'population': 20, 'generations': 8, 'threads': 1,
-                'neighbourhood': 5}
+                'neighbourhood': 5, 'warm_start': False}
     return MatcherConfig.from_profile('paper', **{**settings, **changes})
 
 
@@ -123,9 +123,9 @@ def test_the_retained_of_each_island_survive_and_are_all_parents(reading):
     population, tools = matcher.population, matcher._tools
     assert len(population.islands) == (1 if reading == 'literal' else 2)
     fitness, former = population.fitness.copy(), population.genes.copy()
-    for number, stage in enumerate(LITERAL_STAGES if reading == 'literal' else Stages()):
-        if stage is not None and stage is not operators.migrate:
-            stage(tools, population, Random((3, number)))
+    stages = LITERAL_STAGES if reading == 'literal' else Stages()
+    for number, name in enumerate(('selection', 'crossover', 'mutation')):
+        getattr(stages, name)(tools, population, Random((3, number)))
     kept = np.setdiff1d(np.arange(config.population), population.lineage.children)
     for island in population.islands:
         size = operators.elite_size(island.size, config.elite)
@@ -255,9 +255,11 @@ def test_the_result_is_the_best_in_pixels_and_by_how_much_its_matches_are_more_p
         np.full_like(best, index)), 0) for index in range(DISPARITIES)], axis=0)
     certainty = np.maximum(possible - others, 0) / np.maximum(possible, 1 / 255)
     certainty[:, :3] = certainty[:, -2:] = 0    # at most three disparities from -2 to 3 are seen
-    np.testing.assert_allclose(match.confidence, np.interp(
+    *_, before, last = match.history
+    growth = last.best_fitness / before.best_fitness - 1
+    np.testing.assert_allclose(match.confidence, np.exp(-8 * growth) * np.interp(
         10 * cv2.blur(certainty, (9, 9)), range(11), RIGHT), atol=1e-6)
-    assert list(match.times) == ['possibility', 'seeds', 'generations', 'refinement']
+    assert list(match.times) == ['pictures', 'possibility', 'seeds', 'generations', 'refinement']
 
 
 def test_the_possibility_of_a_literal_chromosome_is_eq_2_to_half_a_255th():

@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Eq. 1, Eq. 2, the possibility volume and the grey levels they are defined on."""
-import cv2
+"""Eq. 1, Eq. 2, the possibility volume and the levels they are defined on."""
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
     average_over_uniform, fill_chosen_possibility, fill_class_possibility, fill_grey_possibility,
-    fill_planes, most_possible)
+    fill_largest_elsewhere, fill_planes, most_possible)
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
+from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import (
-    class_levels, compressed, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table, GREY_CENTRES,
-    grey_levels, matching_possibility, membership, nearness, possibility_table,
+    class_levels, compressed, eight_bit_colours, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table,
+    GREY_CENTRES, matching_possibility, membership, nearness, possibility_table,
     shared_membership, uniform_membership, very_possible_table)
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -57,39 +59,21 @@ def test_the_possibility_of_a_chromosome_is_read_from_the_volume(shape):
     np.testing.assert_array_equal(chosen, reference.chosen_possibility(volume, chromosome))
 
 
-def test_grey_images_of_8_bits_are_taken_as_they_are_and_colour_as_its_luma():
-    left, right = pair((4, 5))
-    for grey, image in zip(grey_levels(left, right), (left, right)):
-        np.testing.assert_array_equal(grey, image)
-    colour = np.random.default_rng(2).integers(0, 256, (4, 5, 3)).astype(np.uint8)
-    luma = colour @ [0.114, 0.587, 0.299]  # blue, green, red
-    assert np.abs(grey_levels(colour, colour)[0] - luma).max() <= 1
-    np.testing.assert_array_equal(
-        grey_levels(colour, right)[0], cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY))
+@pytest.mark.parametrize('shape', [(3, 4), (3, 4, 3)])
+@pytest.mark.parametrize('bits', range(5, 17))
+def test_colours_are_the_8_highest_used_bits_of_all_channels(bits, shape):
+    image = np.random.default_rng(bits).integers(0, 2**bits, shape).astype(np.uint16)
+    image[0] = 2**bits - 1
+    colours = eight_bit_colours(image, luminance_shift(image, image))
+    expected = np.floor(image * 2.0**(8 - bits))
+    assert colours.dtype == np.uint8
+    np.testing.assert_array_equal(colours, expected if len(shape) == 3 else np.stack(
+        [expected] * 3, axis=-1))
 
 
-@settings(max_examples=30)
-@given(st.integers(8, 16), st.integers(0, 100))
-def test_images_of_16_bits_keep_their_8_highest_used_bits_the_same_in_both(bits, seed):
-    left, right = pair((3, 4), seed).astype(np.uint16)
-    left[0, 0] = 255
-    left <<= bits - 8
-    right <<= bits - 8
-    greys = grey_levels(left, right)
-    assert all(grey.dtype == np.uint8 for grey in greys)
-    np.testing.assert_array_equal(greys[0], left >> (bits - 8))
-    np.testing.assert_array_equal(greys[1], right >> (bits - 8))
-
-
-def test_the_brighter_image_decides_how_many_bits_are_dropped():
-    bright, dark = np.array([[4095]], np.uint16), np.array([[160]], np.uint16)
-    for images in ((bright, dark), (dark, bright)):
-        assert sorted(int(grey[0, 0]) for grey in grey_levels(*images)) == [10, 255]
-
-
-def test_dark_images_of_16_bits_are_not_made_brighter():
-    dark = np.array([[3, 200]], np.uint16)
-    np.testing.assert_array_equal(grey_levels(dark, dark)[0], dark)
+def test_images_of_8_bits_are_taken_as_they_are():
+    image = np.random.default_rng(2).integers(0, 256, (4, 5, 3)).astype(np.uint8)
+    np.testing.assert_array_equal(eight_bit_colours(image, luminance_shift(image, image)), image)
 
 
 # ---- the uniform reading ----
@@ -127,19 +111,17 @@ def test_very_possible_is_the_square():
     assert abs(table[128] / 255 - (128 / 255)**2) <= 0.5001 / 255
 
 
-def test_levels_are_grey_and_compressed_gradients_alike_for_8_and_12_bits():
-    ramp = np.tile(np.arange(0, 200, 4, dtype=np.uint8), (6, 1))
-    grey, across, down = class_levels(ramp, 0)
+def test_levels_are_grey_and_compressed_gradients():
+    ramp = np.tile(np.arange(0, 200, 4, dtype=np.uint16), (6, 1))
+    grey, across, down = class_levels(ramp << 8)
     np.testing.assert_array_equal(grey, ramp)
     assert set(across[:, 1:-1].ravel()) == {round(128 + 8 * np.log(1 + 8))}
     assert set(down.ravel()) == {128}
-    np.testing.assert_array_equal(class_levels(ramp.astype(np.uint16) << 4, 4),
-                                  [grey, across, down])
 
 
-def test_a_gradient_of_less_than_one_level_of_grey_is_seen_where_there_are_more_bits():
-    faint = np.tile(np.arange(1600, 1616, dtype=np.uint16), (4, 1))     # 1 / 16 level a pixel
-    assert class_levels(faint, 4)[1, 1, 4] == round(128 + 8 * np.log(1 + 2 / 16))
+def test_a_gradient_of_less_than_one_level_of_grey_is_seen():
+    faint = np.tile(np.arange(100 * 256, 101 * 256, 16, dtype=np.uint16), (4, 1))
+    assert class_levels(faint)[1, 1, 4] == round(128 + 8 * np.log(1 + 2 / 16))
 
 
 @pytest.mark.parametrize('disparities, min_disparity', [(4, 0), (5, -3), (3, 9), (3, -40)])
@@ -162,25 +144,47 @@ def test_possibility_by_classes_is_the_product_of_three_tables(disparities, min_
 
 
 @pytest.mark.parametrize('along_columns', [False, True])
-@pytest.mark.parametrize('shape', [(9, 14, 16), (1, 5, 32), (5, 1, 16)])
-def test_a_mean_over_uniform_cells_is_that_of_the_twin(shape, along_columns):
+@pytest.mark.parametrize('shape', [(9, 14, 32), (1, 5, 64), (5, 1, 32), (1, 1, 32)])
+def test_averages_are_over_uniform_cells_in_parts_of_256(shape, along_columns):
     generator = np.random.default_rng(5)
     volume = generator.integers(0, 256, shape).astype(np.uint8)
-    colours = generator.integers(90, 120, (*shape[:2], 3)).astype(np.uint8)
-    similar, near = uniform_membership(), nearness(7)
+    colours = generator.integers(90, 120, (3, *shape[:2])).astype(np.uint8)
+    framed = np.pad(colours, ((0, 0), (1, 1), (1, FRAME - 1)))
+    weights = np.outer(nearness(7), np.append(uniform_membership(), np.float32(0)))
     found = np.full(shape, 99, np.uint8)
-    average_over_uniform(volume, colours, similar, near, along_columns, 0, shape[0],
-                         found)
+    average_over_uniform(volume, framed, weights, along_columns, 0, shape[0], found)
     for row, column in np.ndindex(shape[:2]):
-        total, weights = np.zeros(shape[2]), 0.0
+        others, degrees = [], []
         for step in range(-3, 4):
             other = (row + step, column) if along_columns else (row, column + step)
-            if not (0 <= other[0] < shape[0] and 0 <= other[1] < shape[1]):
-                continue
-            apart = np.sum((colours[row, column].astype(int) - colours[other])**2)
-            weight = similar[apart // 4] * near[abs(step)] if apart // 4 < similar.size else 0
-            total, weights = total + weight * volume[other], weights + weight
-        assert np.abs(found[row, column] - total / weights).max() <= 0.501
+            if 0 <= other[0] < shape[0] and 0 <= other[1] < shape[1]:
+                apart = np.sum((colours[:, row, column].astype(int)
+                                - colours[:, other[0], other[1]])**2)
+                others.append(other)
+                degrees.append(weights[abs(step), min(apart // 4, weights.shape[1] - 1)])
+        scale = np.float32(256) / np.sum(degrees, dtype=np.float32)
+        parts = np.floor(np.array(degrees) * scale + np.float32(0.5)).astype(int)
+        middle = others.index((row, column))
+        parts[middle] += 256 - parts.sum()
+        total = sum(part * volume[other].astype(int) for part, other in zip(parts, others))
+        np.testing.assert_array_equal(found[row, column], (total + 128) // 256)
+        assert np.abs(parts - 256 * np.array(degrees) / np.sum(degrees)).max() < 4
+
+
+@settings(max_examples=40, deadline=None)
+@given(rows=st.integers(1, 5), columns=st.integers(1, 40), disparities=st.integers(1, 9),
+       seed=st.integers(0, 999))
+def test_the_best_match_elsewhere_is_that_of_the_twin(rows, columns, disparities, seed):
+    generator = np.random.default_rng(seed)
+    planes = np.zeros((disparities, rows + 2, columns + FRAME), np.uint8)
+    inside(planes)[:] = generator.integers(0, 256, (disparities, rows, columns))
+    genes = np.zeros(planes.shape[1:], np.uint16)
+    inside(genes)[:] = generator.integers(0, disparities, (rows, columns))
+    found = np.full(genes.shape, 9, np.uint8)
+    fill_largest_elsewhere(planes, genes, 1, 0, rows, found)
+    apart = abs(np.arange(disparities)[:, None, None] - inside(genes).astype(int))
+    np.testing.assert_array_equal(
+        inside(found), np.where(apart > 1, inside(planes), 0).max(axis=0))
 
 
 def test_planes_are_the_volume_by_a_table_and_their_best_is_its_first_maximum():

@@ -33,7 +33,7 @@ class Scene:
         self.colours = np.zeros((3, *framed), np.uint8)
         inside(self.colours)[:] = self.random.integers(*colours, (3, *shape))
         self.weights = np.zeros((8, *framed), np.uint8)
-        fill_neighbour_weights(self.colours, uniform_membership(), self.weights)
+        fill_neighbour_weights(self.colours, uniform_membership(), 0, shape[0], self.weights)
 
     def chromosome(self, genes=None):
         """Return framed genes, chosen, fitness, and its sum."""

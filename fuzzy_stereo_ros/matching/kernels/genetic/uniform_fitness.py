@@ -89,7 +89,7 @@ def fill_chosen(possibility, genes, first, last, chosen):
 
 
 @kernel(allocates=True)
-def fill_neighbour_weights(colours, similar, weights):
+def fill_neighbour_weights(colours, similar, first, last, weights):
     """
     Write how uniform each cell is with its eight neighbours, as whole parts of WEIGHTS.
 
@@ -97,11 +97,11 @@ def fill_neighbour_weights(colours, similar, weights):
     leaves over goes to the heaviest. Neighbours outside the image weigh nothing.
 
     colours: uint8 (3, R + 2, W), framed; similar: float32, by squared distance of colours / 4
-    weights: uint8 (8, R + 2, W), framed, written
+    first, last: rows of the image; weights: uint8 (8, R + 2, W), framed, written
     """
     rows, columns = weights.shape[1] - 2, weights.shape[2] - FRAME
     shares = np.zeros(8, np.float32)
-    for row in range(1, rows + 1):
+    for row in range(first + 1, last + 1):
         for column in range(1, columns + 1):
             for k in range(8):
                 near, beside = row + DOWN[k], column + ACROSS[k]

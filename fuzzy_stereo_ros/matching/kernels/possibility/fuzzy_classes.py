@@ -6,9 +6,12 @@ Possibilities of single matches by fuzzy classes, and their means over the unifo
 Classes are of grey levels, and of gradients as well; cells around are along rows and columns.
 """
 from fuzzy_stereo_ros.matching.kernels import simd
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 import numpy as np
+
+WHOLE_BITS = 8
+WHOLE = 2**WHOLE_BITS       # sum of the weights of an average
 
 
 @kernel
@@ -81,58 +84,88 @@ def fill_chosen_possibility(possibility, chromosome, chosen):
             chosen[row, column] = possibility[row, column, chromosome[row, column]]
 
 
-@inlined
-def _squared(first, second):
-    step = np.int32(first) - np.int32(second)
-    return np.int32(step * step)
-
-
 @kernel(allocates=True)
-def average_over_uniform(possibility, colours, similar, near, along_columns, first, last,
-                         average):
+def average_over_uniform(possibility, colours, weights, along_columns, first, last, average):
     """
     Write the mean possibility over the uniform cells along one direction through each cell.
 
     A cell weighs by its nearness AND by its membership in the class of the colour at the middle:
-    Eq. 1 about that colour.
+    Eq. 1 about that colour. Weights are rounded to 1 / WHOLE, and the middle takes what that
+    leaves over: sums of LANES disparities at once then fit 16 bits.
 
-    possibility: uint8 (R, C, D), 255ths, D a multiple of simd.FLOATS; colours: uint8 (R, C, 3)
-    along_columns: or along rows; near: float32 (half + 1,), by distance; similar: float32, by
-    squared distance of colours / 4, none beyond its end; first, last: rows
-    average: uint8 (R, C, D), 255ths, written
+    possibility: uint8 (R, C, D), 255ths, D a multiple of simd.LANES; colours: uint8
+    (3, R + 2, W), framed; weights: float32 (half + 1, n), by distance in cells and by squared
+    distance of colours / 4, the last for all beyond; along_columns: or along rows; first, last:
+    rows; average: uint8 (R, C, D), 255ths, written
     """
     rows, columns, disparities = possibility.shape
-    half, stride = near.size - 1, columns if along_columns else 1
-    flat_possibility, flat_colours = possibility.reshape(-1), colours.reshape(-1)
-    flat_average = average.reshape(-1)
-    weights, starts = np.zeros(2 * half + 1, np.float32), np.zeros(2 * half + 1, np.int64)
+    half = weights.shape[0] - 1
+    stride = disparities * (columns if along_columns else 1)
+    flat, flat_average = possibility.reshape(-1), average.reshape(-1)
+    degrees = np.zeros((2 * half + 1, columns), np.float32)
+    parts, whole = np.zeros(degrees.shape, np.uint16), np.zeros(columns, np.float32)
+    distances = np.zeros(columns, np.int32)
     for row in range(first, last):
+        whole[:] = 0
+        for tap in range(2 * half + 1):
+            down, across = (tap - half, 0) if along_columns else (0, tap - half)
+            begin, end = max(-across, 0), min(columns - across, columns)
+            degrees[tap] = 0
+            if 0 <= row + down < rows and begin < end:
+                distances[:] = 0
+                for channel in range(3):    # slices of one axis: the compiler uses vectors
+                    _add_squares(
+                        colours[channel, row + 1, 1 + begin:1 + end],
+                        colours[channel, row + down + 1, 1 + begin + across:1 + end + across],
+                        distances)
+                _add_degrees(distances, weights[abs(tap - half)], degrees[tap, begin:end],
+                             whole[begin:end])
+        _cut_into_parts(degrees, whole, parts)
         for column in range(columns):
             place, size = (row, rows) if along_columns else (column, columns)
-            cell = row * columns + column
-            blue, green, red = (flat_colours[3 * cell], flat_colours[3 * cell + 1],
-                                flat_colours[3 * cell + 2])
-            whole, number = np.float32(0), np.uint64(0)
-            for step in range(-min(half, place), min(half, size - 1 - place) + 1):
-                other = np.uint64(cell + step * stride)
-                colour = np.uint64(3) * other
-                distance = np.uint64(
-                    _squared(blue, flat_colours[colour])
-                    + _squared(green, flat_colours[colour + np.uint64(1)])
-                    + _squared(red, flat_colours[colour + np.uint64(2)])) >> np.uint64(2)
-                if distance < np.uint64(similar.size):
-                    weight = similar[distance] * near[np.uint64(abs(step))]
-                    whole += weight
-                    weights[number] = weight
-                    starts[number] = np.int64(other) * disparities
-                    number += np.uint64(1)
-            for block in range(0, disparities, simd.FLOATS):
-                total = simd.no_floats()
-                for index in range(number):
-                    total = simd.add_weighted(total, flat_possibility, starts[index] + block,
-                                              weights[index])
-                simd.store_rounded(flat_average, cell * disparities + block, total,
-                                   np.float32(1) / whole)
+            taps = range(max(half - place, 0), min(half + size - place, 2 * half + 1))
+            middle = (row * columns + column) * disparities
+            for block in range(middle, middle + disparities, simd.LANES):
+                total = simd.splat(np.uint16(WHOLE // 2))
+                for tap in taps:
+                    total = simd.add(total, simd.multiply(
+                        simd.splat(parts[tap, column]),
+                        simd.widen(simd.load(flat, block + (tap - half) * stride))))
+                simd.store(flat_average, block, simd.narrow(simd.shift_right(total, WHOLE_BITS)))
+
+
+@kernel
+def _add_squares(here, there, distances):
+    """Add the squares of the differences of two rows of bytes."""
+    for column in range(len(here)):
+        step = np.int32(here[column]) - np.int32(there[column])
+        distances[column] += np.int32(step * step)
+
+
+@kernel
+def _add_degrees(distances, weights, degrees, whole):
+    """Write the weights of cells at squared distances of colours, and add them to a sum."""
+    last = np.int32(weights.size - 1)
+    for column in range(len(degrees)):
+        weight = weights[np.uint32(min(distances[column] >> np.int32(2), last))]
+        degrees[column] = weight
+        whole[column] += weight
+
+
+@kernel
+def _cut_into_parts(degrees, whole, parts):
+    """Write weights, float32 (n, C), of a sum (C,), as whole parts of WHOLE: uint16 (n, C)."""
+    middle = parts[len(parts) // 2]
+    for column in range(len(whole)):
+        whole[column] = np.float32(WHOLE) / whole[column]
+        middle[column] = WHOLE
+    for tap in range(len(parts)):
+        if tap != len(parts) // 2:
+            line, scaled = parts[tap], degrees[tap]
+            for column in range(len(whole)):
+                part = np.uint16(np.int32(scaled[column] * whole[column] + np.float32(0.5)))
+                line[column] = part
+                middle[column] -= part
 
 
 @kernel
@@ -168,3 +201,29 @@ def most_possible(planes, first, last, best, chromosome):
                 if plane[column] > best[column]:
                     best[column] = plane[column]
                     chromosome[row, column] = index
+
+
+@kernel(allocates=True)
+def fill_largest_elsewhere(planes, chromosome, near, first, last, largest):
+    """
+    Write the possibility of the best match that is farther than `near` from a chromosome's.
+
+    planes: uint8 (D, R + 2, W); chromosome: uint16 (R + 2, W), indices of disparities; first,
+    last: rows; largest: uint8 (R + 2, W), written; all framed
+    """
+    width = chromosome.shape[1]
+    flat, flat_genes, flat_largest = planes.reshape(-1), chromosome.reshape(-1), largest.reshape(
+        -1)
+    plane, reach = chromosome.size, simd.splat(np.uint16(2 * near))
+    for row in range(first + 1, last + 1):
+        for column in range(0, width, simd.LANES):
+            start = row * width + min(column, width - simd.LANES)
+            # genes less `near`: what is at most 2 * near above them is near
+            least = simd.subtract(simd.load(flat_genes, start), simd.splat(np.uint16(near)))
+            best = simd.splat(np.uint8(0))
+            for index in range(planes.shape[0]):
+                away = simd.subtract(simd.splat(np.uint16(index)), least)
+                far = simd.narrow(simd.less(reach, away))
+                best = simd.maximum(best, simd.bit_and(
+                    far, simd.load(flat, index * plane + start)))
+            simd.store(flat_largest, start, best)

@@ -19,7 +19,6 @@ UNSEEN = 12         # distance of a census to a place outside the image: as good
 FARTHEST = 0.3      # px of disparity; what is farther is not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
 BEHIND = 0.05       # share of its distance to which a point may come near
-ROW_BITS, COLUMN = 16, 2**16 - 1    # of the row of a source cell, and mask of its column
 
 
 @inlined
@@ -38,8 +37,8 @@ def move_labels(labels, lowest, view, moved, source):
     Move each cell to its place in the other frame; where several meet, the nearest one stays.
 
     labels: float32 (r, c); view: from cells to cells; moved: float32 (r, c), labels there, NOTHING
-    where no cell came to; source: int32 (r, c), the cell that it was, its row shifted by ROW_BITS
-    and its column, -1 there.
+    where no cell came to; source: int32 (r, c), the cell that it was, row * c + column, -1
+    there.
     """
     rows, columns = labels.shape
     moved[:] = NOTHING
@@ -60,7 +59,7 @@ def move_labels(labels, lowest, view, moved, source):
                                    min(int(np.floor(across + reach)), columns - 1) + 1):
                     if label > moved[below, right] and label >= 0:
                         moved[below, right] = label
-                        source[below, right] = row << ROW_BITS | column
+                        source[below, right] = row * columns + column
 
 
 @kernel
@@ -128,6 +127,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
     """
     most, near, likelier, flat, longest = rules
     rows, columns = moved.shape
+    flat_validity, flat_survived = validity.reshape(-1), survived.reshape(-1)
     low, high = np.full(columns + 2, np.inf, np.float32), np.full(columns + 2, NOTHING, np.float32)
     for row in range(first, last):
         above, here, below = moved[max(row - 1, 0)], moved[row], moved[min(row + 1, rows - 1)]
@@ -140,8 +140,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
             cell, label = np.int64(source[row, column]), here[column]
             if cell < 0 or distances[row, column] > most:
                 continue
-            then, place = cell >> ROW_BITS, cell & COLUMN
-            if validity[then, place] != CONSISTENT:
+            if flat_validity[cell] != CONSISTENT:
                 continue
             if (abs(np.float32(2 * np.int32(half[row, column])) + np.float32(0.5) - label) > near
                     and distances[row, column] + likelier > half_distances[row, column]):
@@ -149,7 +148,7 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
             least = min(low[column], low[column + 1], low[column + 2])
             largest = max(high[column], high[column + 1], high[column + 2])
             if largest - least <= flat:
-                strengths[row, column] = min(np.int64(survived[then, place]) + 1, longest)
+                strengths[row, column] = min(np.int64(flat_survived[cell]) + 1, longest)
 
 
 @inlined
@@ -194,7 +193,7 @@ def note_survivors(fine, steps, moved, strengths, source, survived, labels, surv
     (r, c), of the one before; labels: float32 (r, c), survived_now: uint8 (r, c), written: 0 where
     the search did not rely on the moved label, or chose another.
     """
-    columns = labels.shape[1]
+    columns, flat_survived = labels.shape[1], survived.reshape(-1)
     for row in range(first, last):
         for column in range(columns):
             label = np.float32(fine[2 * row, 2 * column]) / np.float32(steps)
@@ -202,7 +201,7 @@ def note_survivors(fine, steps, moved, strengths, source, survived, labels, surv
             age = np.int64(0)
             if strengths[row, column] > 0 and abs(label - moved[row, column]) <= 1:
                 cell = np.int64(source[row, column])
-                age = min(np.int64(survived[cell >> ROW_BITS, cell & COLUMN]) + 1, 255)
+                age = min(np.int64(flat_survived[cell]) + 1, 255)
             survived_now[row, column] = age
 
 

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Images as 16-bit luminance and 8-bit grey, which frames are compared and averaged in."""
+from fuzzy_stereo_ros.matching.kernels.possibility import features
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
+import numpy as np
+
+BRIGHTER = 0.001    # share of an image of 16 bits that may saturate
+
+
+class Picture:
+    """
+    One image at one size: 16-bit luminance and 8-bit grey, allocated once.
+
+    luminance: uint16, padded, see features; grey: uint8 (R, C + SLACK); both mirrored if asked for
+    """
+
+    def __init__(self, rows, columns, mirrored):
+        """Allocate for an image of a size."""
+        self.rows, self.columns, self.mirrored = rows, columns, mirrored
+        self.luminance = np.zeros((rows + 2 * features.MARGIN,
+                                   columns + 2 * features.MARGIN + features.SLACK), np.uint16)
+        self.grey = np.zeros((rows, columns + features.SLACK), np.uint8)
+
+    def read(self, image, shift, left_shift, first, last):
+        """Read the rows of an image, uint8 or uint16, moved to the right by `shift` columns."""
+        fast = shift == 0 and image.dtype == np.uint8 and self.columns >= LANES
+        if image.ndim == 3 and fast:
+            features.luminance_of_bytes(image, left_shift, self.mirrored, self.luminance,
+                                        self.grey, first, last)
+            return
+        read = features.luminance_of_mono if image.ndim == 2 else features.luminance_of_colour
+        read(image, shift, left_shift, self.mirrored, self.luminance, self.grey, first, last)
+
+    def spread(self, narrow, begin, first, last):
+        """Copy the rows of a picture, from column `begin` on, and repeat its border around."""
+        features.spread(narrow.luminance, narrow.grey, narrow.columns, begin, self.luminance,
+                        self.grey, self.columns, first, last)
+
+    def halve(self, half, first, last):
+        """Fill the rows of the half-size picture."""
+        offset = self.columns - 2 * half.columns if self.mirrored else 0
+        features.halve(self.luminance, self.grey, half.columns, offset, half.luminance, half.grey,
+                       first, last)
+
+
+def luminance_shift(left, right):
+    """
+    Return by how many bits to shift a pair of images to the left for 16 bits of luminance.
+
+    In images of 16 bits a share of BRIGHTER of the pixels, lamps and faulty ones, may saturate:
+    else they would leave few grey levels to a dark picture.
+    """
+    colour = 2 if left.ndim == 3 else 0
+    if left.dtype == np.uint8:
+        return 8 - colour
+    bits = max(int(left.max()), int(right.max()), 1).bit_length()
+    while bits > 1 and all(np.count_nonzero(image >= 1 << (bits - 1)) <= BRIGHTER * image.size
+                           for image in (left, right)):
+        bits -= 1
+    return 16 - colour - bits

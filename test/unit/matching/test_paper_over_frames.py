@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The population of the profile `paper` lives from frame to frame."""
+from dataclasses import replace
+
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.kernels.genetic.inheritance import inherit, origins_of_tiles
+from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.matching.over_frames import camera_motion
+from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
+from hypothesis import given, settings, strategies as st
+from made_matches import wrong
+import numpy as np
+import pytest
+import reference_inheritance as twins
+
+ROWS, COLUMNS, DISPARITIES, FRAMES = 130, 160, 24, 6
+CONFIG = MatcherConfig.from_profile('paper_live', disparities=DISPARITIES, fill=True, threads=1)
+CAMERA = Camera(FOCAL * COLUMNS, FOCAL * COLUMNS, (COLUMNS - 1) / 2, (ROWS - 1) / 2)
+
+
+def frames(number=FRAMES, seed=1, **options):
+    return list(make_sequence(ROWS, COLUMNS, DISPARITIES, number, seed,
+                              **{'noise': 2.0, 'objects': 4, **options}))
+
+
+def matches_of(pairs, camera=None, matcher=None, **changes):
+    matcher = matcher or StereoMatcher(replace(CONFIG, **changes))
+    return [matcher.match(pair.left, pair.right, camera=camera) for pair in pairs], matcher
+
+
+def bits(match):
+    return match.disparity.tobytes(), match.confidence.tobytes()
+
+
+@settings(max_examples=60, deadline=None)
+@given(rows=st.integers(1, 40), columns=st.integers(1, 40), down=st.integers(-50, 50),
+       right=st.integers(-50, 50), seed=st.integers(0, 999))
+def test_a_population_is_moved_as_by_the_twins(rows, columns, down, right, seed):
+    random, shape = np.random.default_rng(seed), (rows, columns)
+    choices = random.integers(-1, 2, (-(-rows // 16), -(-columns // 16))).astype(np.int8)
+    origins = np.full(shape, 9, np.int32)
+    origins_of_tiles(choices, down, right, origins)
+    assert np.array_equal(origins, twins.origins_of_tiles(choices, down, right, shape))
+
+    before, fresh = random.integers(0, 30, (2, *shape)).astype(np.uint16)
+    genes, lowest = np.zeros(shape, np.uint16), random.choice((-7.25, 0.0, 4.5))
+    moving = tuple(random.normal((0, 0, 1, 0), (0.01, 0.01, 0.2, 0.02)))
+    for scale in ((0.0, 0.0, 1.0, 0.0), moving):
+        inherit(before, origins, lowest, scale, 29, fresh, genes)
+        assert np.array_equal(genes, twins.inherit(before, origins, lowest, scale, 29, fresh))
+
+
+def test_what_stays_in_place_keeps_its_genes():
+    before = np.random.default_rng(0).integers(0, 24, (20, 30)).astype(np.uint16)
+    genes = np.zeros_like(before)
+    inherit(before, np.arange(600, dtype=np.int32).reshape(20, 30), -3.7, (0.0, 0.0, 1.0, 0.0),
+            23, np.zeros_like(before), genes)
+    np.testing.assert_array_equal(genes, before)
+
+
+def test_a_map_grows_out_of_noise_while_frames_come():
+    pairs = frames()
+    matches, _ = matches_of(pairs, generations=4)
+    bad = [wrong(match, pair) for match, pair in zip(matches, pairs)]
+    assert bad[0] > 30 and bad[-1] < bad[0] / 4
+    assert bad == sorted(bad, reverse=True)
+    assert [match.warm for match in matches] == [False, *[True] * (FRAMES - 1)]
+
+
+def test_the_whole_population_is_handed_on_fittest_first():
+    _, matcher = matches_of(frames(2))
+    population, genes = matcher.algorithm.population, matcher.state.own.genes
+    assert genes.shape == (CONFIG.population, ROWS, COLUMNS)
+    np.testing.assert_array_equal(genes[0], population.genes[population.best])
+    assert {gene.tobytes() for gene in genes} == {gene.tobytes() for gene in population.genes}
+
+
+def test_a_population_moves_with_a_panning_picture():
+    pairs = frames(pan=3.0)
+    panning, _ = matches_of(pairs, generations=4)
+    still, _ = matches_of(frames(), generations=4)
+    assert wrong(panning[-1], pairs[-1]) < wrong(panning[0], pairs[0]) / 3
+    assert wrong(panning[-1], pairs[-1]) < 2 * wrong(still[-1], frames()[-1]) + 1
+
+
+def test_a_population_moves_with_the_camera():
+    pairs = frames(drive=0.08, pan=2.0, noise=1.0)
+    followed, _ = matches_of(pairs, CAMERA)
+    alone, _ = matches_of(pairs)
+    assert followed[-1].motion == camera_motion.FOLLOWED
+    assert wrong(followed[-1], pairs[-1]) < 0.7 * wrong(alone[-1], pairs[-1])
+
+
+@pytest.mark.parametrize('shape', [(ROWS, COLUMNS), (ROWS - 30, COLUMNS - 20)])
+def test_after_a_cut_or_another_size_all_begins_anew(shape):
+    _, matcher = matches_of(frames(3))
+    after = make_pair(*shape, DISPARITIES, seed=7, noise=2.0)
+    found = matcher.match(after.left, after.right, stamp=None)
+    fresh = StereoMatcher(CONFIG)
+    if shape == (ROWS, COLUMNS):        # the cut is a later frame, with random numbers of its own
+        fresh.restore(replace(matcher.state, frame=2))
+        fresh.state.ages[:] = 1
+        assert not found.warm and (matcher.state.ages == 1).all()
+        assert abs(wrong(found, after) - wrong(matches_of([after])[0][0], after)) < 5
+    else:
+        assert bits(found) == bits(fresh.match(after.left, after.right))
+
+
+def test_the_same_bits_with_any_number_of_threads_and_after_being_restored():
+    pairs = frames(4, drive=0.08)
+    expected = [bits(match) for match in matches_of(pairs, CAMERA)[0]]
+    for threads in (2, 3):
+        assert [bits(one) for one in matches_of(pairs, CAMERA, threads=threads)[0]] == expected
+    _, matcher = matches_of(pairs[:2], CAMERA)
+    other = StereoMatcher(CONFIG)
+    other.restore(matcher.state)
+    assert [bits(one) for one in matches_of(pairs[2:], CAMERA, other)[0]] == expected[2:]
+
+
+def test_a_population_of_another_size_inherits_what_there_is():
+    _, matcher = matches_of(frames(3))
+    for population in (1, 9):
+        other = StereoMatcher(replace(CONFIG, population=population))
+        other.restore(matcher.state)
+        match = other.match(*frames(4)[-1][:2])
+        assert match.warm and wrong(match, frames(4)[-1]) < 10
+
+
+def test_confidence_is_true_before_a_map_has_settled():
+    for generations in (4, 8):
+        pairs = frames(5)
+        matches, _ = matches_of(pairs, generations=generations, fill=False)
+        for match, pair in zip(matches, pairs):
+            sure = (match.confidence >= 0.5) & pair.visible
+            if sure.any():
+                assert np.mean(np.abs(match.disparity - pair.truth)[sure] <= 1) > 0.8
+        assert sure.mean() > 0.5
