@@ -131,9 +131,9 @@ class Inheritance:
         return True
 
     @property
-    def all_known(self):
-        """Whether the previous frame showed all cells."""
-        return not (self._origins == NEW).any()
+    def unseen(self):
+        """The share of the cells that the previous frame did not show."""
+        return np.count_nonzero(self._origins == NEW) / self._origins.size
 
     def inherit(self, slot, fresh, genes):
         """

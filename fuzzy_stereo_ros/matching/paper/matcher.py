@@ -30,6 +30,7 @@ AROUND = 9          # side of the square whose mean certainty is a pixel's confi
 # and 1.5 grey levels; `benchmark paper` prints how true it is on other scenes.
 RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
+MUCH = 0.02         # share of unseen cells from which the most possible map is a chromosome
 OPERATORS = 'selection', 'crossover', 'mutation', 'migration'
 UNSETTLED = 8.0     # share of confidence that is lost by growth of the fitness, for small shares
 
@@ -132,17 +133,17 @@ class PaperMatcher:
         """
         Write the initial population: inherited, random maps, or the most possible one.
 
-        Where the previous frame did not show all, the most possible map takes the place of the
-        least fit chromosome that is inherited: crossover takes its regions where they are fitter.
+        Where the previous frame did not show much of this one, the most possible map takes the
+        place of the least fit chromosome: crossover takes its regions where they are fitter.
         """
         population, config, inheritance = self.population, self._config, self._inheritance
         population.reset()
         at_random = config.initial_population == 'random'
-        unseen = inherited and not inheritance.all_known
-        if unseen or not (inherited or at_random):
+        unseen = inheritance.unseen if inherited else 0.0
+        if unseen > 0 or not (inherited or at_random):
             self._fitness.most_possible(self._most_possible)
         most_possible = inside(self._most_possible)
-        heirs = config.population - (unseen and config.population > 1)
+        heirs = config.population - (unseen > MUCH and config.population > 1)
 
         def initialise(slot, thread):
             genes, key = population.genes[slot], random.child(slot).key
