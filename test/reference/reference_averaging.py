@@ -21,13 +21,17 @@ def tiles_of(shape, tile):
 
 
 def tile_differences(now, before, down, right, tile=16, block=4):
-    """Return the four differences of each tile, in grey levels: float64 (4, rows, columns)."""
+    """Return the differences of each tile as the kernel does: float64 (7, rows, columns)."""
     there = moved(before.astype(np.int64), down, right, -1)
     inside = there >= 0
     difference = np.where(inside, (now.astype(np.int64) >> 3) - (there >> 3), 0) / 32
     tiles = tiles_of(now.shape, tile)
-    found = np.zeros((4, *np.add(max(tiles), 1)))
+    found = np.zeros((7, *np.add(max(tiles), 1)))
+    slopes, changes = _of_strips(difference, np.where(inside, there >> 3, 0), inside, block)
     for at, place in tiles.items():
+        strips = np.s_[at[0] * tile // block:(at[0] + 1) * tile // block, place[1]]
+        found[(slice(4, 7), *at)] = _motion(
+            slopes[strips], changes[strips], max(inside[place].sum() // block, 1))
         number = inside[place].sum()
         if number == 0:
             found[0][at] = np.inf
@@ -35,9 +39,31 @@ def tile_differences(now, before, down, right, tile=16, block=4):
         parts = [difference[place][part] for part in tiles_of(inside[place].shape, block).values()]
         sums = np.array([abs(part.sum()) for part in parts])
         sizes = np.array([abs(part).sum() for part in parts])
-        found[(slice(None), *at)] = (sizes.sum() / number, block * sums.sum() / number,
+        found[(slice(0, 4), *at)] = (sizes.sum() / number, block * sums.sum() / number,
                                      sums.max() / block**2, sizes.max() / block**2)
     return found
+
+
+def _of_strips(difference, there, inside, block, steepest=1024):
+    """Return slopes and differences of sums of rows, cut: (strips, C)."""
+    starts = range(0, len(there), block)
+    lines = np.add.reduceat(there, starts, axis=0)
+    columns = np.flatnonzero(inside.any(axis=0))
+    slopes = np.zeros_like(lines)
+    if columns.size:
+        seen = np.pad(lines[:, columns], ((0, 0), (1, 1)), 'edge')
+        slopes[:, columns] = seen[:, 2:] - seen[:, :-2]
+    sums = np.add.reduceat(np.rint(32 * difference).astype(np.int64), starts, axis=0)
+    return np.clip(slopes, -steepest, steepest), np.clip(sums, -steepest, steepest)
+
+
+def _motion(slopes, changes, number):
+    """Return the sum of products without the means, its variance, and the sum of squares."""
+    products, squares = slopes * changes >> 8, (slopes**2).sum()
+    varies = 1 - slopes.sum()**2 / number / max(squares, 1)
+    varies = varies if varies > 0.02 else 0
+    total = products.sum() - slopes.sum() * changes.sum() / number / 256
+    return total if varies else 0, (products**2).sum() * varies, squares
 
 
 def roughness(luminance, tile=16, every=4):
@@ -106,3 +132,72 @@ def brought_forward(source, choices, down, right, outside, tile=16):
         if choices[at] == 0:
             found[place] = source[place]
     return found
+
+
+def added_drifts(differences, rules, choices, drifts_then):
+    """Return the drifts of tiles with this frame: float64 (2, tile rows, tile columns)."""
+    found, keep = np.zeros((2, *choices.shape)), 1 - 1 / rules.oldest
+    for at in np.ndindex(choices.shape):
+        if choices[at] >= 0:
+            size, blocks, _, _, product, variance, _ = differences[(choices[at], slice(None), *at)]
+            total, before = drifts_then[(choices[at], slice(None), *at)]
+            found[(slice(None), *at)] = (
+                keep * total + product,
+                keep**2 * before + variance * max(blocks / max(size, 1e-6), 1)**2)
+    return found
+
+
+def drifting(rules, choices, drifts):
+    """Return which tiles drift, alone or with those around them: bool."""
+    found = np.zeros(choices.shape, bool)
+    for row, column in np.argwhere(choices >= 0):
+        around = drifts[:, max(row - 1, 0):row + 2, max(column - 1, 0):column + 2]
+        found[row, column] = any(total**2 > rules.drift**2 * variance for total, variance in (
+            around.sum(axis=(1, 2)), drifts[:, row, column]))
+    return found
+
+
+def matched(labels, offset, shift, row, column):
+    """Return the mirrored column that a pixel matches, and where both were; None if outside."""
+    down, across = shift
+    (rows, columns), before = labels.shape, (row - down, column - across)
+    if not (0 <= before[0] < rows and 0 <= before[1] < columns):
+        return None
+    there = columns - 1 - (column - int(labels[before]) - offset)
+    return there, before, (before[0], there + across)
+
+
+def alike(views, before, labels, offset, shifts, tested, choices, tile=16, block=4):
+    """Return the correlation of the changes of both views by tile: float64, 0 if not tested."""
+    found = np.zeros(choices.shape)
+    for at, place in tiles_of(labels.shape, tile).items():
+        changes = []
+        for row, column in np.argwhere(np.ones(labels[place].shape, bool)):
+            pixel = row + at[0] * tile, column + at[1] * tile
+            match = matched(labels, offset, shifts[choices[at]], *pixel)
+            if row % block or choices[at] < 0 or not tested[at] or match is None:
+                continue
+            there, *source = match
+            if 0 <= there < labels.shape[1] and 0 <= source[1][1] < labels.shape[1]:
+                changes.append([(int(view[where]) - int(picture[was])) >> 5
+                                for view, where, picture, was in zip(
+                                    views, (pixel, (pixel[0], there)), before, source)])
+        if len(changes) < 48:
+            continue
+        one, other = np.reshape(changes, (-1, 2)).T
+        found[at] = (one * other).sum() / max((one**2).sum() * (other**2).sum(), 1)**0.5
+    return found
+
+
+def ages_of_both(ages, labels, offset, shifts, choices, tile=16, block=4):
+    """Return the age of each tile of the left view, at most the mean of those it matches."""
+    matches = [[[] for _ in line] for line in choices]
+    for row, column in np.ndindex(labels.shape):
+        at = row // tile, column // tile
+        shift = shifts[max(choices[at], 0)]
+        place = row - max(at[0] * tile, shift[0]), column - max(at[1] * tile, shift[1])
+        match = matched(labels, offset, shift, row, column)
+        if match and not any(side % block for side in place) and 0 <= match[0] < labels.shape[1]:
+            matches[at[0]][at[1]].append(1 / ages[1, at[0], match[0] // tile])
+    return np.array([[min(age, 1 / np.mean(found)) if found else age for age, found in zip(*line)]
+                     for line in zip(ages[0], matches)])

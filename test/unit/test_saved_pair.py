@@ -173,7 +173,9 @@ def saved_pairs(draw):
             still, draw(st.integers(0, 3)), *(values(np.float32, *whole) for _ in range(2)))
         state = FrameState(
             values(np.uint16, 2, rows, columns),
-            values(np.float32, 2, 1, -(-columns // 16), elements=st.integers(1, 8)), camera, own,
+            values(np.float32, 2, 1, -(-columns // 16), elements=st.integers(1, 8)),
+            values(np.float32, 2, 2, 1, -(-columns // 16), elements=st.integers(0, 9)),
+            camera, own,
             draw(st.one_of(st.none(), STAMPS, st.integers(1, 9).map(lambda ns: pair.stamp - ns))),
             draw(st.integers(0, 99)), replace(config, seed=draw(st.integers(0, 9))))
     fits = state is not None and state.fits((rows, columns), config, pair.stamp)
@@ -404,6 +406,7 @@ DAMAGES = {
         lambda folder: restored(
             folder, labels=maps(60, 90, np.uint8), validity=maps(60, 90, np.uint8),
             pictures=np.zeros((2, 60, 90), np.uint16), ages=np.ones((2, 4, 6), np.float32),
+            drifts=np.zeros((2, 2, 4, 6), np.float32),
             planes=np.zeros((30, 45, 3), np.float32), evolved=maps(30, 45, np.uint8),
             work=maps(30, 45, np.uint8), half_grey=maps(30, 45, np.uint8),
             cell_validity=maps(30, 45, np.uint8),
@@ -426,6 +429,9 @@ DAMAGES = {
     'ages that are not numbers': (
         lambda folder: restored(folder, ages=np.full((2, 4, 7), np.nan, np.float32)),
         'ages out of range'),
+    'drifts that are not numbers': (
+        lambda folder: restored(folder, drifts=np.full((2, 2, 4, 7), np.nan, np.float32)),
+        'drifts out of range'),
     'planes that are not numbers': (
         lambda folder: restored(folder, planes=np.full((30, 50, 3), np.inf, np.float32)),
         'planes out of range'),

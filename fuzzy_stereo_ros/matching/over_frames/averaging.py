@@ -5,17 +5,20 @@ Both pictures of a pair averaged over frames, tile by tile, which removes noise.
 
 Not in the paper. Averaging pictures helps more than averaging maps: matching amplifies noise. A
 tile is averaged only where all that changed is noise: no louder than the noise of this pair, with
-block means no larger than those of white noise, and no louder in any block than elsewhere. Where a
-camera turns, the whole picture moves by one shift, which phase correlation finds; where it moves
-otherwise, nothing is averaged.
+block means no larger than those of white noise, and no louder in any block than elsewhere. Nor
+may it differ in the direction of a motion over frames, or alike in both views, as texture does.
+Where a camera turns, the whole picture moves by one shift, which phase correlation finds; where it
+moves otherwise, nothing is averaged.
 """
 from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
+    ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    blend, choose_tiles, compare_tiles, roughness, Rules, TILE)
+    add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, Rules, TILE)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 import numpy as np
 
@@ -23,12 +26,28 @@ THUMBNAIL = 60       # rows or columns, at least, of the thumbnails that are cor
 SMALLEST = 16        # rows and columns of a thumbnail that phase correlation can work with
 REACH = 2            # px by which the correlation may be wrong
 SAMPLED = 16         # one row in so many is compared to find the exact shift
-RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32)
+RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32, drift=6.0,
+              alike=0.55)
 LIKE = 2.5           # times the difference of a tile, the largest one of a pixel that is averaged
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
 ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
 STILL = 0.8          # share of unchanged tiles from which the picture counts as still
 ANOTHER = 0.3        # share of unchanged tiles below which it is another scene
+FAINT = 0.5          # grey levels of noise below which moving texture is not taken for it
+
+
+class History(NamedTuple):
+    """
+    What the pictures of a frame are compared with: the averaged ones of the frame before.
+
+    pictures, ages, drifts: see FrameState; labels: (R, C), of the left picture, None where it was
+    warped: its tiles are not tested for motion, which warping leaves some of
+    """
+
+    pictures: np.ndarray
+    ages: np.ndarray
+    drifts: np.ndarray
+    labels: np.ndarray
 
 
 class Motion:
@@ -69,12 +88,14 @@ def _even_size(size):
 class Tiles(NamedTuple):
     """A view compared with its previous picture, by tile: (tile rows, tile columns)."""
 
-    differences: np.ndarray  # float32 (2, 4, ...), by shift; see compare_tiles
+    differences: np.ndarray  # float32 (2, 7, ...), by shift; see compare_tiles
     rough: np.ndarray        # float32, second differences
     ages_then: np.ndarray    # float32 (2, ...), by shift, frames that it was the mean of
     choices: np.ndarray      # int8, the shift of the tile; -1: it changed and is not averaged
     ages: np.ndarray         # float32, frames that it is the mean of now, with this one
     sizes: np.ndarray        # float32, how much it differs, grey levels
+    drifts_then: np.ndarray  # float32 (2, 2, ...), by shift; see add_drifts
+    drifts: np.ndarray       # float32 (2, ...), with this frame
 
 
 class Averaging:
@@ -82,19 +103,24 @@ class Averaging:
     Averages the views of one image size.
 
     pictures: uint16 (2, R, C), averaged, mirrored as the views are; tiles: `Tiles` of each view;
-    share: of the tiles that are unchanged, in the view that has fewer; noise: grey levels
+    ages_of_both: float32 by tile of the left view, see the kernel; share: of the tiles that are
+    unchanged, in the view that has fewer; noise: grey levels
     """
 
-    def __init__(self, rows, columns):
-        """Allocate for images of a size."""
+    def __init__(self, rows, columns, offset):
+        """Allocate for images of a size; offset: of disparities from labels, px."""
         shape = -(-rows // TILE), -(-columns // TILE)
         self.bands = [(index, -(-first // TILE), -(-last // TILE))
                       for index, first, last in cut_bands(rows)]
-        self._motion, self._size = Motion(rows, columns), (rows, columns)
+        self._motion, self._size, self._offset = Motion(rows, columns), (rows, columns), offset
+        self._alike = np.zeros(shape, np.float32)
+        self.ages_of_both = np.ones(shape, np.float32)
         self.tiles = [Tiles(
-            np.zeros((2, 4, *shape), np.float32), np.zeros(shape, np.float32),
+            np.zeros((2, 7, *shape), np.float32), np.zeros(shape, np.float32),
             np.zeros((2, *shape), np.float32), np.full(shape, -1, np.int8),
-            np.ones(shape, np.float32), np.zeros(shape, np.float32)) for _ in range(2)]
+            np.ones(shape, np.float32), np.zeros(shape, np.float32),
+            np.zeros((2, 2, *shape), np.float32), np.zeros((2, *shape), np.float32))
+            for _ in range(2)]
         self.noise, self.shift, self.pictures, self.share = 0.0, (0, 0), None, 0.0
 
     @property
@@ -102,38 +128,52 @@ class Averaging:
         """A copy of the ages of both views' tiles: float32 (2, tile rows, tile columns)."""
         return np.stack([tiles.ages for tiles in self.tiles])
 
+    @property
+    def drifts(self):
+        """A copy of the drifts of both views' tiles: float32 (2, 2, tile rows, tile columns)."""
+        return np.stack([tiles.drifts for tiles in self.tiles])
+
     def restart(self, pool, views):
         """Start anew with the pictures of this frame."""
         self.noise, self.shift, self.share = 0.0, (0, 0), 0.0
         for tiles in self.tiles:
             tiles.choices[:] = -1
             tiles.ages[:] = 1
+            tiles.drifts[:] = 0
+        self.ages_of_both[:] = 1
         pictures = np.empty((2, *self._size), np.uint16)
         self._blend(pool, views, pictures, pictures)
 
-    def average(self, pool, views, pictures, ages, search=True):
+    def average(self, pool, views, history, search=True):
         """
         Average both views with the previous pictures, where they stayed or moved as a whole.
 
-        views: left and right; pictures: uint16 (2, R, C), the right one mirrored like its view;
-        ages: float32 (2, tile rows, tile columns), of the pictures' tiles; search: whether the
-        picture may have moved as a whole.
+        views: left and right; history: the `History`; search: whether the picture may have moved
+        as a whole.
         """
+        pictures, ages, drifts, labels = history
         self.shift = 0, 0
-        for tiles, before in zip(self.tiles, ages):
-            tiles.ages_then[:] = before
-        shares = self._choose(pool, views, pictures, 1)
+        for tiles, before, drift in zip(self.tiles, ages, drifts):
+            tiles.ages_then[:], tiles.drifts_then[:] = before, drift
+        shares = self._choose(pool, views, history, 1)
         if search and min(shares) < STILL:
             self.shift = self._motion.between(pictures[0], views[0].luminance)
         if any(self.shift):
-            for tiles, before, (down, right) in zip(self.tiles, ages, self._shifts()[:, 1]):
-                move_ages(before, down, right, tiles.ages_then[1])
-            shares = self._choose(pool, views, pictures, 2)
+            for tiles, before, drift, shift in zip(
+                    self.tiles, ages, drifts, self._shifts()[:, 1]):
+                for values, moved in zip((before, *drift), (
+                        tiles.ages_then[1], *tiles.drifts_then[1])):
+                    move_ages(values, *shift, moved)
+            shares = self._choose(pool, views, history, 2)
         self.share = min(shares)
         for tiles, share in zip(self.tiles, shares):
             if share < ANOTHER:
                 tiles.choices[:] = -1
                 tiles.ages[:] = 1
+            tiles.drifts[:] = 0
+        self.ages_of_both[:] = self.tiles[0].ages
+        if labels is not None:
+            self._reject_drifting(labels)
         self._blend(pool, views, pictures, np.empty_like(pictures))
 
     def _shifts(self):
@@ -141,26 +181,47 @@ class Averaging:
         down, right = self.shift
         return np.array([[(0, 0), (down, right)], [(0, 0), (down, -right)]], np.int64)
 
-    def _choose(self, pool, views, pictures, number):
+    def _choose(self, pool, views, history, number):
         """Compare the tiles at the last of some shifts; return the shares of unchanged ones."""
         shifts = self._shifts()[:, number - 1]
 
         def compare(band):
-            for tiles, view, picture, (down, right) in zip(self.tiles, views, pictures, shifts):
-                compare_tiles(view.luminance, picture, down, right, tiles.differences[number - 1],
+            for tiles, view, picture, shift in zip(self.tiles, views, history.pictures, shifts):
+                compare_tiles(view.luminance, picture, *shift, tiles.differences[number - 1],
                               band[1], band[2])
                 if number == 1:
                     roughness(view.luminance, view.columns, tiles.rough, band[1], band[2])
         pool.each(compare, self.bands)
-        shares, self.noise = [], 0.0
+        self.noise = 0.0
         for tiles in self.tiles:
             noise = min(_quiet(tiles.differences[:number, 0].min(axis=0)),
                         ROUGH * _quiet(tiles.rough))
-            shares.append(choose_tiles(
-                tiles.differences[:number], tiles.ages_then, noise, tuple(RULES), tiles.choices,
-                tiles.ages, tiles.sizes))
+            choose_tiles(tiles.differences[:number], tiles.ages_then, noise, tuple(RULES),
+                         tiles.choices, tiles.ages, tiles.sizes)
             self.noise = max(self.noise, noise)
-        return shares
+        if history.labels is not None and self.noise > FAINT:
+            self._reject_alike(pool, views, history)
+        return [float(np.mean(tiles.choices >= 0)) for tiles in self.tiles]
+
+    def _reject_alike(self, pool, views, history):
+        """Take out the tiles that changed alike in both views: what moves there is texture."""
+        (left, right), shifts, labels = self.tiles, self._shifts(), history.labels
+        pool.each(lambda band: changes_alike(
+            *(view.luminance for view in views), history.pictures, labels, self._offset, shifts[0],
+            left.differences, left.choices, self._alike, *band[1:]), self.bands)
+        moves = self._alike > RULES.alike
+        if moves.any():
+            left.choices[moves], left.ages[moves] = -1, 1
+            reject_pointed_at(moves, labels, self._offset, right.choices, right.ages)
+
+    def _reject_drifting(self, labels):
+        """Start the tiles anew that differ in the direction of a motion over frames."""
+        for tiles in self.tiles:
+            add_drifts(tiles.differences, tuple(RULES), tiles.choices, tiles.drifts_then,
+                       tiles.drifts)
+            reject_drifting(tuple(RULES), tiles.choices, tiles.ages, tiles.drifts)
+        ages_of_both(self.ages, labels, self._offset, self._shifts()[0], self.tiles[0].choices,
+                     self.ages_of_both)
 
     def _blend(self, pool, views, before, after):
         shifts = self._shifts()

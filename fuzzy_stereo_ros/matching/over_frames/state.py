@@ -49,13 +49,15 @@ class FrameState:
     What the next frame needs of a frame.
 
     pictures: uint16 (2, R, C), luminance of both views, averaged, the right one mirrored; ages:
-    float32 (2, tile rows, tile columns), of how many frames; camera: a `CameraState`; own: what
+    float32 (2, tile rows, tile columns), of how many frames; drifts: float32 (2, 2, tile rows,
+    tile columns), of each view, see add_drifts; camera: a `CameraState`; own: what
     the profile adds, a tuple of arrays and numbers, with the methods of `CameraState`, and `after`
     as below; stamp: ns or None; frame: its number; config: the MatcherConfig.
     """
 
     pictures: np.ndarray
     ages: np.ndarray
+    drifts: np.ndarray
     camera: CameraState
     own: Any
     stamp: int | None
@@ -83,8 +85,8 @@ class FrameState:
 
     def arrays(self):
         """Return {name: array} of all its arrays."""
-        return {'pictures': self.pictures, 'ages': self.ages, **self.camera._asdict(),
-                **_parted(self.own)[0]}
+        return {'pictures': self.pictures, 'ages': self.ages, 'drifts': self.drifts,
+                **self.camera._asdict(), **_parted(self.own)[0]}
 
     def numbers(self):
         """Return {name: number} of what the profile adds."""
@@ -99,11 +101,14 @@ class FrameState:
         shape = (*np.shape(self.pictures), 0, 0, 0)[1:3]     # pictures that are no three axes
         tiles = tuple(-(-side // TILE) for side in shape)
         layout = {'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
+                  'drifts': (np.float32, (2, 2, *tiles)),
                   **self.camera.layout(shape, labels), **self.own.layout(shape, labels)}
         for name, array in self.arrays().items():
             check_array(f'{name} of the state', array, *layout[name])
         if not (self.ages >= 1).all():
             raise ValueError('the state has ages out of range')
+        if not np.isfinite(self.drifts).all() or (self.drifts[:, 1] < 0).any():
+            raise ValueError('the state has drifts out of range')
         self.camera.check(labels)
         self.own.check(labels)
 
@@ -117,7 +122,7 @@ def restored(kind, arrays, numbers, **others):
     """
     found = dict(arrays)
     camera = {name: found.pop(name) for name in CameraState._fields if name in found}
-    common = {name: found.pop(name) for name in ('pictures', 'ages') if name in found}
+    common = {name: found.pop(name) for name in ('pictures', 'ages', 'drifts') if name in found}
     return FrameState(**common, camera=CameraState(**camera), own=kind(**found, **numbers),
                       **others)
 

@@ -14,7 +14,8 @@ from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.inheritance import inherit, NEW, origins_of_tiles
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
-from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, STILL
+from fuzzy_stereo_ros.matching.over_frames.averaging import (
+    ANOTHER, Averaging, History, STILL)
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY, numbers
 from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, Picture
@@ -62,7 +63,8 @@ class Inheritance:
         self.left, self.right, self._half = (Picture(rows, columns, False), Picture(
             rows, columns, True), Picture(rows // 2, columns // 2, False))
         self._bands = cut_bands(rows, 2)
-        self._averaging, self._noise = Averaging(rows, columns), NoiseEstimate(rows, columns)
+        self._averaging = Averaging(rows, columns, config.min_disparity)
+        self._noise = NoiseEstimate(rows, columns)
         self._moving = MovingCamera(rows, columns, config.min_disparity)
         self._origins, self._nearest = (np.zeros((rows, columns), kind)
                                         for kind in (np.int32, np.float32))
@@ -110,7 +112,8 @@ class Inheritance:
         if state is None:
             averaging.restart(pool, views)
         else:
-            averaging.average(pool, views, state.pictures, state.ages)
+            averaging.average(pool, views, History(
+                state.pictures, state.ages, state.drifts, state.own.genes[0]))
         self.left.halve(self._half, 0, self._half.rows)
         followed = moving.follow(pool, state, camera, self._half.grey[:, :self._half.columns],
                                  averaging.share >= STILL)
@@ -119,7 +122,8 @@ class Inheritance:
         self._before, self._scale = state.own.genes, IN_PLACE
         if followed:
             if noise > NOISY and averaging.share < ANOTHER:
-                averaging.average(pool, views, *moving.pictures(state), search=False)
+                averaging.average(pool, views, History(
+                    *moving.pictures(state), np.zeros_like(state.drifts), None), search=False)
             view = moving.motion.forward
             warp.move_labels(self._before[0].astype(np.float32), moving.lowest, numbers(view),
                              self._nearest, self._origins)
@@ -152,5 +156,8 @@ class Inheritance:
         genes: uint16 (P, R, C), the fittest first; confidence: float32 (R, C), of the first
         """
         cells = genes[0, ::2, ::2][:self._half.rows, :self._half.columns].astype(np.float32)
-        return FrameState(self._averaging.pictures, self._averaging.ages, self._moving.state(
-            cells, (confidence < SURE).astype(np.uint8)), PaperState(genes), None, 0, config)
+        averaging = self._averaging
+        return FrameState(
+            averaging.pictures, averaging.ages, averaging.drifts,
+            self._moving.state(cells, (confidence < SURE).astype(np.uint8)), PaperState(genes),
+            None, 0, config)

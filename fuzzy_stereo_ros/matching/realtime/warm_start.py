@@ -17,7 +17,8 @@ from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
-from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, STILL
+from fuzzy_stereo_ros.matching.over_frames.averaging import (
+    ANOTHER, Averaging, History, STILL)
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
@@ -99,7 +100,7 @@ class WarmStart:
     def __init__(self, rows, columns, disparities, min_disparity, camera=MovingCamera):
         """Allocate for images of a size and a range of disparities; camera: see Stages."""
         half = rows // 2, columns // 2
-        self._averaging = Averaging(rows, columns)
+        self._averaging = Averaging(rows, columns, min(min_disparity, 0))
         self._moving = camera(rows, columns, min_disparity)
         self._moved_prior = MovedPrior(rows, columns, gene_type(disparities), self._moving)
         self._half_labels = np.zeros(half, gene_type(disparities))
@@ -124,18 +125,20 @@ class WarmStart:
         if state is None:
             self._averaging.restart(pool, views)
         else:
-            self._averaging.average(pool, views, state.pictures, state.ages)
-        left = self._averaging.tiles[0]
+            self._averaging.average(pool, views, History(
+                state.pictures, state.ages, state.drifts, state.own.labels))
+        left, ages = self._averaging.tiles[0], self._averaging.ages_of_both
         # The labels are of the last search: a tile that changed since then is another one.
         searched = 1 if state is None else 1 + state.own.kept       # frames ago
-        choices = np.where(left.ages <= searched, np.int8(-1), left.choices)
-        previous_best.tile_strengths(choices, left.ages, len(CUTS), self._strengths)
+        choices = np.where(ages <= searched, np.int8(-1), left.choices)
+        previous_best.tile_strengths(choices, ages, len(CUTS), self._strengths)
         self._left = views[0]
         self._moved_prior.restart()
         followed = self._moving.follow(pool, state, camera, half_grey,
                                        self._averaging.share >= STILL)
         if followed and noise > NOISY and self._averaging.share < ANOTHER:
-            self._averaging.average(pool, views, *self._moving.pictures(state), search=False)
+            self._averaging.average(pool, views, History(
+                *self._moving.pictures(state), np.zeros_like(state.drifts), None), search=False)
             self._strengths[:] = 0      # the previous map is not in place
 
     @property
@@ -207,9 +210,9 @@ class WarmStart:
 
     def tile_history(self):
         """Return the `TileHistory` of the left picture."""
-        tiles = self._averaging.tiles[0]
-        return TileHistory(tiles.choices, self._strengths, tiles.ages, self._averaging.noise,
-                           self._averaging.shift)
+        averaging = self._averaging
+        return TileHistory(averaging.tiles[0].choices, self._strengths, averaging.ages_of_both,
+                           averaging.noise, averaging.shift)
 
     def kept_state(self, state, config):
         """
@@ -219,7 +222,7 @@ class WarmStart:
         """
         result = kept_result(state, self._averaging.tiles, config)
         return result and replace(state, pictures=self._averaging.pictures,
-                                  ages=self._averaging.ages,
+                                  ages=self._averaging.ages, drifts=self._averaging.drifts,
                                   own=state.own._replace(**result._asdict()))
 
     def next_state(self, pool, labels, validity, fine, genes, config, match, before=None):
@@ -231,6 +234,8 @@ class WarmStart:
         """
         cells, *seen = self._moved_prior.note(pool, before, self._left.census, fine)
         result = new_result(before, self._averaging.tiles, match)
+        averaging = self._averaging
         return FrameState(
-            self._averaging.pictures, self._averaging.ages, self._moving.state(cells, validity),
+            averaging.pictures, averaging.ages, averaging.drifts,
+            self._moving.state(cells, validity),
             RealtimeState(labels.copy(), validity.copy(), *genes, *seen, *result), None, 0, config)

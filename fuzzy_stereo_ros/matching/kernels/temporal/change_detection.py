@@ -7,7 +7,7 @@ Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 1
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
 import numpy as np
 
@@ -15,6 +15,10 @@ TILE = 16        # pixels of a side of the tiles that are compared
 BLOCK = 4        # pixels of a side of the blocks whose mean differences are compared
 DROPPED_BITS = 3    # bits of luminance that comparing leaves out
 UNITS = 32       # what is left for a grey level
+# larger slopes and differences of sums of BLOCK rows are cut, bits of products are dropped, to fit
+STEEPEST, PRODUCT_BITS = 1024, 8
+LEAST_VARIED = 0.02     # share of the squares of slopes that is left without their mean
+SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
 
 
 class Rules(NamedTuple):
@@ -26,6 +30,8 @@ class Rules(NamedTuple):
     bump: float      # the pixels of any block: times its pixels
     slack: float     # grey levels added to each limit, twice to those of blocks
     oldest: int      # frames that are averaged at the most
+    drift: float     # standard deviations of what noise alone would add up to over frames
+    alike: float     # correlation of the changes that both views show at a point
 
 
 @kernel(allocates=True)
@@ -34,28 +40,40 @@ def compare_tiles(now, before, down, right, differences, first, last):
     Measure how tiles of a picture differ from the picture before, moved down and to the right.
 
     now: uint16 (R + 4, C + 4 + slack), padded; before: uint16 (R, C); differences: float32
-    (4, tile rows, tile columns), the tile rows first .. last are written, in grey levels: the
+    (7, tile rows, tile columns), the tile rows first .. last are written, in grey levels: the
     mean size of the differences of pixels; the mean size of the mean differences of blocks, times
     BLOCK, which is as large where differences are white noise; the largest size of the mean
     difference of a block, and the largest mean size. Tiles that show nothing of the picture
-    before are infinitely different.
+    before are infinitely different. The last three, of sums of BLOCK rows and in units of their
+    own: the sum of differences times slopes along the row, without the means of both, whose sign
+    is that of a motion and which light does not change; its variance where all is noise; and the
+    sum of the squares of slopes.
     """
     rows, columns = before.shape
     top, bottom = max(down, 0), rows + min(down, 0)
     begin, end = max(right, 0), columns + min(right, 0)
     signed = np.zeros(columns + 2 * TILE, np.int16)
     sizes = np.zeros_like(signed)
-    of_columns = np.zeros((4, columns + TILE), np.int32)
+    bright = np.zeros(columns + 2, np.int16)
+    of_columns = np.zeros((9, columns + TILE), np.int32)
     for tile_row in range(first, last):
         above, below = max(tile_row * TILE, top), min((tile_row + 1) * TILE, bottom)
         of_columns[:] = 0
         for strip in range(tile_row * TILE, (tile_row + 1) * TILE, BLOCK):
             signed[:] = 0
             sizes[:] = 0
+            bright[:] = 0
             for row in range(max(strip, above), min(strip + BLOCK, below)):
                 here = now[row + MARGIN, begin + MARGIN:max(begin, end) + MARGIN]
                 there = before[row - down, begin - right:max(begin, end) - right]
                 _add_differences(here, there, signed[begin:], sizes[begin:])
+                _add_brightness(there, bright[begin + 1:])
+            if end > begin:
+                bright[begin], bright[end + 1] = bright[begin + 1], bright[end]
+                _add_products(signed[begin:end], bright[begin:], of_columns[4, begin:],
+                              of_columns[5, begin:])
+                _add_slopes(signed[begin:end], bright[begin:], of_columns[6, begin:],
+                            of_columns[7, begin:], of_columns[8, begin:])
             _add_blocks(sizes, of_columns[0], of_columns[3])
             _add_blocks(signed, of_columns[1], of_columns[2])
         _sum_up(of_columns, max(below - above, 0), begin, end, differences[:, tile_row])
@@ -69,6 +87,44 @@ def _add_differences(here, there, signed, sizes):
                               - np.int16(there[column] >> np.uint16(DROPPED_BITS)))
         signed[column] += difference
         sizes[column] += np.int16(abs(difference))
+
+
+@kernel
+def _add_brightness(line, sums):
+    """Add a row of grey levels, in 1 / UNITS: sums of BLOCK rows fit 16 bits."""
+    for column in range(len(line)):
+        sums[column] += np.int16(line[column] >> np.uint16(DROPPED_BITS))
+
+
+@kernel
+def _add_products(signed, bright, products, variances):
+    """Add differences times slopes and their squares, by column."""
+    for column in range(len(signed)):
+        product = (_slope(bright, column) * _cut(signed[column])) >> np.int32(PRODUCT_BITS)
+        products[column] += product
+        variances[column] += product * product
+
+
+@inlined
+def _cut(value):
+    """Return a value, at most as large as the steepest slope."""
+    return min(max(np.int32(value), np.int32(-STEEPEST)), np.int32(STEEPEST))
+
+
+@inlined
+def _slope(bright, column):
+    """Return the slope at a column of grey levels that begin a column before."""
+    return _cut(np.int32(bright[column + 2]) - np.int32(bright[column]))
+
+
+@kernel
+def _add_slopes(signed, bright, differences, slopes, squares):
+    """Add differences, slopes and the squares of slopes, by column."""
+    for column in range(len(signed)):
+        slope = _slope(bright, column)
+        differences[column] += _cut(signed[column])
+        slopes[column] += slope
+        squares[column] += slope * slope
 
 
 @kernel
@@ -87,11 +143,18 @@ def _add_blocks(line, totals, largest):
 
 @kernel
 def _sum_up(of_columns, height, begin, end, found):
-    """Write the four differences of a row of tiles that lies inside by `height` rows."""
+    """Write the differences of a row of tiles that lies inside by `height` rows."""
     unit = np.float32(1 / UNITS)
     for tile in range(found.shape[1]):
         left = tile * TILE
         total = of_blocks = peak = bump = 0
+        motion = variance = total_difference = total_slope = steepness = 0
+        for column in range(left, left + TILE):
+            motion += of_columns[4, column]
+            variance += of_columns[5, column]
+            total_difference += of_columns[6, column]
+            total_slope += of_columns[7, column]
+            steepness += of_columns[8, column]
         for column in range(left, left + TILE, BLOCK):
             total += of_columns[0, column]
             of_blocks += of_columns[1, column]
@@ -102,6 +165,14 @@ def _sum_up(of_columns, height, begin, end, found):
         found[1, tile] = of_blocks * unit * np.float32(BLOCK) / np.float32(max(number, 1))
         found[2, tile] = peak * unit / np.float32(BLOCK * BLOCK)
         found[3, tile] = bump * unit / np.float32(BLOCK * BLOCK)
+        mean_slope = np.float32(total_slope) / np.float32(max(number // BLOCK, 1))
+        varies = np.float32(1) - mean_slope * np.float32(total_slope) / np.float32(
+            max(steepness, 1))
+        varies = varies if varies > np.float32(LEAST_VARIED) else np.float32(0)
+        found[4, tile] = (np.float32(motion) - mean_slope * np.float32(total_difference)
+                          / np.float32(1 << PRODUCT_BITS)) if varies > 0 else np.float32(0)
+        found[5, tile] = np.float32(variance) * varies
+        found[6, tile] = np.float32(steepness)
 
 
 @kernel(allocates=True)
@@ -137,21 +208,20 @@ def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
     """
     Decide which tiles are unchanged since the previous picture, and after which shift.
 
-    differences: float32 (N, 4, tile rows, tile columns), by shift, see compare_tiles; ages:
+    differences: float32 (N, 7, tile rows, tile columns), by shift, see compare_tiles; ages:
     float32 (N, tile rows, tile columns), moved alike; noise: in grey levels; rules: the fields
     of Rules;
     choices: int8, the shift that differs least, -1 where the tile has changed; new_ages: float32,
-    the frames that it is the mean of from now on; sizes: float32, how much it differs. Returns
-    the share of the tiles that are the same.
+    the frames that it is the mean of from now on; sizes: float32, how much it differs.
     """
-    number, rules = 0, Rules(*rules)
+    rules = Rules(*rules)
     for row in range(choices.shape[0]):
         for column in range(choices.shape[1]):
             best = 0
             for shift in range(1, len(differences)):
                 if differences[shift, 0, row, column] < differences[best, 0, row, column]:
                     best = shift
-            size, blocks, peak, loudest = differences[best, :, row, column]
+            size, blocks, peak, loudest = differences[best, :4, row, column]
             age, slack = ages[best, row, column], rules.slack
             same = (age > 0 and size <= rules.loud * noise + slack
                     and blocks <= rules.white * size + 2 * slack
@@ -160,8 +230,57 @@ def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
             choices[row, column] = best if same else -1
             new_ages[row, column] = min(age + 1, rules.oldest) if same else 1
             sizes[row, column] = size
-            number += same
-    return number / choices.size
+
+
+@kernel
+def add_drifts(differences, rules, choices, drifts_then, drifts):
+    """
+    Add what each tile differs in the direction of a motion to that of the frames before.
+
+    Noise cancels, a motion too slow to be seen in one frame adds up. differences, rules, choices:
+    as in choose_tiles; drifts_then, drifts: float32 (N, 2, ...) and (2, tile rows, tile columns):
+    the sum, and its variance where there is noise alone; older frames count less, as
+    in the average.
+    """
+    rules = Rules(*rules)
+    keep = np.float32(1 - 1 / rules.oldest)
+    for row in range(choices.shape[0]):
+        for column in range(choices.shape[1]):
+            choice = choices[row, column]
+            if choice < 0:
+                drifts[:, row, column] = 0
+                continue
+            size, of_blocks = differences[choice, :2, row, column]
+            # noise that is alike in neighbours cancels less
+            coloured = max(of_blocks / max(size, np.float32(1e-6)), np.float32(1))**2
+            drifts[0, row, column] = (keep * drifts_then[choice, 0, row, column]
+                                      + differences[choice, 4, row, column])
+            drifts[1, row, column] = (keep * keep * drifts_then[choice, 1, row, column]
+                                      + coloured * differences[choice, 5, row, column])
+
+
+@kernel(allocates=True)
+def reject_drifting(rules, choices, ages, drifts):
+    """
+    Start tiles anew that drift, alone or with the tiles around them.
+
+    rules, choices, ages: as in choose_tiles, changed; drifts: see add_drifts, changed
+    """
+    rules, (rows, columns) = Rules(*rules), choices.shape
+    before, most = drifts.copy(), np.float32(rules.drift**2)
+    for row in range(rows):
+        for column in range(columns):
+            if choices[row, column] < 0:
+                continue
+            total = variance = np.float32(0)
+            for above in range(max(row - 1, 0), min(row + 2, rows)):
+                for left in range(max(column - 1, 0), min(column + 2, columns)):
+                    total += before[0, above, left]
+                    variance += before[1, above, left]
+            alone, own = before[0, row, column], before[1, row, column]
+            if total * total > most * variance or alone * alone > most * own:
+                choices[row, column], ages[row, column] = -1, 1
+                drifts[:, row, column] = 0
 
 
 @kernel(allocates=True)
