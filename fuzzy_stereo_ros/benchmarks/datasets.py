@@ -18,6 +18,7 @@ from fuzzy_stereo_ros.evaluation.catalogue import (
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     GroundTruthPair, KITTI, MIDDLEBURY, read_motorcycle)
 from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.synthetic.layers import make_layers
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 import numpy as np
 
@@ -34,8 +35,14 @@ QUICK_KINDS = 'window, noise 0, pan 0', 'window, noise 6, pan 2', 'hard cut'
 NOISES = (0, 3, 6, 12)
 PANS = (0, 2, 8)
 WINDOW_FRAMES, FIRST_SCORED = 6, 2
-KITTI_DRIVE = 'kitti2012_seq/000027'
-KITTI_FRAMES, KITTI_DISPARITIES = ('07', '08', '09', '10'), 96
+KITTI_DRIVE, OTHER_DRIVE = 'kitti2012_seq/000027', 'kitti2012_seq/000138'
+KITTI_NOISE = 3         # grey levels, in half of the drives
+# group, folder and frames, also backwards or with frames left out; the last one has a truth
+KITTI_DRIVES = (('KITTI drive', KITTI_DRIVE, ('07', '08', '09', '10')),
+                ('KITTI drive, every other frame', KITTI_DRIVE, ('08', '10')),
+                ('KITTI drive, backwards', KITTI_DRIVE, ('11', '10')),
+                ('KITTI drive, backwards', OTHER_DRIVE, ('11', '10')))
+KITTI_DISPARITIES = 96
 CALIBRATION = 'calib.txt'
 EUROC, EUROC_DISPARITIES = 'euroc_v101_rect', 64
 EUROC_FRAMES = tuple(f'{number:04}' for number in range(10))
@@ -49,6 +56,7 @@ MADE_KINDS = {'made, moving': {'motion': 3.0},
               'made, drive': DRIVE, 'made, drive, noise 6': {**DRIVE, 'noise': 6},
               'made, drive, objects move': {**DRIVE, 'noise': 2, 'motion': 3.0}}
 MADE_SEEDS = 1, 2, 3
+SHARP, SHARP_PANS = {'contrast': 30, 'blur': 0.3}, (1, 2, 3)     # texture as sharp as a pixel
 APPEARS = 3
 
 
@@ -145,25 +153,29 @@ def available_sequences(data, scenes, quick=False):
                     scored=range(FIRST_SCORED, 8),
                     camera=MADE_CAMERA if 'drive' in options else None)
           for kind, options in MADE_KINDS.items() for seed in MADE_SEEDS),
+        *(synthetic(f'made, sharp texture, pan {pan}', f'seed {seed}', pan=pan,
+                    read=partial(panning, seed, pan), scored=range(FIRST_SCORED, 10))
+          for pan in SHARP_PANS for seed in MADE_SEEDS),
         *(synthetic('made, object appears', f'seed {seed}', read=partial(appearing, seed),
                     scored=range(APPEARS, APPEARS + 2)) for seed in MADE_SEEDS)]
     if quick:
         return [one for one in found if one.group in QUICK_KINDS], []
-    drives = [
-        (0, 'KITTI drive', KITTI_DRIVE.split('/')[1], KITTI, KITTI_DISPARITIES, KITTI_DRIVE,
-         FRAMES, KITTI_FRAMES),
-        (len(found) + 1, 'EuRoC', 'V1_01, flicker only', MIDDLEBURY, EUROC_DISPARITIES, EUROC,
-         FRAMES_IN_FOLDERS, EUROC_FRAMES)]
-    skipped = []
-    for place, *named, folder, layout, numbers in drives:
+    drives = [(f'{group}, noise {noise}' if noise else group, folder.split('/')[1], KITTI,
+               KITTI_DISPARITIES, folder, FRAMES, numbers, noise)
+              for noise in (0, KITTI_NOISE) for group, folder, numbers in KITTI_DRIVES]
+    drives.append(('EuRoC', 'V1_01, flicker only', MIDDLEBURY, EUROC_DISPARITIES, EUROC,
+                   FRAMES_IN_FOLDERS, EUROC_FRAMES, 0))
+    driven, skipped = [], {}
+    for *named, folder, layout, numbers, noise in drives:
         if data is None or not (data / folder).is_dir():
-            skipped.append(f'no folder: {folder}')
+            skipped[f'no folder: {folder}'] = None      # each once
             continue
-        found.insert(place, Sequence(
-            *named, partial(read_frames, data / folder, layout, numbers),
+        driven.append(Sequence(
+            *named, partial(read_frames, data / folder, layout, numbers, noise),
             scored=range(0 if folder == EUROC else len(numbers)),
             camera=read_camera(data / folder / CALIBRATION)))
-    return found, skipped
+    return [*(one for one in driven if one.group != 'EuRoC'), *found,
+            *(one for one in driven if one.group == 'EuRoC')], list(skipped)
 
 
 def window(scene, noise, pan, frames=WINDOW_FRAMES, seed=5):
@@ -215,6 +227,12 @@ def moving(seed, options):
         frames=8, seed=seed, objects=5, **MADE, **options)]
 
 
+def panning(seed, pan):
+    """Return ten frames of objects of sharp texture before a background that pans."""
+    return [GroundTruthPair(*made) for made in make_layers(
+        MADE['rows'], MADE['columns'], 10, seed, **SHARP, pan=pan)]
+
+
 def appearing(seed):
     """Return frames of a synthetic scene in which an object appears at frame APPEARS."""
     # Objects are drawn one after the other: with one seed, five are the same four and one more.
@@ -230,6 +248,9 @@ def read_camera(path):
     return Camera(left[0], left[5], left[2], left[6], left[2] - right[2])
 
 
-def read_frames(folder, layout, numbers):
-    """Return the `GroundTruthPair`s of frames of a folder."""
-    return [files_of(folder, layout, number)[0].read() for number in numbers]
+def read_frames(folder, layout, numbers, noise=0, seed=5):
+    """Return the `GroundTruthPair`s of frames of a folder, each with fresh noise, grey levels."""
+    random = np.random.default_rng(seed)
+    frames = (files_of(folder, layout, number)[0].read() for number in numbers)
+    return [replace(frame, left=with_noise(frame.left, noise, random),
+                    right=with_noise(frame.right, noise, random)) for frame in frames]

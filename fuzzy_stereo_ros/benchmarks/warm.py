@@ -8,7 +8,7 @@ that stays or pans.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.datasets import window
+from fuzzy_stereo_ros.benchmarks.datasets import MADE, MADE_SEEDS, window
 from fuzzy_stereo_ros.benchmarks.page import (
     add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled)
 from fuzzy_stereo_ros.benchmarks.request import counted, figures_of_sequence, report_of
@@ -17,6 +17,8 @@ from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.synthetic.layers import BACKGROUND, make_layers
+import numpy as np
 import pandas as pd
 
 COLD, WARM, BASELINE = 'cold', 'warm', '3WAY'
@@ -28,6 +30,10 @@ FRAMES, QUICK_FRAMES = (1, 2, 5, 10, 30), (1, 2)
 # {kind: (noise in grey levels, pan in px a frame)}
 KINDS = {'still, noise 0': (0, 0), 'still, noise 1.5': (1.5, 0), 'pan 2 px, noise 1.5': (1.5, 2)}
 OVER_FRAMES = 'Error over frames'       # start of the title of its table
+# contrast in grey levels and px a frame of objects that come nearer
+SLOW = (8, 0.01), (8, 0.02), (8, 0.05), (5, 0.02), (5, 0.05), (5, 0.1)
+SLOW_NOISE, SLOW_BLUR, SLOW_FRAMES, SLOW_SCORED = 2.0, 1.5, 40, 4     # from frame 4 on
+OUTLIER = 2.0       # px from which an error is no bias
 QUALITY = 'quality, one frame without noise'
 # {matcher: (colour, mark, words)}
 MARKS = {BASELINE: (ORANGE, '^', 'OpenCV 3WAY tuned'),
@@ -53,6 +59,7 @@ def run(request):
     sequences, missing = request.sequences(scenes)
     measured = request.each(sequences, 'warm', lambda sequence: measure(sequence, request))
     walked = request.each(walks(request, scenes), 'over frames', lambda one: walk(request, one))
+    slow = request.each(slow_ones(request), 'slow', lambda one: approach(one, request))
     settings = {
         'ours': f'{request.ours.description}, filled; cold: reset before each frame',
         'baseline': '3WAY, tuned for the family, dense',
@@ -60,14 +67,16 @@ def run(request):
                   'fresh noise of so many grey levels (standard deviation, alike in the three '
                   'channels); frames 2 to 5 of 0 to 5',
         'error': 'percent off by more than 1 px, of the pixels that both cameras see; KITTI: '
-                 '3 px, pixels with truth that are visible (noc), frame 10 after 7, 8 and 9',
+                 '3 px, pixels with truth that are visible (noc), of frame 10',
         'flicker': 'percent of pixels that change by more than 1 px, the pan taken out',
         'drive': 'cameras that drive through a street, turn, tilt and roll; the calibration is '
-                 'given there, and for KITTI and EuRoC',
+                 'given there, and for KITTI and EuRoC; backwards: from a frame to the one before',
+        'sharp texture': 'texture as sharp as a pixel, of like contrast everywhere, that pans',
         'hard cut': 'two frames of one scene, then one of another, which counts',
         'object appears': 'the frame in which it is there for the first time and the next',
     }
-    return report_of('warm', 'Warm start', settings, [*tables(measured), frames_table(walked)],
+    return report_of('warm', 'Warm start', settings,
+                     [*tables(measured), slow_table(slow), frames_table(walked)],
                      [*skipped, *missing],
                      {'warm.svg': draw_warm, 'over_frames.svg': draw_over_frames})
 
@@ -112,6 +121,60 @@ def tables(measured):
             '*Worst warm - cold*: on a single sequence of the line, in points.'),
         Table.of('The sequences where the warm start costs most',
                  costly.head(MOST).set_index('path')[[COLD, WARM, MORE]])]
+
+
+class Approach(NamedTuple):
+    """Objects of a contrast, in grey levels, that come nearer at a speed, in px a frame."""
+
+    contrast: int
+    speed: float
+    seed: int
+
+    @property
+    def path(self):
+        """Contrast, speed and seed, as progress shows them."""
+        return f'{self.kind}, seed {self.seed}'
+
+    @property
+    def kind(self):
+        """The line of the table."""
+        return f'contrast {self.contrast}, {self.speed:g} px a frame'
+
+
+def slow_ones(request):
+    """Return an `Approach` for each line of SLOW and each seed."""
+    return [Approach(*line, seed) for line in (SLOW[:1] if request.quick else SLOW)
+            for seed in (MADE_SEEDS[:1] if request.quick else MADE_SEEDS)]
+
+
+def approach(one, request):
+    """Return the figures of an `Approach`: kind, path, and bias of each frame by matcher, px."""
+    matchers = {name: request.ours.matcher(MADE['disparities'], warm_start=True)
+                for name in (COLD, WARM)}
+    biases = {name: [] for name in matchers}
+    for made in make_layers(MADE['rows'], MADE['columns'], SLOW_FRAMES, one.seed, one.contrast,
+                            SLOW_BLUR, approach=one.speed, noise=SLOW_NOISE):
+        matchers[COLD].reset()
+        for name, matcher in matchers.items():
+            off = matcher.match(made.left, made.right).disparity - made.truth
+            counts = made.visible & (made.truth > BACKGROUND) & (abs(off) < OUTLIER)
+            biases[name].append(off[counts].mean())
+    return {'kind': one.kind, 'path': one.path,
+            **{name: np.array(found[SLOW_SCORED:]) for name, found in biases.items()}}
+
+
+def slow_table(measured):
+    """Return the table of a list of figures of `approach`."""
+    rows = {}
+    for kind, group in counted(pd.DataFrame(measured), 'kind', 'path').groupby('kind', sort=False):
+        found = {name: np.stack(list(group[name])) for name in (COLD, WARM)}
+        rows[kind] = {name: of_matcher.mean() for name, of_matcher in found.items()}
+        rows[kind]['warm, worst sequence'] = found[WARM].mean(axis=1).min()
+        rows[kind]['warm, worst frame'] = found[WARM].min()
+    return Table.of(
+        'Objects that come nearer slowly: mean error in px', pd.DataFrame(rows).T,
+        f'Below 0: seen too far away. Noise {SLOW_NOISE:g} grey levels; errors below '
+        f'{OUTLIER:g} px, from frame {SLOW_SCORED} on.')
 
 
 def walks(request, scenes, kinds=KINDS):

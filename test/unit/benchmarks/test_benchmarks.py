@@ -178,7 +178,7 @@ def data(tmp_path):
         write_image(tmp_path / folder / name, mask)
     drive = tmp_path / 'kitti2012_seq' / '000027'
     drive.mkdir(parents=True)
-    for number in datasets.KITTI_FRAMES:
+    for number in ('07', '08', '09', '10', '11'):
         write_image(drive / f'left_{number}.png', known.left)
         write_image(drive / f'right_{number}.png', known.right)
     (drive / 'calib.txt').write_text(
@@ -303,13 +303,20 @@ def test_an_object_appears_in_one_frame():
 
 def test_sequences_that_need_data_are_available_or_reported_missing(data):
     kinds, missing = available_sequences(None, [small_scene(1), small_scene(2)])
-    assert missing == ['no folder: kitti2012_seq/000027', 'no folder: euroc_v101_rect']
+    assert missing == ['no folder: kitti2012_seq/000027', 'no folder: kitti2012_seq/000138',
+                       'no folder: euroc_v101_rect']
     assert 'KITTI drive' not in {one.group for one in kinds}
     found, missing = available_sequences(data, [small_scene(1), small_scene(2)])
-    assert missing == ['no folder: euroc_v101_rect']
+    assert missing == ['no folder: kitti2012_seq/000138', 'no folder: euroc_v101_rect']
     assert found[0].camera == (70, 71, 30, 20, 2, None)
     drive = found[0].read()
     assert [frame.truth is not None for frame in drive] == [False, False, False, True]
+    assert [one.group for one in found[:6]] == [
+        f'KITTI drive{how}{noise}' for noise in ('', ', noise 3')
+        for how in ('', ', every other frame', ', backwards')]
+    differences = [noisy.left.astype(int) - clean.left
+                   for noisy, clean in zip(found[3].read(), drive)]
+    assert [difference.std() for difference in differences] == pytest.approx([3] * 4, rel=0.1)
 
 
 # What a confidence is worth.
@@ -493,6 +500,23 @@ def test_a_new_process_keeps_its_kernels_in_the_folder_it_is_given(tmp_path):
     assert speed.process_seconds(program, str(tmp_path / 'cache')) > 0
     assert told.read_text() == str(tmp_path / 'cache')
     assert 'warm_up' in speed.WARM_UP
+
+
+def test_what_comes_nearer_slowly_is_seen_too_far_away_where_the_table_says_so():
+    measured = [{'kind': 'faint', 'path': f'faint, seed {seed}', 'cold': np.array([0.1, 0.1]),
+                 'warm': np.array(warm_ones)}
+                for seed, warm_ones in enumerate([(-0.2, -0.6), (0.0, 0.0)])]
+    table = warm.slow_table(measured)
+    assert table.columns == ('', 'cold', 'warm', 'warm, worst sequence', 'warm, worst frame')
+    assert table.rows == [('faint (2)', *map(pytest.approx, (0.1, -0.2, -0.4, -0.6)))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('contrast, speed', [(8, 0.02), (5, 0.05)])
+def test_what_comes_nearer_slowly_in_little_contrast_has_no_bias(contrast, speed):
+    found = [warm.approach(warm.Approach(contrast, speed, seed), SmallRequest())['warm'].mean()
+             for seed in warm.MADE_SEEDS]
+    assert abs(np.mean(found)) < 0.15
 
 
 def test_cold_is_the_frame_alone_and_warm_is_not():
