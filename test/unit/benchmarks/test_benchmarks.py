@@ -566,6 +566,7 @@ def test_a_course_is_followed_frame_by_frame_and_compared_with_one_frame_alone()
 @pytest.mark.slow
 def test_the_papers_tables_have_the_measured_errors(monkeypatch):
     monkeypatch.setattr(paper_tables, 'TABLE_II_TURNS', 1)
+    monkeypatch.setattr(paper_frames, 'DRIVES', ())     # they take minutes
     few = {'population': 4, 'generations': 2}
     monkeypatch.setattr(paper_tables, 'TABLE_II_SEARCH', few)
     monkeypatch.setattr(paper_tables, 'FIGURE_4', (few, {'population': 6, 'generations': 2}))
