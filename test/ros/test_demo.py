@@ -65,12 +65,12 @@ def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(tmp_p
     assert os.listdir(tmp_path) == ['seen.png']
 
 
-def test_the_paper_profile_can_be_tried_and_has_no_warm_column(tmp_path):
+def test_the_paper_profile_can_be_tried_warm_and_cold(tmp_path):
     code, out, err = run_demo(tmp_path, '--profile', 'paper', '--population', '4',
                               '--generations', '2', '--frames', '2')
     assert code == 0, err
     rows = rows_of(out)
-    assert rows[''] == ('cold',) and rows['pairs lost'] == ('0',)
+    assert rows[''] == ('warm', 'cold') and rows['pairs lost'] == ('0', '0')
     assert (tmp_path / 'demo.png').exists()
 
 
