@@ -17,23 +17,36 @@ import pandas as pd
 
 BUSY, QUICK_BUSY = (0, 1, 2, 4), (0, 1)     # processes that do nothing but work
 PAUSE = 0.02            # s before each frame
-SETTLING = 4            # frames after the others have begun, which do not count
-COUNT, QUICK_COUNT = 40, 3
+SETTLING = 60           # frames after the others have begun, which do not count
+COUNT, QUICK_COUNT = 90, 3
+
+
+class FixedPlaces:
+    """Helping threads that stay where they are, in the place of `HelperPlaces`."""
+
+    def __init__(self, apart):
+        """apart: whether they are kept off the processor of the calling thread."""
+        self.apart = apart
+
+    def add(self, passed, worked):
+        """Measure nothing."""
 
 
 def busy_table(works, frames, quick):
     """
     Return the table of times beside busy processes.
 
-    works: {column: function of a frame's number, below `frames`}, called in turns.
+    works: {column: function of a frame's number, below `frames`}, called in turns, of which each
+    begins with the next one.
     """
     numbers, count = (QUICK_BUSY, QUICK_COUNT) if quick else (BUSY, COUNT)
-    rows = {}
+    rows, settling = {}, QUICK_COUNT if quick else SETTLING
     for busy in numbers:
         with busy_processes(busy):
             times = pd.DataFrame([
-                {name: _milliseconds(work, number % frames) for name, work in works.items()}
-                for number in range(-SETTLING, count)])[SETTLING:]
+                {name: _milliseconds(works[name], number % frames)
+                 for name in _turned(list(works), number)}
+                for number in range(-settling, count)])[settling:]
         rows[number_of(busy, 'busy process', 'busy processes')] = {
             f'{name}, {what} [ms]': times[name].quantile(share)
             for name in works for what, share in (('median', 0.5), ('95th percentile', 0.95))}
@@ -53,6 +66,11 @@ def busy_processes(number):
         for process in processes:
             process.kill()
             process.wait()
+
+
+def _turned(names, number):
+    first = number % len(names)
+    return names[first:] + names[:first]
 
 
 def _milliseconds(work, number):

@@ -16,7 +16,7 @@ import time
 import tracemalloc
 
 import cv2
-from fuzzy_stereo_ros.benchmarks.busy import busy_table
+from fuzzy_stereo_ros.benchmarks.busy import busy_table, FixedPlaces
 from fuzzy_stereo_ros.benchmarks.datasets import with_noise
 from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
@@ -103,11 +103,16 @@ def noisy_frames(pair, rows, columns):
     return [tuple(with_noise(image, NOISE, random) for image in images) for _ in range(FRAMES)]
 
 
-def _ours(request, frames, disparities, threads, name):
-    """Return a function that matches a frame, and returns {stage: milliseconds}."""
+def _ours(request, frames, disparities, threads, name, places=None):
+    """
+    Return a function that matches a frame, and returns {stage: milliseconds}.
+
+    places: where helping threads run; None for the matcher's own rule
+    """
     matcher = request.ours.matcher(
         disparities, threads=threads, warm_start=True, still_interval=1)
     matcher.warm_up(*frames[0][0].shape[:2])
+    matcher.algorithm.pool.places = places or matcher.algorithm.pool.places
 
     def work(frame):
         if name != WARM:
@@ -272,6 +277,10 @@ def beside_busy_processes(request, pair, size, threads):
     greys = [tuple(grey(image) for image in frame) for frame in frames]
     works = {f'{COLD}, {count} thread' + 's' * (count > 1):
              _ours(request, frames, disparities, count, COLD) for count in reversed(threads)}
+    if len(threads) > 1:
+        works.update((name, _ours(request, frames, disparities, threads[-1], COLD,
+                                  FixedPlaces(apart)))
+                     for name, apart in (('helpers apart', True), ('helpers anywhere', False)))
     works[REFERENCE.name] = _baseline(REFERENCE, greys, disparities)
     with opencv_threads(threads[-1]):
         return busy_table(works, FRAMES, request.quick)

@@ -70,14 +70,14 @@ class ThreadPool:
     times as much, and there are some twenty calls a frame. Nobody waits for a helping thread that
     has taken no item: on a processor with other work it may wake long after all items are done.
 
-    shared: ms spent in `each`; the rest of a frame runs in one thread
+    shared: ms spent in `each`; the rest of a frame runs in one thread; places: the `HelperPlaces`
     """
 
     def __init__(self, threads):
         """threads: their number, 0 for one per core; helping ones start when they are needed."""
         self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
         self._helpers, self._queues, self._allowed = [], [], []
-        self._places = HelperPlaces()
+        self.places = HelperPlaces()
         self._end = finalize(self, _end, self._queues)
 
     def each(self, work, items):
@@ -98,7 +98,7 @@ class ThreadPool:
             passed = time.perf_counter() - begun
             self.shared += 1000 * passed
         if helpers > 0:
-            self._places.add(passed, sum((one for _, one in results), worked))
+            self.places.add(passed, sum((one for _, one in results), worked))
         for error, _ in results:
             if error is not None:
                 raise error
@@ -119,7 +119,7 @@ class ThreadPool:
             self._allowed.append(None)
         if number > 0 and sys.platform == 'linux':
             allowed = os.sched_getaffinity(0)
-            places = allowed - {_current_processor() if self._places.apart else None} or allowed
+            places = allowed - {_current_processor() if self.places.apart else None} or allowed
             for index, helper in enumerate(self._helpers[:number]):
                 if self._allowed[index] != places:
                     self._allowed[index] = places

@@ -39,6 +39,14 @@ def test_the_table_has_median_and_95th_percentile_of_frames_that_have_settled(mo
     assert set(called) == {0, 1, 2, 3}
 
 
+def test_each_frame_begins_with_the_next_matcher(monkeypatch):
+    monkeypatch.setattr(busy, 'PAUSE', 0.0)
+    called = []
+    works = {name: lambda _, name=name: called.append(name) for name in 'abc'}
+    busy.busy_table(works, 4, quick=True)
+    assert ''.join(called[:9]) == 'abcbcacab'
+
+
 def test_the_pause_before_a_frame_is_not_counted():
     taken = busy._milliseconds(lambda number: time.sleep(0.001), 0)
     assert 1 <= taken < 1000 * busy.PAUSE

@@ -161,7 +161,7 @@ def test_a_helper_may_run_everywhere_where_that_is_faster():
     pool, allowed = ThreadPool(2), os.sched_getaffinity(0)
     pool.each(lambda item: None, range(2))
     (apart,) = processors_of_helpers(pool)
-    pool._places.apart = False
+    pool.places.apart = False
     pool.each(lambda item: None, range(2))
     assert processors_of_helpers(pool) == [allowed]
     assert len(apart) == len(allowed) - 1
@@ -170,7 +170,7 @@ def test_a_helper_may_run_everywhere_where_that_is_faster():
 
 def test_a_pool_measures_what_all_its_threads_work(monkeypatch):
     pool, added = ThreadPool(2), []
-    monkeypatch.setattr(pool._places, 'add', lambda *one: added.append(one))
+    monkeypatch.setattr(pool.places, 'add', lambda *one: added.append(one))
     both = threading.Barrier(2, timeout=20)
 
     def work(_):
