@@ -90,7 +90,7 @@ setup(
         'console_scripts': [
             'disparity_node = fuzzy_stereo_ros.node.disparity_node:main',
             'managed_disparity_node = fuzzy_stereo_ros.node.managed_node:main',
-            'simulated_cameras = fuzzy_stereo_ros.synthetic.simulated_cameras:main',
+            'simulated_cameras = fuzzy_stereo_ros.node.simulated_cameras:main',
             'fuzzy-stereo = fuzzy_stereo_ros.commands.command_line:main',
         ],
     },

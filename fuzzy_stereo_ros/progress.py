@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Show progress on a text stream: a bar on a terminal, lines or nothing elsewhere."""
+from contextlib import ExitStack
+
+from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
+from fuzzy_stereo_ros.matching.compiling import warm_up
 from tqdm import tqdm
 
 
@@ -22,3 +26,22 @@ def follow(items, title, stream):
             stream.write(f'{title}: {number} of {len(items)} {name}'.rstrip() + '\n')
             stream.flush()
         yield item
+
+
+def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
+    """
+    Return a StereoMatcher whose kernels are compiled for images of a shape.
+
+    stream: of text, for a progress bar if it is a terminal, or always.
+    """
+    matcher, bars = StereoMatcher(config), []
+    with ExitStack() as opened:
+        def report(progress):
+            if not bars:
+                bars.append(opened.enter_context(bar(
+                    stream, always, total=100, desc='compiling the kernels',
+                    bar_format='{l_bar}{bar}| {elapsed}<{remaining}')))
+            bars[0].update(100 * progress.share - bars[0].n)
+
+        warm_up(matcher, *shape, report if always or stream.isatty() else None)
+    return matcher

@@ -9,16 +9,15 @@ Latency, rate, processor time, idle cost and memory; camera, node and listener a
 section.
 """
 from contextlib import closing, contextmanager
-import signal
 import sys
 import time
 
 from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
 from fuzzy_stereo_ros.benchmarks.request import measured
-from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
+from fuzzy_stereo_ros.program import Parser, run_program
 import numpy as np
 import psutil
 from std_msgs.msg import Float32MultiArray
@@ -45,7 +44,7 @@ def running(program, columns, rows, disparities, rate, log, *words):
     """
     node = running_module(program[0], [
         *program[1:], '--ros-args', '--param', f'disparity_range:={disparities}', *words], log)
-    camera = running_module('fuzzy_stereo_ros.synthetic.simulated_cameras', [
+    camera = running_module('fuzzy_stereo_ros.node.simulated_cameras', [
         '--columns', str(columns), '--rows', str(rows), '--disparities', str(disparities),
         '--rate', str(rate), '--colour'], log.with_name('camera.log'))
     with ros_running(), node as process, camera, closing(Listener(process)) as listener:
@@ -177,6 +176,11 @@ def run(arguments):
 
 def main(argv=None):
     """Run the benchmark with the arguments (None: those of the process); return its exit code."""
+    return run_program(_parser, argv)
+
+
+def _parser():
+    """Return the parser of the benchmark."""
     parser = Parser(prog='live_benchmark', description=__doc__.strip().splitlines()[0])
     parser.add_argument('--seconds', type=float, default=20.0,
                         help='duration of each case; default: 20')
@@ -188,8 +192,7 @@ def main(argv=None):
     parser.add_argument('--output', metavar='FILE.md',
                         help='also write the section of this page')
     parser.set_defaults(run=run)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    return run_cleanly(parser, argv)
+    return parser
 
 
 if __name__ == '__main__':

@@ -8,13 +8,12 @@ from pathlib import Path
 import sys
 
 from fuzzy_stereo_ros.commands.parts import (
-    add_truth_options, checked_outputs, for_json, truth_and_mask, warm_matcher)
+    add_truth_options, checked_outputs, for_json, truth_and_mask)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
-from fuzzy_stereo_ros.progress import bar
-from fuzzy_stereo_ros.views.evolution import (
-    evolution_figure, EvolutionAnimation, frames_figure)
+from fuzzy_stereo_ros.progress import bar, warm_matcher
+from fuzzy_stereo_ros.views.evolution import evolution_figure, EvolutionAnimation, frames_figure
 from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match, watched_frames
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
 from fuzzy_stereo_ros.views.video import check_video

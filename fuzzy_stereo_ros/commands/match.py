@@ -9,7 +9,7 @@ import sys
 import time
 
 from fuzzy_stereo_ros.commands.parts import (
-    add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED, warm_matcher)
+    add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
@@ -19,6 +19,7 @@ from fuzzy_stereo_ros.pairs.image_files import (
     check_image_suffix, colour_disparity, read_pair, write_image)
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
+from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 import numpy as np
 

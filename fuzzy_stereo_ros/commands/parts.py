@@ -1,38 +1,15 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Shared parts of commands: warm-up, ground truth, checks of outputs, figures for JSON."""
-from contextlib import ExitStack
+"""Shared parts of commands: ground truth, checks of outputs, figures for JSON."""
 import math
 from pathlib import Path
 
 from fuzzy_stereo_ros.evaluation.ground_truth import read_mask
-from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
-from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
-from fuzzy_stereo_ros.progress import bar
 
 # What an interruption leaves behind, of commands that write whole files at their end.
 UNTOUCHED = 'no file is half written; one that is not written yet is as before'
-
-
-def warm_matcher(config, stream, shape=WARM_UP_SIZE, always=False):
-    """
-    Return a StereoMatcher whose kernels are compiled for images of a shape.
-
-    stream: of text, for a progress bar if it is a terminal, or always.
-    """
-    matcher, bars = StereoMatcher(config), []
-    with ExitStack() as opened:
-        def report(progress):
-            if not bars:
-                bars.append(opened.enter_context(bar(
-                    stream, always, total=100, desc='compiling the kernels',
-                    bar_format='{l_bar}{bar}| {elapsed}<{remaining}')))
-            bars[0].update(100 * progress.share - bars[0].n)
-
-        warm_up(matcher, *shape, report if always or stream.isatty() else None)
-    return matcher
 
 
 def add_truth_options(parser):

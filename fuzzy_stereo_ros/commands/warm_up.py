@@ -4,9 +4,9 @@
 import sys
 import time
 
-from fuzzy_stereo_ros.commands.parts import warm_matcher
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
+from fuzzy_stereo_ros.progress import warm_matcher
 
 LEFT_BEHIND = 'the kernels compiled so far are kept'
 HELP = 'compile the kernels before they are needed'

@@ -12,22 +12,20 @@ from functools import partial
 import math
 import os
 from pathlib import Path
-import signal
 import sys
 import time
 
-from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
-from fuzzy_stereo_ros.commands.parts import warm_matcher
 from fuzzy_stereo_ros.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
-from fuzzy_stereo_ros.demo.phase import (
-    floats, MotorcycleWindow, Phase, play, table, TIMEOUT)
+from fuzzy_stereo_ros.demo.phase import floats, MotorcycleWindow, Phase, play, table, TIMEOUT
+from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
     add_matcher_options, matcher_changes, matcher_config)
 from fuzzy_stereo_ros.parameters.table import ros_name
-from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
+from fuzzy_stereo_ros.program import Parser, run_program
+from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_panel
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
@@ -42,6 +40,11 @@ FAILED = 1              # exit code
 
 def main(argv=None):
     """Run the demo with the arguments (None: those of the process) and return its exit code."""
+    return run_program(_parser, argv)
+
+
+def _parser():
+    """Return the parser of the demo."""
     parser = Parser(prog='demo', description=(
         'Run the node on a real stereo sequence, print a table and write a picture.'))
     parser.add_argument('--frames', type=int, metavar='N',
@@ -53,8 +56,7 @@ def main(argv=None):
     parser.add_argument('--picture', metavar='FILE', default='demo.png', help='default: demo.png')
     add_matcher_options(parser, left_out=('reference',))
     parser.set_defaults(run=run)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    return run_cleanly(parser, argv)
+    return parser
 
 
 def run(arguments):

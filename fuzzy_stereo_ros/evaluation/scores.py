@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 THRESHOLDS = (0.5, 1.0, 2.0, 3.0, 4.0)
+ERROR_LIMIT = 4.0       # px, from which on pictures of errors show all alike
 BINS = 0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1     # of confidence
 
 

@@ -11,8 +11,7 @@ import sys
 from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES, has_fast_dds_profile
 from fuzzy_stereo_ros.pairs.camera_files import read_yaml
-from fuzzy_stereo_ros.parameters.table import (
-    IGNORED_PARAMETERS, Parameter, ROS_PARAMETERS)
+from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS, Parameter, ROS_PARAMETERS
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -22,7 +21,7 @@ import yaml
 PACKAGE = 'fuzzy_stereo_ros'
 MODULES = {'disparity_node': f'{PACKAGE}.node.disparity_node',
            'managed_disparity_node': f'{PACKAGE}.node.managed_node',
-           'simulated_cameras': f'{PACKAGE}.synthetic.simulated_cameras'}
+           'simulated_cameras': f'{PACKAGE}.node.simulated_cameras'}
 TRUTH = {'true': True, '1': True, 'false': False, '0': False}
 NODE_ROWS = (*ROS_PARAMETERS, Parameter('use_sim_time', False, 'take the time from /clock'))
 PROCESS_ROWS = (

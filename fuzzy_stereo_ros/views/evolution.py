@@ -7,10 +7,10 @@ The first row has the images and the convergence curves. A row for each of some 
 follows: the best chromosome, its possibility, the origin of its genes, the mutated cells (as
 Figures 4 and 5 of the paper, with more generations). The animation has one such row.
 """
-from fuzzy_stereo_ros.evaluation.scores import error_map
+from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
 from fuzzy_stereo_ros.views.evolution_record import (
     ALIKE, FIRST, MUTATED, mutates, SECOND, shown_frames)
-from fuzzy_stereo_ros.views.pictures import as_rgb, ERROR_LIMIT, show_map
+from fuzzy_stereo_ros.views.pictures import as_rgb, show_map
 from fuzzy_stereo_ros.views.video import VideoFile
 import numpy as np
 

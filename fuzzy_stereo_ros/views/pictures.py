@@ -5,11 +5,10 @@ import io
 from pathlib import Path
 
 import cv2
-from fuzzy_stereo_ros.evaluation.scores import error_map
+from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, INVALID_GREY, write_whole
 import numpy as np
 
-ERROR_LIMIT = 4.0
 PANEL_SUFFIXES = ('.png', '.pdf', '.svg')
 
 

@@ -18,8 +18,7 @@ NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base'
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
 # Files that import ROS, or stand on those that do: nobody else imports them.
-ROS_FILES = ('node', 'demo', 'synthetic/simulated_cameras', 'benchmarks/live_benchmark',
-             'benchmarks/live_nodes')
+ROS_FILES = 'node', 'demo', 'benchmarks/live_benchmark', 'benchmarks/live_nodes'
 INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'pandas', 'rerun', 'rosbags',
                               'skimage', 'yaml'})
 
@@ -40,14 +39,13 @@ ROOMS = {
     'matching': Room((), frozenset({'cv2', 'numba', 'numpy'})),
     'pairs': Room((), libraries_inside_functions=frozenset({'yaml'})),
     'bags': Room(('pairs',), libraries_inside_functions=frozenset({'rosbags', 'yaml'})),
+    'evaluation': Room(('matching', 'pairs'), frozenset({'cv2', 'jinja2', 'numpy', 'pandas'}),
+                       frozenset({'skimage'})),
     'views': Room(('evaluation/scores', 'matching', 'pairs'),
                   libraries_inside_functions=INSIDE_FUNCTIONS),
-    'evaluation/scores': Room(()),
-    'evaluation': Room(('matching', 'pairs', 'views/pictures'),
-                       frozenset({'cv2', 'jinja2', 'numpy', 'pandas'}),
-                       frozenset({'skimage'})),
     'parameters': Room(('matching', 'pairs')),
-    'flat': Room(('flat', 'matching', 'pairs'), frozenset({'cv2', 'numba', 'numpy', 'tqdm'})),
+    'flat': Room(('matching', 'pairs', 'parameters'),
+                 frozenset({'cv2', 'numba', 'numpy', 'tqdm'})),
     'replay': Room(('bags', 'flat', 'matching', 'pairs', 'parameters', 'views'),
                    libraries_inside_functions=INSIDE_FUNCTIONS),
     'synthetic': Room(('pairs', 'parameters')),
@@ -57,16 +55,15 @@ ROOMS = {
     'commands': Room(('bags', 'benchmarks', 'evaluation', 'flat', 'matching', 'pairs',
                       'parameters', 'replay', 'synthetic', 'views'),
                      libraries_inside_functions=INSIDE_FUNCTIONS),
-    'node': Room(('flat', 'matching', 'pairs', 'parameters'),
+    'node': Room(('flat', 'matching', 'pairs', 'parameters', 'synthetic'),
                  frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
-    'synthetic/simulated_cameras': Room(
-        ('bags', 'commands', 'node/run_node', 'pairs', 'parameters', 'synthetic'),
-        frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
-    'demo': Room(('commands', 'evaluation', 'node', 'pairs', 'parameters', 'synthetic', 'views'),
+    'demo': Room(('evaluation', 'flat', 'node', 'pairs', 'parameters', 'views'),
                  frozenset({'cv2', 'numpy', 'tqdm'}), INSIDE_FUNCTIONS, ros=True),
-    'benchmarks/live': Room(('benchmarks', 'commands', 'demo', 'evaluation', 'node', 'pairs'),
+    'benchmarks/live': Room(('benchmarks', 'demo', 'evaluation', 'flat', 'node', 'pairs'),
                             frozenset({'cv2', 'numpy', 'psutil', 'tqdm'}), ros=True),
 }
+# Folders of kernels, from the bottom to the top: as in ROOMS. What is in none is below all.
+KERNELS = 'possibility', 'scanlines', 'refinement', 'temporal', 'genetic', 'planes'
 
 
 def name_of_room(path):
@@ -167,6 +164,27 @@ def source_files():
 @pytest.mark.parametrize('path', source_files())
 def test_a_source_file_keeps_the_rules(path):
     assert breaches(path, (ROOT / path).read_text(encoding='utf-8')) == []
+
+
+def test_no_room_may_import_what_stands_below_it():
+    names = list(ROOMS)
+    for name, room in ROOMS.items():
+        for other in room.project:
+            there = next(known for known in (other, other.split('/')[0]) if known in names)
+            assert names.index(there) < names.index(name) or name.startswith(f'{there}/'), name
+
+
+@pytest.mark.parametrize('folder', ['', *KERNELS])
+def test_kernels_import_no_folder_of_kernels_that_stands_below_theirs(folder):
+    kernels = PurePosixPath(PACKAGE, 'matching', 'kernels')
+    below = KERNELS[KERNELS.index(folder) + 1:] if folder else KERNELS
+    files = sorted((ROOT / kernels / folder).glob('*.py'))
+    assert files
+    for file in files:
+        path = kernels / folder / file.name
+        for line, name, _ in imports_of(path, ast.parse(file.read_text(encoding='utf-8'))):
+            assert not name.startswith(tuple(f'{PACKAGE}.matching.kernels.{other}.'
+                                             for other in below)), f'{path}:{line}: {name}'
 
 
 def test_the_rules_are_read_over_the_whole_package():

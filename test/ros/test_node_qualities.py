@@ -131,7 +131,7 @@ def test_an_override_of_one_topic_changes_no_other_one(make_bench):
 
 
 def test_best_available_takes_what_cameras_that_start_later_offer(make_bench):
-    from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
+    from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
     with make_bench(*SMALL, '-p', 'input_qos:=best_available', best_effort=True,
                     reliable=True) as bench:
         bench.begin(*PAIR)

@@ -11,7 +11,7 @@ from node_process import NodeProcess, own_domain
 import numpy as np
 import pytest
 
-MODULE = 'fuzzy_stereo_ros.synthetic.simulated_cameras'
+MODULE = 'fuzzy_stereo_ros.node.simulated_cameras'
 
 
 def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_options(ros):

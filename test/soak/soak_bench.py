@@ -10,8 +10,8 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 from node_process import NodeProcess, shifted_pair, SOON
 import psutil
 from ros_bench import BASELINE, Bench, FOCAL
@@ -282,7 +282,7 @@ class SoakBench(Bench):
             self._domain, '--columns', str(self._size[1]), '--rows', str(self._size[0]),
             '--frames', '4', '--rate', str(self._rate),
             *([] if self._best_effort else ['--reliable']),
-            module='fuzzy_stereo_ros.synthetic.simulated_cameras')
+            module='fuzzy_stereo_ros.node.simulated_cameras')
         try:
             enough = before['pairs matched'] + 4
             self.until(lambda: int(self.counts_now()['pairs matched']) >= enough,

@@ -4,8 +4,8 @@
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.synthetic.simulated_cameras import SimulatedCameras
 from node_process import NodeProcess, SOON, START
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParametersAtomically
 import rclpy

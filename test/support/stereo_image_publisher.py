@@ -4,7 +4,7 @@
 import sys
 
 import cv2
-from fuzzy_stereo_ros.synthetic.simulated_cameras import image_message
+from fuzzy_stereo_ros.node.simulated_cameras import image_message
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from sensor_msgs.msg import CameraInfo, Image

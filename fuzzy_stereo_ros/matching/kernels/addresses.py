@@ -115,3 +115,11 @@ def next_byte(numbers, at, number, equal):
     while at < numbers.size and (numbers[at] == number) != equal:
         at += 1
     return at
+
+
+@inlined
+def repeat_bytes(numbers, begin, end, words, at):
+    """Write numbers[begin:end], uint8, as words that repeat a byte four times, from index at."""
+    for index in range(end - begin):
+        byte = np.uint32(load_byte(numbers, begin + index))
+        store_word(words, at + index, np.uint32(byte * np.uint32(0x01010101)))

@@ -11,7 +11,7 @@ refined.
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
 CORNERS, APART = 200, 8     # corners at the most, and half-size pixels between two of them

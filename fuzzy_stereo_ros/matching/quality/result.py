@@ -5,8 +5,8 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    compare_views, CONSISTENT, INVALID)
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles

@@ -13,7 +13,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.quality.possibility import (
     colour_and_luminance, eight_bit_scale, Model)
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness

@@ -16,6 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import consistency, dense_map, filling
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.quality.planes import GROWTH, PLANE_COLOUR
 import numpy as np
 
@@ -61,7 +62,7 @@ class DenseSurface:
         """
         np.add(labels, offsets, out=self.fitted)
         np.clip(self.fitted, 0, self._disparities - 1, out=self.fitted)
-        rejected = (self.validity == consistency.INVALID).astype(np.uint8)
+        rejected = (self.validity == INVALID).astype(np.uint8)
         pool.each(lambda band: filling.fill_rows(
             self.fitted, self.validity, self._filled, band[1], band[2]), self._bands)
         pool.each(lambda band: dense_map.weighted_median(

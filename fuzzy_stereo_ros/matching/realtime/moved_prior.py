@@ -10,8 +10,8 @@ themselves fail this check.
 """
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
+from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import numbers, to_pixels
 import numpy as np
 

@@ -12,13 +12,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import widened
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import OUTSIDE
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
-from fuzzy_stereo_ros.matching.over_frames.averaging import (
-    ANOTHER, Averaging, History, STILL)
+from fuzzy_stereo_ros.matching.kernels.units import OUTSIDE
+from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History, STILL
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory

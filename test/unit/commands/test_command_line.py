@@ -9,14 +9,16 @@ import subprocess
 import sys
 from xml.etree import ElementTree
 
-from fuzzy_stereo_ros.commands import match as match_command, parts
-from fuzzy_stereo_ros.commands.command_line import commands, main, Parser
+from fuzzy_stereo_ros import progress
+from fuzzy_stereo_ros.commands import match as match_command
+from fuzzy_stereo_ros.commands.command_line import commands, main
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, option_name
 from fuzzy_stereo_ros.parameters.table import written
+from fuzzy_stereo_ros.program import Parser
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 import numpy as np
 import pytest
@@ -156,7 +158,7 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
             order.append('match')
             return self.matcher.match(left, right)
 
-    monkeypatch.setattr(parts, 'StereoMatcher', Watched)
+    monkeypatch.setattr(progress, 'StereoMatcher', Watched)
     assert main(match_arguments()) == 0
     assert order == [('warm_up', 48, 80), 'match']
 
@@ -206,7 +208,7 @@ def test_bad_input_is_one_sentence_and_code_2_and_writes_nothing(
     """And it is told before the work begins, but for what only the matcher knows."""
     arguments, words = BAD_INPUT[case]
     if case not in ('too many disparities', 'one row'):
-        monkeypatch.setattr(parts, 'StereoMatcher', None)
+        monkeypatch.setattr(progress, 'StereoMatcher', None)
     (folder / 'folder.pfm').mkdir()
     before = contents_of(folder)
     try:
@@ -475,7 +477,7 @@ def test_arguments_that_a_saved_pair_has_are_rejected(report, capsys, case):
 ])
 def test_a_bad_option_for_a_saved_pair_is_one_sentence_and_writes_nothing(
         report, capsys, monkeypatch, words, told):
-    monkeypatch.setattr(parts, 'StereoMatcher', None)
+    monkeypatch.setattr(progress, 'StereoMatcher', None)
     before = {path: path.read_bytes() for path in report.iterdir()}
     assert main(['match', *words]) == 2
     printed = capsys.readouterr()

@@ -3,11 +3,11 @@
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
     flat, half_prior, texture_steps, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Windows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import GROW, HalfSize, MARGIN, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (

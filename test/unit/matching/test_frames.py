@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.benchmarks.variants import NothingComesOver
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_matches import wrong

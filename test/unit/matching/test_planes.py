@@ -6,8 +6,8 @@ from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import costs, fits, segments
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    compare_views, CONSISTENT, INVALID, OUTSIDE)
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.quality import planes
 from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes

@@ -7,15 +7,14 @@ from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
-    check_consistency, CONSISTENT, INVALID, OUTSIDE)
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_columns, fill_rows
 from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
 from fuzzy_stereo_ros.matching.realtime.refinement import (
-    ALIKE, AROUND, Refinement, RIGHT)
-from fuzzy_stereo_ros.matching.realtime.refinement import reject_speckles
+    ALIKE, AROUND, Refinement, reject_speckles, RIGHT)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np

@@ -3,8 +3,8 @@
 """Scanline passes: a step, windows, the sum of four directions, and the label of least cost."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
-    advance, carry, clear, copy, step, widen)
+from fuzzy_stereo_ros.matching.kernels.addresses import repeat_bytes
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, carry, clear, copy, step
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, choose_of_target, fit_offsets, least_elsewhere)
@@ -73,7 +73,7 @@ def test_a_block_in_registers_advances_as_by_a_step(numbers, jump, small):
 @pytest.mark.parametrize('begin, end', [(0, 0), (0, 1), (2, 9), (7, 256)])
 def test_bytes_are_widened_to_words_that_repeat_them(begin, end):
     numbers, words = np.arange(256, dtype=np.uint8), np.full(300, 7, np.uint32)
-    widen(numbers, begin, end, words.ctypes.data, 3)
+    repeat_bytes(numbers, begin, end, words.ctypes.data, 3)
     repeated = [int.from_bytes(bytes([number] * 4), 'big') for number in range(begin, end)]
     assert words.tolist() == [7] * 3 + repeated + [7] * (297 - len(repeated))
 

@@ -5,7 +5,6 @@ from census_scene import random_map
 import cv2
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
@@ -14,6 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
     best_shift, move_ages, move_map, thumbnail)
 from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
     previous_prior, tile_strengths, trusted_cells)
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion, RULES
 from fuzzy_stereo_ros.matching.realtime.possibility import View
 from hypothesis import given, settings, strategies as st

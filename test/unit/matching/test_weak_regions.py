@@ -8,8 +8,7 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.operators import AGREEMENT, GreyRegions, WeakRegions
 from hypothesis import example, given, settings, strategies as st

@@ -4,7 +4,7 @@
 from array import array
 
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
+from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of, read_calibration
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (

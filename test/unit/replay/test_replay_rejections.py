@@ -4,9 +4,10 @@
 from functools import partial
 import io
 
-from fuzzy_stereo_ros.commands.command_line import main, Parser
+from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.parameters.options import add_node_options, node_settings
 from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
+from fuzzy_stereo_ros.program import Parser
 from fuzzy_stereo_ros.replay.options import READING, RESULTS, SYNCHRONISING
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from made_bags import BagOf, BEGIN, content, same, scene, STEP, TOPICS, write_bag

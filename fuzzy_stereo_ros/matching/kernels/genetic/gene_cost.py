@@ -12,7 +12,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
 

@@ -10,9 +10,8 @@ coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c.
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
 
 

@@ -8,8 +8,7 @@ Few pixels change in a frame: vectors look for those, and each is then looked at
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
 
 _ROUNDING = np.float32(0.01)     # px, more than sums of a plane are rounded by

@@ -10,8 +10,8 @@ half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, random_plane, solve
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, root
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
 PARTS = 16           # differences of pixels are counted in such parts of 1

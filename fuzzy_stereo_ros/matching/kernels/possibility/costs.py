@@ -10,9 +10,8 @@ The Hamming distance may count the nearest eight neighbours twice: they blur edg
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import (
-    load_byte, load_short, load_word, splat_word, store_word)
+    load_byte, load_short, load_word, repeat_bytes, splat_word, store_word)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import widen
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, lanes_of,
     load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store, subtract)
@@ -88,9 +87,9 @@ def _widen_codes(search, row, begin, end, codes, at):
     width, stride = end - begin, search.census_stride
     for plane in range(3):
         first = (3 * row + plane) * stride
-        widen(search.census, first + begin, first + end, codes, at + plane * width)
+        repeat_bytes(search.census, first + begin, first + end, codes, at + plane * width)
     first = row * search.slope_stride
-    widen(search.slopes, first + begin, first + end, codes, at + 3 * width)
+    repeat_bytes(search.slopes, first + begin, first + end, codes, at + 3 * width)
 
 
 @inlined

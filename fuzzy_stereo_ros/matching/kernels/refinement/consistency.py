@@ -4,9 +4,8 @@
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, load, saturating_subtract, splat, splat_like)
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 import numpy as np
-
-CONSISTENT, OUTSIDE, INVALID = 0, 1, 2
 
 
 @kernel

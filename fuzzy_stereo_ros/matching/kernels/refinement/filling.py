@@ -11,10 +11,10 @@ fuzzy class made crisp, that of a pixel being what its 7 x 7 neighbours share in
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
     saturating_subtract, shift_right, splat_like, store, subtract)
+from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
 WIDEST = 3       # a run is no hidden strip when it is wider than so many jumps ...

@@ -6,10 +6,9 @@ Sub-pixel disparities, the mean offset of the like neighbours of a pixel, and th
 The output is disparity and confidence as the user gets them.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT, INVALID
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_and, LANES, load, splat_like, store, subtract)
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
 
 RADIUS = 2

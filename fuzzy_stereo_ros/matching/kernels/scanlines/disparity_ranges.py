@@ -3,10 +3,9 @@
 """The disparity range of each tile and the prior of the full search, from the half-size map."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import INVALID
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import STEPS
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.kernels.units import INVALID, STEPS
 import numpy as np
 
 

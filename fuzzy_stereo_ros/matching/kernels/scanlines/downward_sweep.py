@@ -5,17 +5,16 @@ The sweep downwards: costs of some rows, then the paths that come from left, rig
 
 Up to four rows at once: the downward paths go through all of them while their costs are near.
 """
-from fuzzy_stereo_ros.matching.kernels.addresses import load_long, splat_word
+from fuzzy_stereo_ros.matching.kernels.addresses import load_long, repeat_bytes, splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, cost_rows, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
-    advance, carry, clear, in_registers, step, widen)
+    advance, carry, clear, in_registers, step)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import (
     costs_and_rightwards_single, left_and_down, left_and_down_single, rightwards,
     rightwards_single, ROWS_AT_ONCE)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
-from fuzzy_stereo_ros.matching.kernels.simd import (
-    LANES, load, lowest, splat, store, subtract)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, lowest, splat, store, subtract
 import numpy as np
 
 
@@ -84,8 +83,8 @@ def sweep_rows(search, scratch, row, count):
     penalty, of_two, of_four = in_registers(search.small)
     for near in range(count):
         first = (row + near) * columns
-        widen(search.across, first, first + columns, across, near * stride)
-        widen(search.down, first, first + columns, down, near * stride)
+        repeat_bytes(search.across, first, first + columns, across, near * stride)
+        repeat_bytes(search.down, first, first + columns, down, near * stride)
     start, size = row_start(search, scratch, row), load_long(search.row_size, tile_row)
     previous = window_of(search, tile_row, 0)
     clear(chains, 0, 4 * path // LANES)
@@ -138,7 +137,7 @@ def step_tile(search, scratch, paths, place, tile, row, jump_row):
     _, blocks, offset = window_of(search, row // search.tile, tile)
     at = row_start(search, scratch, row) + offset
     first = jump_row * search.columns
-    widen(search.down, first + begin, first + end, words, 0)
+    repeat_bytes(search.down, first + begin, first + end, words, 0)
     for index in range(end - begin):
         jump = splat_word(penalty, words, index)
         if blocks == 1:

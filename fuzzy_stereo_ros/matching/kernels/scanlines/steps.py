@@ -8,7 +8,6 @@ L(p, d) = C(p, d) + min(L(q, d), L(q, d - 1) + P1, L(q, d + 1) + P1, min L(q) + 
 in saturating uint8, q being the pixel before p. Four passes are summed: right, left, down, up.
 Paths are kept with their least cost, min L(q), already taken off.
 """
-from fuzzy_stereo_ros.matching.kernels.addresses import load_byte, store_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     doubled, label_above, label_below, LANES, load, lowest, minimum, saturating_add, splat,
@@ -61,14 +60,6 @@ def step(path, at, blocks, jump, penalty, costs, cost_at, sums, sum_at, begins):
     for block in range(blocks):
         offset = at + LANES * block
         store(path, offset, subtract(load(path, offset), floor))
-
-
-@inlined
-def widen(numbers, begin, end, words, at):
-    """Write numbers[begin:end], uint8, as words that repeat a byte four times, from index at."""
-    for index in range(end - begin):
-        byte = np.uint32(load_byte(numbers, begin + index))
-        store_word(words, at + index, np.uint32(byte * np.uint32(0x01010101)))
 
 
 @kernel

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sweep upwards: the paths from below complete the sums, of which labels are chosen."""
 from fuzzy_stereo_ros.matching.kernels.addresses import (
-    load_byte, load_long, load_short, splat_word, store_byte, store_short)
+    load_byte, load_long, load_short, repeat_bytes, splat_word, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, in_registers, step, widen
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, in_registers, step
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, fit_offsets, least_elsewhere, lowest_of_four, MIDDLE, NEAR, store_four, unpacked,
@@ -137,7 +137,7 @@ def choose_tile(search, scratch, tile, first, last):
     width, high = end - begin, min(low + LANES * blocks, search.disparities) - 1
     for row in range(last - 1, first - 1, -1):
         jumps = min(row + 1, search.rows - 1) * search.columns
-        widen(search.down, jumps + begin, jumps + end, words, 0)
+        repeat_bytes(search.down, jumps + begin, jumps + end, words, 0)
         at, middle, out = start + (row - first) * size, 0, row * search.columns + begin
         if blocks == 1:
             middle = _choose_single(search, scratch, low, width, at, size, out, penalty)

@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
     at_most, bit_or, called, equal_bits, first_set, lane_numbers, LANES, load, lowest, minimum,
     place_of, shuffled, splat, subtract, VECTOR)
+from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from numba import types
 from numba.extending import intrinsic
 import numpy as np
@@ -94,7 +95,6 @@ def without_least(one, two, three, four):
             subtract(four, least_4))
 
 
-STEPS = 16       # sub-pixel steps in a pixel
 # loaded from MIDDLE - best on, it has 255 in the lanes best - 1, best and best + 1
 MIDDLE = 4 * LANES
 NEAR = np.zeros(3 * MIDDLE, np.uint8)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Decide where the previous frame's best chromosome is still trusted in this frame."""
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
 

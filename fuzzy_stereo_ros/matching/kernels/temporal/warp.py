@@ -10,8 +10,8 @@ disparities minus `lowest`.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import CONSISTENT
 from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
 NOTHING = -1.0      # label of a cell that nothing moved to

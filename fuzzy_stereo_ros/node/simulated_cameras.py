@@ -7,12 +7,12 @@ from itertools import cycle
 import sys
 
 import cv2
-from fuzzy_stereo_ros.commands.command_line import Parser, run_cleanly
 from fuzzy_stereo_ros.node.run_node import log_arguments
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
 from fuzzy_stereo_ros.pairs.pair_reader import SIDES
 from fuzzy_stereo_ros.parameters.options import add_options, option_values
+from fuzzy_stereo_ros.program import Parser, run_cleanly
 from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
 import rclpy
 from rclpy.clock import Clock, ClockType

@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How each of our programs starts and ends: arguments, exit codes, errors in one sentence, signals.
+
+Exit codes: 0 done; 2 bad input, with one sentence on standard error; 130 interrupted by the user;
+141 broken pipe; 143 terminated. Others are the program's own.
+"""
+import argparse
+from contextlib import contextmanager
+import os
+import signal
+import sys
+import threading
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+BROKEN_PIPE = 141   # as of a process that SIGPIPE ends
+TERMINATED = 143
+
+
+def run_program(make_parser, argv=None):
+    """
+    Run a program and return its exit code.
+
+    make_parser(): returns a `Parser` as `run_cleanly` takes it; it may take long. argv: None =
+    arguments of the process; without any, a program of commands prints its help.
+    """
+    for name in ('stdout', 'stderr'):       # closed streams ignore what is written
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), 'w'))
+    with _sigterm_as_sigint() as terminated:
+        try:
+            parser = make_parser()
+            if parser.has_commands() and not (sys.argv[1:] if argv is None else argv):
+                parser.print_help(sys.stderr)
+                return BAD_INPUT
+            code = run_cleanly(parser, argv)
+        except KeyboardInterrupt:
+            code = INTERRUPTED
+        return TERMINATED if code == INTERRUPTED and terminated() else code
+
+
+@contextmanager
+def _sigterm_as_sigint():
+    """
+    Handle SIGTERM, which stops services and containers, like Ctrl-C.
+
+    Yields a function that returns whether SIGTERM was received. If SIGINT is ignored, as in the
+    background of a script, SIGTERM still ends the process at once.
+    """
+    received = []
+
+    def interrupt(number, frame):
+        received.append(number)
+        signal.raise_signal(signal.SIGINT)
+
+    if (threading.current_thread() is not threading.main_thread()
+            or signal.getsignal(signal.SIGINT) is signal.SIG_IGN):
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield lambda: bool(received)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser without abbreviations that reports an error in one line, and what was meant."""
+
+    def __init__(self, **options):
+        self._words = []        # that are parsed
+        super().__init__(allow_abbrev=False, **options)
+
+    def parse_known_args(self, args=None, namespace=None):
+        """Parse arguments; those that are unknown to a command are an error of that command."""
+        self._words = sys.argv[1:] if args is None else args
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found, unknown
+
+    def error(self, message):
+        """End the process; an option that is nearly one of the parser goes before the message."""
+        words = self._words[:1] if self.has_commands() else self._words
+        names = [word.split('=')[0] for word in words if word.startswith('--')]
+        mistyped = [name + meant for name in names if name not in self._option_string_actions
+                    and (meant := _meant(name, self._option_string_actions))]
+        if mistyped:
+            message = f"unrecognized arguments: {', '.join(mistyped)}"
+        self.exit(BAD_INPUT, f'{self.prog}: {message}\n')
+
+    def _check_value(self, action, value):
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += _meant(str(value), action.choices)
+            raise
+
+    def has_commands(self):
+        """Return whether the first argument is the name of a command."""
+        return self._subparsers is not None
+
+    def waive(self, *names):
+        """Make required arguments optional."""
+        for action in self._actions:
+            if action.dest in names:
+                action.required = False
+
+
+def _meant(word, choices):
+    """Return ' (did you mean X?)' of the choice that is most like a word, '' if none is."""
+    from fuzzy_stereo_ros.parameters.table import nearest
+
+    return nearest(word, list(choices))
+
+
+def run_cleanly(parser, argv):
+    """
+    Parse the arguments, call their `run`, and return the exit code.
+
+    A ValueError or OSError means bad input; its text is printed as one sentence. After an
+    interruption `left_behind` of the arguments, where they have it, says what is left.
+    """
+    arguments = None
+    try:
+        try:
+            arguments = parser.parse_args(argv)
+            return arguments.run(arguments) or 0
+        finally:        # also after --help and unknown options
+            try:
+                sys.stdout.flush()
+            except OSError:
+                # Python flushes again at exit, and would print a traceback.
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+                raise
+    except BrokenPipeError:
+        return BROKEN_PIPE
+    except (ValueError, OSError) as error:
+        print(f'{parser.prog}: {_sentence(error)}', file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        left_behind = getattr(arguments, 'left_behind', '')
+        if left_behind:
+            print(f'{parser.prog}: interrupted; {left_behind}', file=sys.stderr)
+        return INTERRUPTED
+
+
+def _sentence(error):
+    """
+    Return the text of an exception in one line, without the errno of an OSError.
+
+    Control characters, which may come from a rejected file, are escaped.
+    """
+    text = str(error)
+    if getattr(error, 'errno', None) is not None:
+        text = error.strerror if error.filename is None else f'{error.filename}: {error.strerror}'
+    return ''.join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
