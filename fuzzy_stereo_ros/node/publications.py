@@ -4,11 +4,11 @@
 import time
 
 from fuzzy_stereo_ros.node.parameters import OVERRIDABLE, qos_profile
-from fuzzy_stereo_ros.pairs.result_messages import POINTS, ResultMessages, TOPICS
+from fuzzy_stereo_ros.pairs.result_messages import POINTS, ResultMessages, topics_of
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import NodeNameNonExistentError
 from rclpy.qos import qos_policy_name_from_kind
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
 from stereo_msgs.msg import DisparityImage
 
 # Services of each node of this package, by which it is told from others.
@@ -16,7 +16,7 @@ OWN_SERVICES = 'reset', 'save'
 ANNOUNCED = 1.0     # s, in which a new node tells others all that it has
 # Message classes by the name of their type in a bag.
 TYPES = {f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}': kind
-         for kind in (CameraInfo, DisparityImage, Image, PointCloud2, PointField)}
+         for kind in (CameraInfo, CompressedImage, DisparityImage, Image, PointCloud2, PointField)}
 
 
 class Publications:
@@ -34,8 +34,7 @@ class Publications:
         self._own_points, self._since = (), {}      # endpoints of publishers of the points
         self._publishers = {
             topic: self._publisher(TYPES[kind], topic)
-            for word in dict.fromkeys(settings['outputs'].split())
-            for topic, kind in TOPICS[word]}
+            for topic, kind in topics_of(settings['outputs'].split()).items()}
         self._warned = False
 
     def wanted(self):

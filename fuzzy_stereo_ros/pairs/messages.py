@@ -67,6 +67,12 @@ def set_stamp(header, stamp):
     header.stamp.sec, header.stamp.nanosec = divmod(stamp, 1_000_000_000)
 
 
+def fill_header(header, pair):
+    """Give a std_msgs/Header the stamp and the frame of a StereoPair."""
+    set_stamp(header, pair.stamp)
+    header.frame_id = pair.frame_id
+
+
 def encoding_of(image):
     """Return the ROS encoding of an image, uint8 or uint16, (R, C) or (R, C, 3) BGR."""
     return WRITTEN_ENCODINGS[image.ndim, image.itemsize]

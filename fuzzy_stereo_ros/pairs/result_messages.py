@@ -8,28 +8,40 @@ A message is any object with the fields of its ROS type: one of rclpy, or one wr
 from array import array
 
 import cv2
-from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of, write_points
-from fuzzy_stereo_ros.pairs.image_files import colour_disparity, in_eight_bits
-from fuzzy_stereo_ros.pairs.messages import fill_pixels, set_stamp
+from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of
+from fuzzy_stereo_ros.pairs.image_files import colour_disparity
+from fuzzy_stereo_ros.pairs.messages import fill_header, fill_pixels
+from fuzzy_stereo_ros.pairs.point_clouds import fill_points, POINT_SETTINGS
 import numpy as np
 
 DISPARITY, POINTS = 'disparity', 'points2'
+DEPTH, DEPTH_CAMERA = 'depth/image_rect', 'depth/camera_info'
+# image_transport subscribes to these as transports of the topics they begin with.
+DEPTH_COMPRESSED, PREVIEW_COMPRESSED = f'{DEPTH}/compressedDepth', 'preview/compressed'
 # Topics and their types, by the word of the parameter `outputs`.
 TOPICS = {
     'disparity': ((DISPARITY, 'stereo_msgs/msg/DisparityImage'),),
     'confidence': (('confidence', 'sensor_msgs/msg/Image'),),
-    'depth': (('depth/image_rect', 'sensor_msgs/msg/Image'),
-              ('depth/camera_info', 'sensor_msgs/msg/CameraInfo')),
+    'depth': ((DEPTH, 'sensor_msgs/msg/Image'), (DEPTH_CAMERA, 'sensor_msgs/msg/CameraInfo')),
+    'depth_compressed': ((DEPTH_COMPRESSED, 'sensor_msgs/msg/CompressedImage'),
+                         (DEPTH_CAMERA, 'sensor_msgs/msg/CameraInfo')),
     'points2': ((POINTS, 'sensor_msgs/msg/PointCloud2'),),
     'preview': (('preview', 'sensor_msgs/msg/Image'),),
+    'preview_compressed': ((PREVIEW_COMPRESSED, 'sensor_msgs/msg/CompressedImage'),),
 }
-METRIC = 'depth/image_rect', 'depth/camera_info', POINTS    # topics that need a baseline
+METRIC = DEPTH, DEPTH_CAMERA, DEPTH_COMPRESSED, POINTS      # topics that need a baseline
+JPEG_QUALITY = 80       # half the bytes of OpenCV's 95
+# The header of compressed_depth_image_transport: format 0 and two parameters that it has no use
+# for in 16 bits.
+DEPTH_HEADER = bytes(12)
 DISPARITY_STEP = 1 / 16     # px, to which the matcher rounds sub-pixel disparities
 WHOLE_PIXEL = 1.0           # px, step of the disparities of `paper`
-FLOAT32 = 7                 # sensor_msgs/PointField.FLOAT32
-# By (use_color, avoid_point_cloud_padding): 32-bit words of a point, and the index of its colour.
-POINT_LAYOUTS = {(True, False): (8, 4), (False, False): (4, None),
-                 (True, True): (4, 3), (False, True): (3, None)}
+
+
+def topics_of(words):
+    """Return {topic: type} of words of the parameter `outputs`, in the order of TOPICS."""
+    return {topic: kind for word, several in TOPICS.items() if word in words
+            for topic, kind in several}
 
 
 class ResultMessages:
@@ -40,7 +52,7 @@ class ResultMessages:
         Store how to make messages.
 
         make(type name, **fields): returns a message with these fields, all others empty.
-        settings: {name: value} of depth_encoding, use_color and avoid_point_cloud_padding.
+        settings: {name: value} of depth_encoding and of POINT_SETTINGS.
         """
         self._make, self._settings = make, settings
         self._cloud = None      # allocating one takes longer than filling it
@@ -58,21 +70,23 @@ class ResultMessages:
             return fill_points(
                 self._cloud, match, pair,
                 lambda **fields: self._make('sensor_msgs/msg/PointField', **fields),
-                use_color=self._settings['use_color'],
-                avoid_point_cloud_padding=self._settings['avoid_point_cloud_padding'])
-        if topic == 'depth/camera_info':
+                **{name: self._settings[name] for name in POINT_SETTINGS})
+        if topic == DEPTH_CAMERA:
             return fill_camera_info(self._make('sensor_msgs/msg/CameraInfo'), pair)
-        image = self._make('sensor_msgs/msg/Image')
+        if topic in (DEPTH_COMPRESSED, PREVIEW_COMPRESSED):
+            fill, image = fill_compressed, self._make('sensor_msgs/msg/CompressedImage')
+        else:
+            fill, image = fill_image, self._make('sensor_msgs/msg/Image')
         if topic == 'confidence':
-            return fill_image(image, match.confidence, pair, '32FC1')
-        if topic == 'preview':
+            return fill(image, match.confidence, pair, '32FC1')
+        if topic in ('preview', PREVIEW_COMPRESSED):
             last = config.min_disparity + config.disparities - 1
-            return fill_image(image, colour_disparity(
+            return fill(image, colour_disparity(
                 match.disparity, config.min_disparity, last), pair, 'bgr8')
         depth = depth_of(match.disparity, pair.calibration)
-        encoding = self._settings['depth_encoding']     # of REP 118: metres, or millimetres
-        return fill_image(image, millimetres_of(depth) if encoding == '16UC1' else depth, pair,
-                          encoding)
+        # Of REP 118: metres, or millimetres.
+        encoding = '16UC1' if topic == DEPTH_COMPRESSED else self._settings['depth_encoding']
+        return fill(image, millimetres_of(depth) if encoding == '16UC1' else depth, pair, encoding)
 
 
 def fill_disparity(message, match, pair, config):
@@ -91,7 +105,7 @@ def fill_disparity(message, match, pair, config):
     values = match.disparity - np.float32(offset)
     np.clip(values, smallest, largest, out=values)
     cv2.patchNaNs(values, float(smallest - np.float32(1)))
-    _fill_header(message.header, pair)
+    fill_header(message.header, pair)
     fill_image(message.image, values, pair, '32FC1')
     message.f = pair.calibration.focal
     message.t = pair.calibration.baseline
@@ -112,45 +126,12 @@ def fill_camera_info(message, pair):
     It has no binning, no region of interest and no distortion.
     """
     fx, fy, cx, cy = pair.calibration.left
-    _fill_header(message.header, pair)
+    fill_header(message.header, pair)
     message.height, message.width = pair.left.shape[:2]
     message.distortion_model = 'plumb_bob'
     message.d, message.r = array('d', 5 * [0.0]), np.eye(3).ravel()
     message.k = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], np.float64)
     message.p = np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0], np.float64)
-    return message
-
-
-def fill_points(message, match, pair, point_field, *, use_color, avoid_point_cloud_padding):
-    """
-    Fill a sensor_msgs/PointCloud2 with a point for each pixel, in rows and columns; return it.
-
-    A message of the same layout and size is filled in its own memory.
-    match.disparity: float32 (R, C), px, NaN = invalid; invalid and infinitely far points are NaN.
-    point_field(**fields): returns a PointField message.
-    use_color, avoid_point_cloud_padding: the fields and their offsets are those that
-    stereo_image_proc's point_cloud_node sends with these parameters; rgb is of the left image.
-    """
-    words, colour = POINT_LAYOUTS[use_color, avoid_point_cloud_padding]
-    rows, columns = match.disparity.shape
-    indices = [('x', 0), ('y', 1), ('z', 2), *([] if colour is None else [('rgb', colour)])]
-    fields = [point_field(name=name, offset=4 * index, datatype=FLOAT32, count=1)
-              for name, index in indices]
-    data, size = message.data, 4 * words * columns * rows
-    if len(data) != size or message.fields != fields or message.point_step != 4 * words:
-        data = array('B', b'\0') * size
-    values = np.frombuffer(data, '<f4').reshape(rows, columns, words)
-    write_points(depth_of(match.disparity, pair.calibration), pair.calibration.left, values)
-    if colour is not None:
-        image = in_eight_bits(pair.left)
-        from_to = [number for byte, channel in enumerate(range(3) if image.ndim == 3 else 3 * [0])
-                   for number in (channel, 4 * colour + byte)]  # 0x00RRGGBB, little-endian
-        cv2.mixChannels([image], [values.view(np.uint8)], from_to)
-    _fill_header(message.header, pair)
-    message.height, message.width = rows, columns
-    message.fields, message.data = fields, data
-    message.point_step, message.row_step = 4 * words, 4 * words * columns
-    message.is_bigendian = message.is_dense = False
     return message
 
 
@@ -161,12 +142,26 @@ def _step(config, largest):
     return WHOLE_PIXEL if config.algorithm == 'paper' else DISPARITY_STEP
 
 
-def _fill_header(header, pair):
-    set_stamp(header, pair.stamp)
-    header.frame_id = pair.frame_id
-
-
 def fill_image(message, values, pair, encoding):
     """Fill a sensor_msgs/Image with the header of a pair, as `fill_pixels`; return it."""
-    _fill_header(message.header, pair)
+    fill_header(message.header, pair)
     return fill_pixels(message, values, encoding)
+
+
+def fill_compressed(message, values, pair, encoding):
+    """
+    Fill a sensor_msgs/CompressedImage as image_transport's publishers do, and return it.
+
+    values: uint8 (R, C, 3) BGR of `bgr8`, as JPEG; or uint16 (R, C) of `16UC1`, as PNG after the
+    header of compressed_depth_image_transport, with nothing left out.
+    """
+    fill_header(message.header, pair)
+    if encoding == '16UC1':
+        message.format = f'{encoding}; compressedDepth png'
+        content = DEPTH_HEADER + cv2.imencode('.png', values)[1].tobytes()
+    else:
+        message.format = f'{encoding}; jpeg compressed {encoding}'
+        content = cv2.imencode('.jpg', values, (
+            cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))[1].tobytes()
+    message.data = array('B', content)
+    return message

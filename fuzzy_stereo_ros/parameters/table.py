@@ -79,7 +79,8 @@ def written(value):
     return f'{value:.10g}' if isinstance(value, float) else str(value)
 
 
-OUTPUTS = 'disparity', 'confidence', 'depth', 'points2', 'preview'
+OUTPUTS = ('disparity', 'confidence', 'depth', 'depth_compressed', 'points2', 'preview',
+           'preview_compressed')
 NODE_PARAMETERS = (
     Parameter('profile', 'realtime', 'preset of the matcher; single parameters override it',
               choices=tuple(PROFILES)),
@@ -127,6 +128,14 @@ NODE_PARAMETERS = (
     Parameter('avoid_point_cloud_padding', True,
               'points2 has no padding, which halves message size and latency; false is the '
               'default of stereo_image_proc', read_only=True),
+    Parameter('points_stride', 1,
+              'points2 has a point for one in so many rows and columns', 1, 64, read_only=True),
+    Parameter('points_max_depth', 0.0,
+              'points2 leaves out points that are farther away; 0 is no limit', 0.0, 1e6, 'm',
+              read_only=True),
+    Parameter('points_voxel_size', 0.0,
+              'points2 is a list with one point of each cube of this size; 0 is a point for each '
+              'pixel, in rows and columns', 0.0, 1e3, 'm', read_only=True),
     Parameter('save_directory', '~/.ros/fuzzy_stereo_ros',
               'folder in which the service ~/save makes a folder for each call', read_only=True),
     Parameter('max_saved_pairs', 100,

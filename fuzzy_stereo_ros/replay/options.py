@@ -7,7 +7,8 @@ from pathlib import Path
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
-from fuzzy_stereo_ros.pairs.result_messages import TOPICS
+from fuzzy_stereo_ros.pairs.point_clouds import POINT_SETTINGS
+from fuzzy_stereo_ros.pairs.result_messages import topics_of
 from fuzzy_stereo_ros.parameters.table import OUTPUTS
 
 USUAL_RESULTS = 'disparity', 'preview'      # every bag has these
@@ -17,7 +18,7 @@ VIEWER = 'the Rerun viewer'
 SYNCHRONISING = ('queue_size', 'approximate_sync', 'approximate_sync_tolerance_seconds',
                  'cache_camera_info')
 READING = 'rectify', 'crop', 'scale'
-RESULTS = 'depth_encoding', 'use_color', 'avoid_point_cloud_padding'
+RESULTS = 'depth_encoding', *POINT_SETTINGS
 WARM_PAIRS = 8      # warm-up pairs before new ones: the matcher averages no more frames
 SEGMENT_PAIRS = 48  # warming up costs a sixth, and a segment fits into memory
 
@@ -95,7 +96,7 @@ class ReplayOptions:
     @property
     def result_topics(self):
         """The names of the topics of these results."""
-        return {f'/{topic}' for word in self.bag_results for topic, _ in TOPICS[word]}
+        return {f'/{topic}' for topic in topics_of(self.bag_results)}
 
     @property
     def views(self):

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.bags.reading import BagReader, read_stamped
 from fuzzy_stereo_ros.bags.writing import BagWriter, Messages, METADATA, SUFFIXES, UNFINISHED
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_json, remove, write_whole
-from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, TOPICS
+from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, topics_of
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, VIEWER, WARM_PAIRS
 from fuzzy_stereo_ros.replay.source import rejection_of
 from fuzzy_stereo_ros.views.rerun_view import RerunSink
@@ -220,14 +220,14 @@ class BagSink:
         self.bag, self._copies = BagWriter(folder, options.storage), copies
         self._messages = Messages()
         self._results = ResultMessages(self._messages.make, options.settings)
-        self._topics = [one for word in TOPICS if word in options.bag_results
-                        for one in TOPICS[word]]
+        self._topics = topics_of(options.bag_results)
         self._copied = Counter({topic: self.bag.counts[topic] for topic in copies.topics}
                                if copies else {})       # by the replay that is continued
 
     def add(self, matched, log_time):
         """Write the results of a pair after the copies of earlier messages."""
-        results = [(topic, kind, self._results.of(topic, matched)) for topic, kind in self._topics]
+        results = [(topic, kind, self._results.of(topic, matched))
+                   for topic, kind in self._topics.items()]
         contents = [(topic, kind, self._messages.content(message))
                     for topic, kind, message in results if message is not None]
         self.copy(log_time)

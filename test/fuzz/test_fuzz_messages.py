@@ -14,14 +14,14 @@ from fuzzy_stereo_ros.pairs.calibration import (
     content_of, depth_of, millimetres_of, read_calibration)
 from fuzzy_stereo_ros.pairs.messages import MOST_PIXELS, PIXELS_PER_BYTE, read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, SCALES
-from fuzzy_stereo_ros.pairs.result_messages import (
-    fill_camera_info, fill_disparity, fill_image, fill_points)
+from fuzzy_stereo_ros.pairs.point_clouds import fill_points
+from fuzzy_stereo_ros.pairs.result_messages import fill_camera_info, fill_disparity, fill_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 from hypothesis import given, strategies as st
 from made_messages import compressed, image, noise, rejection_of
 from message_stand_ins import (
     camera_info_stand_in, cloud_stand_in, disparity_stand_in, image_stand_in, made_match,
-    read_values)
+    read_values, USUAL_POINTS)
 import numpy as np
 import pytest
 
@@ -78,8 +78,9 @@ def filled(pair):
     depth = depth_of(match.disparity, pair.calibration)
     fill_image(image_stand_in(), millimetres_of(depth), pair, '16UC1')
     fill_camera_info(camera_info_stand_in(), pair)
-    fill_points(cloud_stand_in(), match, pair, SimpleNamespace, use_color=True,
-                avoid_point_cloud_padding=True)
+    for size in (0.0, 0.05):
+        fill_points(cloud_stand_in(), match, pair, SimpleNamespace,
+                    **{**USUAL_POINTS, 'points_voxel_size': size})
     return fill_disparity(disparity_stand_in(), match, pair, config)
 
 

@@ -3,6 +3,8 @@
 """What the real node publishes besides disparity and confidence, and that nobody pays unasked."""
 from contextlib import ExitStack
 
+import cv2
+from fuzzy_stereo_ros.pairs.messages import read_image
 from node_process import NodeProcess, shifted_pair, START, values_of
 import numpy as np
 import pytest
@@ -96,6 +98,21 @@ def test_the_preview_shows_what_is_valid_in_colour_and_the_rest_dark(bench):
     assert len(np.unique(picture[valid], axis=0)) > 1
 
 
+def test_what_is_compressed_shows_the_same_in_fewer_bytes(bench):
+    from sensor_msgs.msg import CompressedImage
+    disparity, depth = answer(bench, CompressedImage, 'depth/image_rect/compressedDepth')
+    assert (depth.format, depth.header) == ('16UC1; compressedDepth png', disparity.header)
+    sent = cv2.imdecode(np.frombuffer(depth.data[12:], np.uint8), cv2.IMREAD_UNCHANGED)
+    published = values_of(disparity.image)
+    seen = (published >= disparity.min_disparity) & (published > 0)
+    millimetres = 1000 * disparity.f * disparity.t / published[seen]
+    np.testing.assert_allclose(sent[seen], np.where(millimetres < 65535, millimetres, 0), atol=0.6)
+    disparity, preview = answer(bench, CompressedImage, 'preview/compressed')
+    assert (preview.format, preview.header) == ('bgr8; jpeg compressed bgr8', disparity.header)
+    assert read_image(preview).shape == (60, 120, 3)
+    assert len(preview.data) < 60 * 120
+
+
 def test_points_that_another_node_publishes_are_left_to_it(bench):
     from sensor_msgs.msg import PointCloud2
     other = bench.listener.create_publisher(PointCloud2, 'points2', 1)
@@ -112,10 +129,11 @@ def test_points_that_another_node_publishes_are_left_to_it(bench):
     bench.first_match(*PAIR)
 
 
-def test_only_what_outputs_names_is_advertised_and_depth_may_be_millimetres(make_bench):
-    from sensor_msgs.msg import Image
-    with make_bench(*SMALL, '-p', 'outputs:=disparity depth', '-p',
-                    'depth_encoding:=16UC1', offset=OFFSET) as bench:
+def test_only_what_outputs_names_is_advertised_as_its_parameters_say(make_bench):
+    from sensor_msgs.msg import Image, PointCloud2
+    with make_bench(*SMALL, '-p', 'outputs:=disparity depth depth_compressed points2', '-p',
+                    'depth_encoding:=16UC1', '-p', 'points_stride:=4', '-p',
+                    'points_voxel_size:=0.05', offset=OFFSET) as bench:
         bench.begin(*PAIR, confidence=False)
         _, depth = answer(bench, Image, 'depth/image_rect')
         assert depth.encoding == '16UC1'
@@ -124,7 +142,11 @@ def test_only_what_outputs_names_is_advertised_and_depth_may_be_millimetres(make
         offered = {name for name, _ in bench.listener.get_publisher_names_and_types_by_node(
             'disparity_node', '/')}
         assert offered - {'/rosout', '/parameter_events', '/diagnostics'} == {
-            '/disparity', '/depth/image_rect', '/depth/camera_info'}
+            '/disparity', '/depth/image_rect', '/depth/camera_info',
+            '/depth/image_rect/compressedDepth', '/points2'}
+        _, cloud = answer(bench, PointCloud2, 'points2')
+        assert (cloud.height, cloud.is_dense) == (1, True)
+        assert 0 < cloud.width <= 15 * 30
 
 
 def test_an_incompatible_subscriber_of_an_output_is_told(make_bench):

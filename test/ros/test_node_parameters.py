@@ -136,7 +136,8 @@ def test_a_request_that_rclpy_cannot_read_is_logged_and_survived(bench):
     ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),
     ('approximate_sync:=1', 'approximate_sync is 1; allowed are values like False'),
     ('outputs:=disparity mesh',
-     "outputs is 'disparity mesh'; allowed are disparity, confidence, depth, points2, preview"),
+     "outputs is 'disparity mesh'; allowed are disparity, confidence, depth, depth_compressed, "
+     'points2, preview, preview_compressed'),
 ])
 def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(
         start_node, argument, sentence):

@@ -4,9 +4,12 @@
 from array import array
 from types import SimpleNamespace
 
+from fuzzy_stereo_ros.pairs.point_clouds import POINT_SETTINGS
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection, StereoPair
+from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
 import numpy as np
 
+USUAL_POINTS = {row.name: row.default for row in NODE_PARAMETERS if row.name in POINT_SETTINGS}
 LEFT = Projection(200.0, 201.0, 50.0, 40.0)
 
 

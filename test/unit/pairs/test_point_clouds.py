@@ -3,9 +3,11 @@
 """Matches into point clouds, on stand-ins and on ROS's own messages."""
 from types import SimpleNamespace
 
+from fuzzy_stereo_ros.pairs.calibration import depth_of
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from fuzzy_stereo_ros.pairs.result_messages import fill_points
-from message_stand_ins import cloud_stand_in, made_match, make_pair
+from fuzzy_stereo_ros.pairs.point_clouds import fill_points, one_of_each_voxel
+from hypothesis import given, strategies as st
+from message_stand_ins import cloud_stand_in, made_match, make_pair, USUAL_POINTS
 import numpy as np
 import pytest
 
@@ -16,11 +18,23 @@ LAYOUTS = [     # use_color, avoid_point_cloud_padding, point_step, places; as p
     (False, True, 12, {'x': 0, 'y': 4, 'z': 8})]
 
 
-def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=False, message=None):
-    match = made_match(disparity)
-    return fill_points(message or cloud_stand_in(), match, make_pair(left.shape[:2], left=left),
-                       SimpleNamespace, use_color=use_color,
-                       avoid_point_cloud_padding=avoid_point_cloud_padding)
+def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=False, message=None,
+                  **settings):
+    return fill_points(
+        message or cloud_stand_in(), made_match(disparity), make_pair(left.shape[:2], left=left),
+        SimpleNamespace, **{**USUAL_POINTS, 'use_color': use_color,
+                            'avoid_point_cloud_padding': avoid_point_cloud_padding, **settings})
+
+
+def scene():
+    rng = np.random.default_rng(3)
+    disparity = rng.uniform(4, 60, (41, 53)).astype(np.float32)
+    disparity[rng.random(disparity.shape) < 0.2] = np.nan
+    return disparity, rng.integers(0, 255, (41, 53, 3), np.uint8)
+
+
+def read_points(message):
+    return np.frombuffer(message.data, '<f4').reshape(message.height, message.width, -1)
 
 
 def read_field(message, name, dtype='<f4'):
@@ -103,9 +117,49 @@ def test_points_go_through_ros_and_back(use_color, avoid_padding, step, places):
     serialization = pytest.importorskip('rclpy.serialization')
     message = fill_points(
         sensor_messages.PointCloud2(), made_match(np.full((80, 100), 5.0)), make_pair((80, 100)),
-        sensor_messages.PointField, use_color=use_color, avoid_point_cloud_padding=avoid_padding)
+        sensor_messages.PointField, **{**USUAL_POINTS, 'use_color': use_color,
+                                       'avoid_point_cloud_padding': avoid_padding})
     read = serialization.deserialize_message(
         serialization.serialize_message(message), sensor_messages.PointCloud2)
     assert read == message
     assert {field.name: field.offset for field in read.fields} == places
     assert (read_field(read, 'z') == np.float32(4.8)).all()
+
+
+def test_a_stride_leaves_every_so_many_th_point_of_the_whole_cloud():
+    disparity, left = scene()
+    few = filled_points(disparity, left, points_stride=4)
+    assert (few.height, few.width, few.is_dense) == (11, 14, False)
+    whole = read_points(filled_points(disparity, left))[::4, ::4]
+    np.testing.assert_allclose(read_points(few)[:, :, :3], whole[:, :, :3], rtol=1e-6, atol=1e-7)
+    np.testing.assert_array_equal(read_points(few)[:, :, 3:], whole[:, :, 3:])
+
+
+def test_points_beyond_the_largest_depth_are_left_out_and_no_others():
+    disparity, left = scene()
+    near = read_field(filled_points(disparity, left, points_max_depth=2.0), 'z')
+    depth = depth_of(disparity, make_pair(disparity.shape).calibration)
+    np.testing.assert_array_equal(near, np.where(depth <= 2, depth, np.float32(np.nan)))
+
+
+def test_a_voxel_keeps_the_first_of_its_points_with_its_colour():
+    disparity, left = scene()
+    size = 0.25
+    message = filled_points(disparity, left, points_voxel_size=size)
+    assert (message.height, message.is_dense) == (1, True)
+    first = {}
+    for point in read_points(filled_points(disparity, left)).reshape(-1, 8):
+        if np.isfinite(point[2]):
+            first.setdefault(tuple(np.floor(point[:3] / np.float32(size))), point)
+    assert 10 < len(first) < np.isfinite(disparity).sum() / 2
+    np.testing.assert_array_equal(read_points(message)[0], list(first.values()))
+
+
+@given(st.lists(st.tuples(*3 * [st.floats(width=32, allow_nan=False)]), max_size=30),
+       st.floats(1e-6, 1e3))
+def test_of_any_points_none_is_invented_and_each_voxel_keeps_one(points, size):
+    points = np.float32(points).reshape(-1, 3)
+    kept = one_of_each_voxel(points, size)
+    assert set(map(bytes, kept)) <= set(map(bytes, points))
+    assert len(one_of_each_voxel(kept, size)) == len(kept)
+    assert bool(len(kept)) == bool(len(points))

@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results of a pair into messages, on stand-ins and on ROS's own messages."""
 from array import array
+import struct
 
+import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of, read_calibration
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (
-    DISPARITY_STEP, fill_camera_info, fill_disparity, fill_image)
+    DISPARITY_STEP, fill_camera_info, fill_compressed, fill_disparity, fill_image)
 from hypothesis import given, strategies as st
 from message_stand_ins import (
     camera_info_stand_in, disparity_stand_in, image_stand_in, LEFT, made_match, make_pair,
@@ -157,6 +159,23 @@ def test_a_preview_is_sent_as_it_is():
     message = fill_image(image_stand_in(), picture, make_pair((2, 5)), 'bgr8')
     assert (message.encoding, message.height, message.width, message.step) == ('bgr8', 2, 5, 15)
     np.testing.assert_array_equal(read_image(message), picture)
+
+
+def test_a_compressed_preview_is_the_picture_within_what_jpeg_loses():
+    picture = cv2.resize(np.uint8([[[10, 200, 30], [250, 40, 90]]]), (64, 48))
+    message = fill_compressed(image_stand_in(), picture, make_pair((48, 64)), 'bgr8')
+    assert message.format == 'bgr8; jpeg compressed bgr8'
+    assert (message.data.typecode, stamp_of(message.header)) == ('B', 12_000_000_345)
+    assert np.abs(read_image(message).astype(int) - picture).max() <= 12
+
+
+def test_compressed_depth_is_a_png_behind_the_header_of_its_transport():
+    levels = np.random.default_rng(0).integers(0, 65536, (48, 64), np.uint16)
+    message = fill_compressed(image_stand_in(), levels, make_pair((48, 64)), '16UC1')
+    assert message.format == '16UC1; compressedDepth png'
+    assert struct.unpack('<iff', message.data[:12].tobytes()) == (0, 0.0, 0.0)
+    png = np.frombuffer(message.data[12:], np.uint8)
+    np.testing.assert_array_equal(cv2.imdecode(png, cv2.IMREAD_UNCHANGED), levels)
 
 
 def test_messages_of_ros_are_filled():
