@@ -140,8 +140,9 @@ class PairMatcher:
 
 
 def camera_of(pair):
-    """Return the matcher's Camera for a StereoPair."""
-    return Camera(*pair.calibration.left, pair.calibration.offset)
+    """Return the matcher's Camera for a StereoPair, None for UNCALIBRATED ones."""
+    calibration = pair.calibration
+    return Camera(*calibration.left, calibration.offset) if calibration.focal else None
 
 
 def without_missing(match, missing):

@@ -73,6 +73,10 @@ def run(arguments, stream):
     """
     saved, inputs, known = None, [arguments.ground_truth, arguments.mask], {}
     if arguments.saved is None:
+        if any(Path(path).is_dir() for path in (arguments.left, arguments.right)):
+            raise ValueError('match takes two images; for folders, videos and bags there is '
+                             f'fuzzy-stereo replay {arguments.left} {arguments.right} --output '
+                             'matched')
         arguments.profile = arguments.profile or USUAL_PROFILE
         config = matcher_config(arguments)
         inputs += arguments.left, arguments.right

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo replay`: match bags and write a bag of disparities, files or a video."""
+"""`fuzzy-stereo replay`: match bags or frames; write a bag of disparities, files or a video."""
 from contextlib import ExitStack
+from dataclasses import replace
 import json
 import sys
 
@@ -11,9 +12,11 @@ from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
+from fuzzy_stereo_ros.pairs.frames import are_frames
 from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_config,
     node_settings)
+from fuzzy_stereo_ros.replay.frames import calibration_beside, FrameReader
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
     NO_BAG, OPTIONAL_RESULTS, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
@@ -28,17 +31,23 @@ from fuzzy_stereo_ros.views.video import CODECS
 SUFFIXES = 'npy', 'pfm', 'png'
 
 LEFT_BEHIND = ''     # said with what was matched
-HELP = 'match the pairs of a bag'
+HELP = 'match the pairs of a bag, of folders of images, or of a video'
 DESCRIPTION = (
-    'Match every pair of one or more bags (ROS 1 .bag; ROS 2 .mcap, .db3 or a folder) as the\n'
-    'node does. Write a bag of disparities with a coloured preview, files or a video, or show\n'
-    'the results in the Rerun viewer.\n'
-    'The topics of the cameras are found by type and name (left and right, infra1 and infra2,\n'
-    'cam0 and cam1), their camera_info in the same namespace.')
+    'Match every pair of a recording as the node does. Write a bag of disparities with a\n'
+    'coloured preview, files or a video, or show it in the Rerun viewer. A recording is\n\n'
+    '  bags           ROS 1 .bag; ROS 2 .mcap, .db3 or a folder. The topics of the cameras are\n'
+    '                 found by type and name (left and right, infra1 and infra2, cam0 and cam1),\n'
+    '                 their camera_info in the same namespace\n'
+    '  frames         two folders, or two patterns in quotes; or one folder with left and right\n'
+    '                 in it (as synthesise writes, EuRoC and KITTI), whose calib.txt is read\n'
+    '  videos         two, or one with both images side by side')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo replay recorded.mcap --output matched --disparities 128\n'
            '  fuzzy-stereo replay recorded.bag --output matched --disparities 64 --rectify \\\n'
            '      --with depth points2 --keep /tf /tf_static\n'
+           '  fuzzy-stereo replay left_folder right_folder --output matched\n'
+           "  fuzzy-stereo replay 'left/*.png' 'right/*.png' --rate 30 --format none \\\n"
+           '      --video matched.mp4\n'
            '  fuzzy-stereo replay recorded --format none --video matched.mp4 --disparities 64\n'
            '  fuzzy-stereo replay recorded --output matched --disparities 64 --workers 4')
 
@@ -46,7 +55,11 @@ EXAMPLE = ('examples:\n'
 def add_arguments(parser):
     """Add the arguments of `replay`."""
     parser.add_argument('bags', metavar='BAG', nargs='+',
-                        help='bags; several are read as one, in the order of their time')
+                        help='bags; several are read as one, in the order of their time. Or '
+                             'folders, patterns or videos of the left and of the right camera')
+    parser.add_argument('--rate', metavar='NUMBER', type=float,
+                        help='frames per second of folders and videos; default: the times in '
+                             'the names of files, or 10; the rate of the video')
     parser.add_argument('--output', metavar='DIR',
                         help='new folder for the results, a ROS 2 bag; required except with '
                              f'--format {NO_BAG} and without --files')
@@ -115,8 +128,8 @@ def add_arguments(parser):
 
 def replay_options(arguments):
     """Return the ReplayOptions of parsed arguments; raises ValueError as these do."""
-    same_names = ('output', 'storage', 'video', 'video_rate', 'view', 'overwrite', 'resume',
-                  'left', 'right', 'start', 'duration', 'every', 'workers', 'scheduler')
+    same_names = ('output', 'rate', 'storage', 'video', 'video_rate', 'view', 'overwrite',
+                  'resume', 'left', 'right', 'start', 'duration', 'every', 'workers', 'scheduler')
     lists = 'bags', 'results', 'keep', 'files'
     return ReplayOptions(
         config=matcher_config(arguments),
@@ -135,15 +148,14 @@ def run(arguments, stream, progress_stream=None):
     """
     options = replay_options(arguments)
     with ExitStack() as opened:
-        bags = opened.enter_context(BagReader(options.bags))
+        bags, options = _opened(options, opened)
         source, copies = ReplaySource(options, bags), None
         if options.keep is not None:    # a reader of its own, for the thread that writes
             copies = CopiedMessages(opened.enter_context(BagReader(options.bags)), options.keep,
                                     options.result_topics, source.start, source.stop)
         outputs = Outputs(options, source, copies)
         if not arguments.json:
-            stream.write(f'{source.topics.left} and {source.topics.right}, calibrated by '
-                         f'{source.calibration}\n')
+            stream.write(f'{source.cameras}, calibrated by {source.calibration}\n')
             stream.flush()
         with ProgressBar(source.expected_pairs(), progress_stream, arguments.progress) as bar:
             for loss in bags.losses:
@@ -165,6 +177,20 @@ def run(arguments, stream, progress_stream=None):
             (progress_stream or sys.stderr).write(
                 end_sentence(stats, outputs, options, bags.begin) + '\n')
             raise KeyboardInterrupt
+
+
+def _opened(options, opened):
+    """Return the reader of a recording, and the ReplayOptions with the calibration beside it."""
+    if not are_frames(options.bags):
+        if options.rate is not None:
+            raise ValueError('--rate is for folders and videos; a bag has the times of recording')
+        return opened.enter_context(BagReader(options.bags)), options
+    for name in ('keep', 'left', 'right'):
+        if getattr(options, name) is not None:
+            raise ValueError(f'--{name} names topics of a bag; images and videos have none')
+    if all(getattr(options, name) is None for name in CAMERA):
+        options = replace(options, camera_info=calibration_beside(options.bags))
+    return opened.enter_context(FrameReader(options.bags, options.rate)), options
 
 
 def _match_all(options, source, outputs, bar):

@@ -97,12 +97,14 @@ def fill_pixels(message, image, encoding):
 
 def read_image(message):
     """
-    Return the image of a sensor_msgs/Image or CompressedImage.
+    Return the image of a sensor_msgs/Image or CompressedImage, or of a Frame of a file.
 
     The image is uint8 or uint16, (R, C) or (R, C, 3) BGR, contiguous; it shares the message's
     memory if its rows are not padded and need no conversion.
     Raises BadPair for an encoding, step, size or length that is not allowed.
     """
+    if hasattr(message, 'read'):
+        return np.ascontiguousarray(message.read())
     if hasattr(message, 'format'):
         return _decompressed(message)
     dtype, channels, conversion = _format_of(message.encoding)

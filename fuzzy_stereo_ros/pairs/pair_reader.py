@@ -8,7 +8,8 @@ import cv2
 from fuzzy_stereo_ros.pairs.calibration import (
     content_of, expected_size, numbers_of, read_calibration, times_binned)
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
-from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, Calibration, StereoPair, width_by_height
+from fuzzy_stereo_ros.pairs.stereo_pair import (
+    BadPair, Calibration, StereoPair, UNCALIBRATED, width_by_height)
 import numpy as np
 
 SCALES = (1.0, 0.5, 0.25)
@@ -65,15 +66,18 @@ class PairReader:
         """
         Return the StereoPair of two images, raw or compressed, and their CameraInfo.
 
+        Without a calibration both CameraInfo are None; such images can only be scaled.
+
         Its calibration is that of the rectified, cropped and scaled images; a remark says if an
         image has another size than its CameraInfo expects.
         Raises BadPair with a sentence if the four messages make no pair.
         """
         images = _read_images(left, right)
         rows, columns = images[0].shape[:2]
-        key = content_of(left_info), content_of(right_info), rows, columns
+        infos = (left_info, right_info) if left_info is not None else ()
+        key = (*map(content_of, infos), rows, columns)
         if key != self._planned_for:
-            self._plan = self._plan_for((left_info, right_info), rows, columns)
+            self._plan = self._plan_for(infos, rows, columns)
             self._planned_for = key
         plan = self._plan
         if plan.maps is None:
@@ -87,7 +91,7 @@ class PairReader:
                           stamp_of(left.header), left.header.frame_id, plan.missing)
 
     def _plan_for(self, infos, rows, columns):
-        calibration = read_calibration(*infos)
+        calibration = read_calibration(*infos) if infos else UNCALIBRATED
         remarks = self._remarks_on_size(infos, rows, columns)
         calibration = replace(calibration, remarks=(*calibration.remarks, *remarks))
         window, maps, missing = (slice(0, rows), slice(0, columns)), None, None

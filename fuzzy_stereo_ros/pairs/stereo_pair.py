@@ -51,8 +51,8 @@ class Calibration:
     """
     The calibration of a rectified pair: depth = focal * baseline / (disparity - offset).
 
-    focal: px of the images as the matcher gets them. baseline: metres; 0 if unknown, the pair
-    then has no depth.
+    focal: px of the images as the matcher gets them; 0 if nothing is known. baseline: metres; 0 if
+    unknown, the pair then has no depth.
     offset: px, cx of the left image minus cx of the right one.
     left: the Projection of the left camera.
     remarks: sentences about a calibration that can be used but is probably wrong.
@@ -76,6 +76,10 @@ class Calibration:
         left = Projection(fx * scale, fy * scale,
                           (cx + 0.5) * scale - 0.5, (cy + 0.5) * scale - 0.5)
         return replace(self, focal=self.focal * scale, offset=self.offset * scale, left=left)
+
+
+# Of rectified cameras of which nothing is known: without metres, and without a moving camera.
+UNCALIBRATED = Calibration(0.0, 0.0, 0.0, Projection(0.0, 0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True)

@@ -28,13 +28,14 @@ class ReplayOptions:
     """
     The options of a replay; raises ValueError if they contradict each other.
 
-    bags: paths. config: MatcherConfig of the images at full scale. settings: {node parameter:
-    value} of SYNCHRONISING, READING and RESULTS. output: folder, None = no folder. storage: of
-    the bag, or NO_BAG. results: words of OPTIONAL_RESULTS. keep: names of topics to copy, () = all
-    topics, None = none. files: suffixes of disparity files. video: file. video_rate: frames per
-    second. view: file, or VIEWER. left, right: names of image topics. start, duration: s. every:
-    match only each N-th pair. workers: number of processes. scheduler: address of a Dask
-    scheduler. camera_info to principal_point: arguments of `given_calibration`.
+    bags: paths of bags, or of Frames. config: MatcherConfig of the images at full scale. settings:
+    {node parameter: value} of SYNCHRONISING, READING and RESULTS. output: folder, None = no
+    folder. storage: of the bag, or NO_BAG. results: words of OPTIONAL_RESULTS. keep: names of
+    topics to copy, () = all topics, None = none. files: suffixes of disparity files. video: file.
+    video_rate: frames per second. view: file, or VIEWER. left, right: names of image topics.
+    start, duration: s. every: match only each N-th pair. workers: number of processes. scheduler:
+    address of a Dask scheduler. camera_info to principal_point: arguments of `given_calibration`.
+    rate: Frames per second, None = as they are stamped.
     """
 
     bags: tuple[str, ...]
@@ -62,6 +63,7 @@ class ReplayOptions:
     baseline: float | None = None
     offset: float | None = None
     principal_point: tuple[float, float] | None = None
+    rate: float | None = None
 
     def __post_init__(self):
         self._check_outputs()
@@ -82,6 +84,12 @@ class ReplayOptions:
     def writes_bag(self):
         """Whether a bag is written."""
         return self.storage != NO_BAG
+
+    @property
+    def needs_cameras(self):
+        """Whether anything asked for needs a calibration."""
+        return bool({'depth', 'points2'} & {*self.results}) or any(
+            self.settings[name] for name in ('rectify', 'crop'))
 
     @property
     def can_be_resumed(self):

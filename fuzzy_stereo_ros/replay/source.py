@@ -56,9 +56,9 @@ class ReplaySource:
     """
     Reads the pairs of bags as the node reads topics; for one thread.
 
-    topics: StereoTopics. calibration: its origin in words. start, stop: ns, the recorded time that
-    is read, None = no bound. synchroniser: the Synchroniser, with its counts. caught_up: whether
-    all pairs that are written already have been read.
+    topics: StereoTopics. cameras, calibration: both in words. start, stop: ns, the recorded
+    time that is read, None = no bound. synchroniser: the Synchroniser, with its counts.
+    caught_up: whether all pairs that are written already have been read.
     """
 
     def __init__(self, options, bags):
@@ -73,6 +73,7 @@ class ReplaySource:
         self.topics = find_stereo_topics(bags.names, bags.topics, left, right,
                                          settings['rectify'])
         self._infos, self.calibration = _calibration(options, bags, self.topics)
+        self.cameras = bags.described(self.topics)
         self.start, self.stop = _time_range(options, bags)
         self._read = options.pair_reader().read
         queued, self._held = self.topics, ()
@@ -175,6 +176,8 @@ def _calibration(options, bags, topics):
     purpose = 'a calibration that is not that of the bag'
     if missing:
         purpose = f"{bags.names}, without camera_info beside {' and '.join(missing)},"
+        if all(getattr(options, name) is None for name in CAMERA) and not options.needs_cameras:
+            return (None, None), 'nothing: disparities are without metres'
     _, first = read_stamped(next(bags.messages([topics.left])))
     shape = read_image(first).shape[:2]
     calibration = given_calibration(options, shape, ('focal', 'baseline'), purpose)

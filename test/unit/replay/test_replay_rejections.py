@@ -75,7 +75,7 @@ def test_a_missing_topic_is_rejected_with_the_existing_ones(rejected):
 def test_a_bag_without_calibration_is_rejected_with_the_options_that_give_one(
         rejected, folder, capsys):
     write_bag(folder / 'bare', infos=False)
-    assert rejected('bare') == (
+    assert rejected('bare', options=['--with', 'depth']) == (
         'bare, without camera_info beside /left/image_rect and /right/image_rect, needs the '
         'cameras: give --focal and --baseline, or --camera-info with a calib.txt or the YAML of '
         'the right camera')

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What `fuzzy-stereo replay` does with folders of images and videos: the same as with a bag."""
+import json
+
+import cv2
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.pairs.frames import Frames
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from made_bags import COLUMNS, content, disparities, ROWS, scene
+import numpy as np
+import pytest
+from replayed import figures, matches, rejection, replay
+
+STEP = 100_000_000      # ns, at the usual rate
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in a folder with the frames of two cameras."""
+    monkeypatch.chdir(tmp_path)
+    for side in ('left', 'right'):
+        (tmp_path / side).mkdir()
+        for number, pair in enumerate(scene()):
+            write_image(tmp_path / side / f'{side}_{number}.png', getattr(pair, side))
+    return tmp_path
+
+
+def write_video(path, images):
+    """Write a video without loss."""
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'FFV1'), 10.0,
+                             images[0].shape[1::-1])
+    if not writer.isOpened():
+        pytest.skip('this OpenCV writes no video without loss')
+    for image in images:
+        writer.write(image)
+    writer.release()
+
+
+def maps(output='out'):
+    """Return the disparities that were written, in order."""
+    return [np.load(path) for path in sorted((output / 'disparity').glob('*.npy'))]
+
+
+def test_folders_are_matched_warm_and_bit_for_bit_as_the_matcher_does(folder, capsys):
+    found = figures(capsys, 'left', 'right', options=['--files', 'npy'])
+    assert found['calibration'] == 'nothing: disparities are without metres'
+    assert found['pairs']['matched'] == 6 and found['pairs']['warm'] == 5
+    expected = matches(scene(), [number * STEP for number in range(6)])
+    for written, match in zip(maps(folder / 'out'), expected, strict=True):
+        np.testing.assert_array_equal(written, match.disparity)
+    message = content(folder / 'out', '/disparity')[-1][2]
+    assert (message.header.stamp.nanosec, message.f, message.t) == (5 * STEP, 0, 0)
+
+
+def test_videos_and_patterns_give_what_folders_give(folder):
+    sides = [[getattr(pair, side) for pair in scene()] for side in ('left', 'right')]
+    bgr = [[image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+            for image in side] for side in sides]
+    write_video('both.avi', [np.hstack(pair) for pair in zip(*bgr)])
+    for side, images in zip(('one', 'two'), bgr):
+        write_video(f'{side}.avi', images)
+        (folder / f'{side}_bgr').mkdir()
+        for number, image in enumerate(images):
+            write_image(f'{side}_bgr/{number}.png', image)
+    options = ['--format', 'none', '--files', 'npy']
+    for name, inputs in (('a', ['one_bgr', 'two_bgr']), ('b', ['one_bgr/*.png', 'two_bgr/*']),
+                         ('c', ['both.avi']), ('d', ['one.avi', 'two.avi'])):
+        assert replay(*inputs, output=name, options=options) == 0
+        same = [np.array_equal(*both, equal_nan=True)
+                for both in zip(maps(folder / 'a'), maps(folder / name), strict=True)]
+        assert len(same) == 6 and all(same), inputs
+
+
+def test_what_synthesise_writes_is_matched_with_its_cameras_and_resumed(folder, capsys):
+    assert main(['synthesise', '--output', 'made', '--frames', '4', '--rows', str(ROWS),
+                 '--columns', str(COLUMNS)]) == 0
+    options = ['--files', 'npy', '--duration', 0.15, '--with', 'depth']
+    found = figures(capsys, 'made', options=options)
+    assert found['calibration'] == 'made/calib.txt' and found['pairs']['matched'] == 2
+    record = json.loads((folder / 'out' / 'replay.json').read_text())
+    record['duration'] = None       # as if the first run had been interrupted
+    (folder / 'out' / 'replay.json').write_text(json.dumps(record))
+    found = figures(capsys, 'made', options=['--files', 'npy', '--with', 'depth', '--resume'])
+    assert found['pairs']['matched'] == found['pairs']['matched_again'] == 2
+    whole = figures(capsys, 'made', output='whole', options=['--files', 'npy'])
+    assert whole['pairs']['matched'] == 4
+    assert all(map(np.array_equal, disparities(folder / 'out').values(),
+                   disparities(folder / 'whole').values()))
+
+
+def test_a_calibration_reaches_the_matcher(folder, capsys):
+    found = figures(capsys, 'left', 'right', options=[
+        '--files', 'npy', '--focal', 200, '--baseline', 0.12])
+    assert found['calibration'].startswith('focal length 200 px')
+    camera = Camera(200.0, 200.0, (COLUMNS - 1) / 2, (ROWS - 1) / 2, 0.0)
+    expected = matches(scene(), [number * STEP for number in range(6)], camera=camera)
+    np.testing.assert_array_equal(maps(folder / 'out')[-1], expected[-1].disparity)
+
+
+@pytest.mark.parametrize('names, rate, stamps', [
+    (['1403636579763555584', '1403636579813555456'], None,
+     [1403636579763555584, 1403636579813555456]),
+    (['1305031102.175304', '1305031102.25'], None, [1305031102175304000, 1305031102250000000]),
+    (['frame10', 'frame9'], None, [900_000_000, 1_000_000_000]),
+    (['0000000010', '0000000012'], 20, [500_000_000, 600_000_000]),
+    (['b', 'a'], 2, [0, 500_000_000])])
+def test_stamps_are_the_times_in_the_names_or_the_numbers_by_the_rate(
+        tmp_path, names, rate, stamps):
+    for side in ('cam0', 'cam1'):
+        (tmp_path / 'mav0' / side / 'data').mkdir(parents=True)
+        for name in names:
+            write_image(tmp_path / 'mav0' / side / 'data' / f'{name}.png',
+                        np.zeros((4, 4), np.uint8))
+    frames = Frames([tmp_path / 'mav0'], rate)
+    assert [stamp for stamp, _, _ in frames.pairs()] == stamps
+    assert [frames.begin, frames.end] == stamps
+
+
+def test_a_frame_that_one_camera_lacks_or_that_is_damaged_costs_its_pair_alone(folder, capsys):
+    (folder / 'right' / 'right_2.png').unlink()
+    (folder / 'left' / 'left_4.png').write_bytes(b'no image')
+    found = figures(capsys, 'left', 'right')
+    assert found['pairs']['matched'] == 4
+    assert found['pairs']['rejected'] == {'damaged image': 1}
+    assert found['messages']['unmatched'] == {'/left/image_rect': 1, '/right/image_rect': 0}
+
+
+def test_frames_that_make_no_pairs_are_rejected_in_one_sentence(folder, capsys):
+    (folder / 'names').mkdir()
+    write_image('names/a.png', np.zeros((4, 4), np.uint8))
+    (folder / 'film.mp4').write_bytes(b'no video')
+    for inputs, options, sentence in (
+            (['left', 'names'], [], 'left and names: 6 and 1 images, whose names have no numbers '
+             'that tell which belong together'),
+            (['names'], [], 'names holds the images of one camera'),
+            (['left', 'right', 'names'], [], 'two folders, videos or patterns in quotes'),
+            (['film.mp4'], [], 'film.mp4 is not a video that OpenCV can read'),
+            (['film.mp4', 'left'], [], 'one is a video, the other is not'),
+            (['left', 'no*.png'], [], 'no*.png has no images (.png, '),
+            (['left', 'right'], ['--keep'], '--keep names topics of a bag'),
+            (['left', 'right'], ['--rate', 0], '--rate is 0; allowed are numbers above 0'),
+            (['left', 'right'], ['--with', 'depth'], 'needs the cameras: give --focal and')):
+        assert sentence in rejection(capsys, *inputs, options=options)
+    assert main(['match', 'left', 'right', '--disparities', '16', '--output', 'a.pfm']) == 2
+    assert 'fuzzy-stereo replay left right --output matched' in capsys.readouterr().err
