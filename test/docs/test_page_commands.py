@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 
+import cv2
 from fuzzy_stereo_ros.commands import command_line
 from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.commands.command_line import main
@@ -20,6 +21,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from fuzzy_stereo_ros.views.video import VideoFile
 from pages import commands, GUIDES, in_code_style, pages_with_commands, ROOT, text_of
 import pytest
 from saved_scene import running
@@ -115,6 +117,15 @@ def fill(folder):
     made_bags.write_bag(folder / 'recorded', pairs=pairs)
     made_bags.write_bag(folder / 'recorded.bag', 'ros1', pairs)
     made_bags.write_bag(folder / 'images_only', pairs=pairs, infos=False)
+    for side in ('left', 'right'):
+        images = [getattr(one, side) for one in pairs]
+        video = VideoFile(folder / f'{side}.mp4', 10.0)
+        for number, image in enumerate(images):
+            video.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image)
+            for place in (side, f'{side}_folder'):
+                (folder / place).mkdir(exist_ok=True)
+                write_image(folder / place / f'{number}.png', image)
+        video.close()
     calibration = centred_calibration(63.0, 0.12, 0.0, 48, 100)
     for side, camera in rectified_cameras(calibration, 48, 100).items():
         write_camera(folder / f'{side}.yaml', camera, side)
