@@ -43,7 +43,7 @@ class Listener:
         self.executor = SingleThreadedExecutor()
         self.executor.add_node(self.node)
         self.process, self.take = process, take
-        self._status, self._counted = f'{namespace}/disparity_node: stereo matching', 0
+        self._hardware, self._counted = f'{namespace}/disparity_node', 0
         self._subscription = None
         self.ages, self.stamp, self.counts = [], None, None
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._count, 10)
@@ -92,11 +92,12 @@ class Listener:
         self.take(message)
 
     def _count(self, message):
-        for status in message.status:
-            if status.name == self._status:
-                self._counted = stamp_of(message.header)
-                self.counts = {entry.key: int(entry.value) for entry in status.values
-                               if entry.key.startswith('pairs ')}
+        entries = [entry for status in message.status if status.hardware_id == self._hardware
+                   for entry in status.values]
+        if entries:
+            self._counted = stamp_of(message.header)
+            self.counts = {entry.key: int(entry.value) for entry in entries
+                           if entry.key.startswith('pairs ')}
 
 
 @contextmanager

@@ -11,6 +11,12 @@ from fuzzy_stereo_ros.parameters.table import ros_name
 import numpy as np
 
 LOADING = 'loading the kernels'
+GLANCE, DETAILS = 'stereo matching', 'stereo matching, details'     # names of the two statuses
+RECTIFICATION = 'rectification'
+# Keys of the first status, in its order; all others are in the second.
+AT_A_GLANCE = ('input rate', 'output rate', 'latency, median', 'latency, 95th percentile',
+               'pairs dropped', 'pairs rejected', 'valid share', 'mean confidence', RECTIFICATION,
+               'suspected fault')
 RECENT = 200    # newest pairs, of which medians and percentiles are computed
 # Why messages are lost and what to do, by the start of their keys in `counts_of`.
 LOSSES = {
@@ -24,9 +30,10 @@ LOSSES = {
 
 class Diagnostics:
     """
-    Publishes a level, a sentence and values in /diagnostics.
+    Publishes a level, a sentence and values in /diagnostics: what matters first, then the rest.
 
-    values: {key: text} that were published last. rejected: Counter of rejected pairs by reason.
+    values: {key: text} that were published last, in both statuses. rejected: Counter of rejected
+    pairs by reason.
     """
 
     def __init__(self, node, now):
@@ -46,7 +53,8 @@ class Diagnostics:
         """
         with self._lock:
             self._times.append({**times, **{
-                f'time of {stage}': value for stage, value in match.times.items()}})
+                'matching time' if stage == 'total' else f'time of {stage}': value
+                for stage, value in match.times.items()}})
             self._match = match
 
     @property
@@ -83,16 +91,27 @@ class Diagnostics:
         self.values = {**{key: str(count) for key, count in counts.items()},
                        'input rate': f"{rates['pairs synchronised']:.1f} pairs/s",
                        'output rate': f"{rates['pairs matched']:.1f} pairs/s", **values,
-                       **self.figures(), 'suspicion': finding.cause if finding else 'none',
+                       **self.figures(),
+                       'suspected fault': finding.cause if finding else 'none',
                        **(misalignment.figures if misalignment else
                           {MEASURED: NOT_MEASURED} if self._match else {})}
-        name = self._node.get_fully_qualified_name()
-        message = DiagnosticArray(status=[DiagnosticStatus(
-            level=getattr(DiagnosticStatus, level), message=sentence,
-            name=f'{name}: stereo matching', hardware_id=name,
-            values=[KeyValue(key=key, value=value) for key, value in self.values.items()])])
+        if self._match:
+            self.values[RECTIFICATION] = (
+                misalignment.advice or 'OK') if misalignment else NOT_MEASURED
+        details = [key for key in self.values if key not in AT_A_GLANCE]
+        message = DiagnosticArray(status=[
+            self._status(GLANCE, level, sentence, AT_A_GLANCE),
+            self._status(DETAILS, 'OK', 'counts, times, and the newest match', details)])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
+
+    def _status(self, title, level, sentence, keys):
+        """Return a DiagnosticStatus with those of the keys that have values."""
+        name = self._node.get_fully_qualified_name()
+        return DiagnosticStatus(
+            level=getattr(DiagnosticStatus, level), message=sentence, name=f'{name}: {title}',
+            hardware_id=name, values=[KeyValue(key=key, value=self.values[key])
+                                      for key in keys if key in self.values])
 
     def rates(self, now, counts):
         """Return {key: change per second since the previous call} of counts at a time in s."""
@@ -118,9 +137,9 @@ class Diagnostics:
                                 ('95th percentile', high)):
                 figures[f'{name}, {what}'] = f'{value:.1f} ms'
         return {**figures, 'generations': str(match.generations),
-                'warm': str(bool(match.warm)).lower(),
-                'kept, as the scene stands still': str(match.kept).lower(),
-                'camera motion': match.motion or 'not asked',
+                'warm start': str(bool(match.warm)).lower(),
+                'result reused (static scene)': str(match.kept).lower(),
+                'camera motion': match.motion or 'not estimated',
                 'mean confidence': f'{float(np.mean(match.confidence)):.3f}',
                 'valid share': f'{1 - float(np.mean(np.isnan(match.disparity))):.3f}'}
 

@@ -65,7 +65,7 @@ def keys_of_diagnostics():
     made.matched(StereoMatcher(config).match(image, image),
                  **dict.fromkeys(('latency', 'age', 'stamps apart'), 1.0))
     keys = {*diagnostics.counts_of(Synchroniser(sides), Counter(), Counter()), *made.figures(),
-            'disparity_range in use', 'change of parameters', 'suspicion'}
+            'disparity_range in use', 'change of parameters', 'suspected fault'}
     return {key.split(', ')[0] for key in keys}
 
 

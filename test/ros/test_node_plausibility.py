@@ -44,5 +44,5 @@ def test_swapped_and_black_images_are_warned_of_once_each_time_and_a_wall_is_not
         status_when(bench, is_ok, PAIR)
         status = status_when(bench, lambda status: 'texture' in status.message, WALL)
         assert is_ok(status)
-        assert ('suspicion', 'plain') in {(one.key, one.value) for one in status.values}
+        assert ('suspected fault', 'plain') in {(one.key, one.value) for one in status.values}
         assert 'little texture' not in bench.node.log()

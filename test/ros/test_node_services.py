@@ -156,8 +156,8 @@ def test_reset_has_the_next_pair_matched_as_if_it_were_the_first(bench):
     alone = matched()
     bench.match(*noisy(2), stamp=before)
     assert (matched() != alone).any()
-    assert bench.counts()['warm'] == 'true'
+    assert bench.counts()['warm start'] == 'true'
     bench.match(*noisy(2), stamp=before)
     assert bench.trigger('reset') == (True, 'the next pair is matched without the previous frame')
     np.testing.assert_array_equal(matched(), alone)
-    assert bench.counts()['warm'] == 'false'
+    assert bench.counts()['warm start'] == 'false'

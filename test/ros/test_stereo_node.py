@@ -239,10 +239,11 @@ def test_diagnostics_tell_times_and_what_the_match_was_like(bench):
     bench.match(*PAIR)
     counts = bench.counts()
     assert bench.status.name == '/disparity_node: stereo matching'
-    assert counts['warm'] in ('true', 'false')
+    assert len(bench.status.values) == 10
+    assert counts['warm start'] in ('true', 'false')
     assert 0 < float(counts['mean confidence']) <= 1
     assert 0.5 < float(counts['valid share']) <= 1
-    for key in ('latency', 'time of total'):
+    for key in ('latency', 'matching time'):
         assert float(counts[f'{key}, median'].split()[0]) > 0
         assert f'{key}, 95th percentile' in counts
     for topic in ('left/image_rect', 'left/camera_info', 'right/image_rect', 'right/camera_info'):

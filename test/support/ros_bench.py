@@ -20,6 +20,11 @@ SECOND = 1_000_000_000
 RELIABLE = '--ros-args', '-p', 'input_qos:=reliable'
 
 
+def values_in(message):
+    """Return {key: text} of all that a DiagnosticArray of the node tells."""
+    return {value.key: value.value for status in message.status for value in status.values}
+
+
 class Surroundings:
     """Simulated cameras and a listener: publishes pairs, collects answers, awaits events."""
 
@@ -49,8 +54,8 @@ class Surroundings:
 
     def heard(self):
         """Return what was heard last of the node's diagnostics, for a failed test's report."""
-        return '\n'.join(f'{value.key}: {value.value}' for message in self.diagnostics[-1:]
-                         for value in message.status[0].values)
+        return '\n'.join(f'{key}: {value}' for message in self.diagnostics[-1:]
+                         for key, value in values_in(message).items())
 
     def listen(self, disparity=True, confidence=True, namespace=''):
         """Subscribe to the outputs."""
@@ -186,8 +191,9 @@ class Bench(Surroundings):
             return next((message for message in self.diagnostics
                          if stamp_of(message.header) > asked), None)
 
-        self.status = self.until(newer, 'diagnostics').status[0]
-        return {value.key: value.value for value in self.status.values}
+        message = self.until(newer, 'diagnostics')
+        self.status = message.status[0]
+        return values_in(message)
 
     def set_parameters(self, **values):
         """Ask for changes all at once; return (done, reason)."""

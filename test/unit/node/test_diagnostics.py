@@ -40,9 +40,9 @@ def test_figures_tell_the_times_and_what_the_newest_match_was_like():
     made.reject('size')
     assert made.figures() == {
         'rejected: size': '1', 'latency, last': '30.0 ms', 'latency, median': '20.0 ms',
-        'latency, 95th percentile': '29.0 ms', 'time of total, last': '15.0 ms',
-        'time of total, median': '10.0 ms', 'time of total, 95th percentile': '14.5 ms',
-        'generations': '2', 'warm': 'true', 'kept, as the scene stands still': 'false',
+        'latency, 95th percentile': '29.0 ms', 'matching time, last': '15.0 ms',
+        'matching time, median': '10.0 ms', 'matching time, 95th percentile': '14.5 ms',
+        'generations': '2', 'warm start': 'true', 'result reused (static scene)': 'false',
         'camera motion': 'followed',
         'mean confidence': '0.250', 'valid share': '0.500'}
 
@@ -53,7 +53,7 @@ def test_stages_that_the_newest_pair_skipped_keep_their_figures():
         made.matched(matched(times, 'search' not in times))
     figures = made.figures()
     assert figures['time of search, last'] == figures['time of search, median'] == '8.0 ms'
-    assert figures['time of total, last'] == '2.0 ms'
+    assert figures['matching time, last'] == '2.0 ms'
 
 
 @pytest.mark.parametrize('loading, idle, silence, rates, expected', [
@@ -89,8 +89,13 @@ def published_by(misalignment, finding, idle='', silence=0):
                             'pairs rejected'], 0)
     made.matched(matched(misalignment=misalignment))
     made.publish(1.0, counts, {}, '', idle, silence, finding)
-    (status,) = published[0].status
-    return made, status.level, status.message
+    first, second = published[0].status
+    assert (second.level, second.name) == (
+        diagnostics.DiagnosticStatus.OK, f'{first.name}, details')
+    told = [[value.key for value in status.values] for status in (first, second)]
+    assert told[0] == [key for key in diagnostics.AT_A_GLANCE if key in made.values]
+    assert sorted(sum(told, [])) == sorted(made.values)
+    return made, first.level, first.message
 
 
 @pytest.mark.parametrize('idle, silence, level, sentence', [
@@ -102,7 +107,8 @@ def test_a_misalignment_raises_the_level_where_it_is_ok_and_stands_behind_what_i
     made, *told = published_by(MISALIGNED, None, idle, silence)
     assert told == [getattr(diagnostics.DiagnosticStatus, level), sentence]
     assert made.values['row offset, tilt'] == '+0.10 px'
-    assert made.values['suspicion'] == 'none'
+    assert made.values['rectification'] == 'recalibrate: roll'
+    assert made.values['suspected fault'] == 'none'
 
 
 @pytest.mark.parametrize('warns, idle, level, sentence', [
@@ -114,7 +120,7 @@ def test_a_finding_that_warns_raises_the_level_and_another_is_told_alone(
     made, *told = published_by(
         None, Finding('swapped', 'left and right are swapped', warns), idle)
     assert told == [getattr(diagnostics.DiagnosticStatus, level), sentence]
-    assert made.values['suspicion'] == 'swapped'
+    assert made.values['suspected fault'] == 'swapped'
     assert made.values['row offset, measured'].startswith('not measured: too few points')
 
 
