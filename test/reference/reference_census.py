@@ -37,6 +37,41 @@ def eight_bits(luminance):
     return np.minimum(np.floor(luminance / 256 + 0.5), 255).astype(np.int64)
 
 
+def smoothed(luminance):
+    """Return binomial means of 3 x 3 pixels, rounded: int64 (R, C)."""
+    for axis in (0, 1):
+        around = np.pad(luminance, [(1, 1) if side == axis else (0, 0) for side in (0, 1)], 'edge')
+        luminance = sum(weight * np.take(around, range(first, first + luminance.shape[axis]), axis)
+                        for first, weight in enumerate((1, 2, 1)))
+    return (luminance + 8) // 16
+
+
+def steps(luminance):
+    """
+    Return sums of second differences along every eighth row, over 1 px and 2 px, in quarters.
+
+    Columns count as far as there are 32 of them.
+    """
+    columns = luminance.shape[1] // 32 * 32
+    around = np.pad(luminance[::8], ((0, 0), (2, 2)), 'edge') // 4
+    return [abs(2 * around[:, 2:columns + 2] - around[:, 2 - far:columns + 2 - far]
+                - around[:, 2 + far:columns + 2 + far]).sum() for far in (1, 2)]
+
+
+def coefficient_counts(grey, apart):
+    """
+    Return how many coefficients of blocks of 8 x 8 pixels are small, and how many large.
+
+    grey: (R, C), grey levels. Of seven frequencies, of one block in so many of each row of blocks.
+    """
+    waves = np.cos(np.outer(np.arange(8), 2 * np.arange(8) + 1) * np.pi / 16) / 2
+    found = [abs(waves[down] @ grey[8 * row:8 * row + 8, 8 * column:8 * column + 8] @ waves[right])
+             for row in range(grey.shape[0] // 8)
+             for column in range(3 * row % apart, grey.shape[1] // 8, apart)
+             for down, right in ((1, 2), (2, 1), (2, 2), (1, 3), (3, 1), (2, 3), (3, 2))]
+    return [sum(low <= size < high for size in found) for low, high in ((1.5, 3.5), (4.5, 24.5))]
+
+
 def halved(values, rounded):
     """Return the mean of 2 x 2 pixels, rounded or cut; an odd last row or column is left out."""
     rows, columns = values.shape[0] // 2, values.shape[1] // 2

@@ -5,7 +5,9 @@ from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
-BRIGHTER = 0.001    # share of an image of 16 bits that may saturate
+BRIGHTER = 0.001    # share of an image that may saturate
+SAMPLED = 8         # one row in so many of an image of 8 bits shows how bright it is
+DARK = 6            # bits that a dark image of 8 bits has at most
 
 
 class Picture:
@@ -48,14 +50,15 @@ def luminance_shift(left, right):
     """
     Return by how many bits to shift a pair of images to the left for 16 bits of luminance.
 
-    In images of 16 bits a share of BRIGHTER of the pixels, lamps and faulty ones, may saturate:
-    else they would leave few grey levels to a dark picture.
+    A dark picture takes all of them. A share of BRIGHTER of its pixels, lamps and faulty ones, may
+    saturate: else they would leave few grey levels to it. Pictures of 8 bits that are not dark
+    keep their scale, so that it does not change from frame to frame.
     """
     colour = 2 if left.ndim == 3 else 0
-    if left.dtype == np.uint8:
-        return 8 - colour
-    bits = max(int(left.max()), int(right.max()), 1).bit_length()
+    deep = left.dtype != np.uint8
+    images = (left, right) if deep else (left[::SAMPLED], right[::SAMPLED])
+    bits = max(*(int(image.max()) for image in images), 1).bit_length()
     while bits > 1 and all(np.count_nonzero(image >= 1 << (bits - 1)) <= BRIGHTER * image.size
-                           for image in (left, right)):
+                           for image in images):
         bits -= 1
-    return 16 - colour - bits
+    return 16 - colour - (bits if deep or bits <= DARK else 8)

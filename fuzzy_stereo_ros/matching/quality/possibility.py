@@ -11,6 +11,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 import numpy as np
 
 CENSUS_RADIUS, CENSUS_BITS = 2, 24
@@ -168,13 +169,11 @@ def colour_and_luminance(image, scale, shift):
         image = image[:, np.clip(np.arange(columns) - shift, 0, columns - 1)]
     colour = np.repeat(image[..., np.newaxis], 3, axis=2) if image.ndim == 2 else image
     luminance = (colour @ np.float32([1, 2, 1])) * np.float32(scale)
-    if image.dtype != np.uint8:
+    if scale != 1:
         colour = np.minimum(np.rint(colour * np.float32(scale)), 255).astype(np.uint8)
     return np.ascontiguousarray(colour), luminance
 
 
 def eight_bit_scale(left, right):
     """Return the factor that brings a pair of images to grey levels of 8 bits."""
-    if left.dtype == np.uint8:
-        return 1.0
-    return 2.0**(8 - max(int(left.max()), int(right.max()), 1).bit_length())
+    return 2.0**(luminance_shift(left, right) - (6 if left.ndim == 3 else 8))

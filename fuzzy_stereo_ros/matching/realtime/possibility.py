@@ -10,7 +10,7 @@ of their 5 x 5 census and with the difference of their gradients (Zabih and Wood
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
-from fuzzy_stereo_ros.matching.kernels.possibility import features
+from fuzzy_stereo_ros.matching.kernels.possibility import features, sharpness
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Penalties
 from fuzzy_stereo_ros.matching.over_frames.pictures import Picture
@@ -53,8 +53,18 @@ class View(Picture):
         super().__init__(rows, columns, mirrored)
         stride = columns + reach + features.SLACK
         self.denoised, self._denoised = self.luminance, np.zeros_like(self.luminance)
+        self._smoothed = np.zeros_like(self.luminance), np.zeros_like(self.grey)
         self.census = np.zeros((rows, 3, stride), np.uint8)
         self.slopes = np.zeros((rows, stride), np.uint8)
+
+    def smooth(self, band):
+        """Smooth a band of rows of luminance and grey, which stay until `take_smoothed`."""
+        sharpness.smooth(self.luminance, self.columns, *self._smoothed, *band[1:])
+
+    def take_smoothed(self):
+        """Exchange luminance and grey for the smoothed ones."""
+        before, (self.luminance, self.grey) = (self.luminance, self.grey), self._smoothed
+        self._smoothed = before
 
     def denoise(self, tolerance, first, last):
         """Fill some rows of `denoised`: see features.denoise; a tolerance of 0 changes nothing."""

@@ -12,11 +12,14 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE, View)
+from fuzzy_stereo_ros.matching.realtime.smoothing import Smoothing
+import numpy as np
 
 SPREAD = 8.0         # times the noise, the largest difference from its 3 x 3 mean that is noise
 NEAR, FAR = 1, 2     # rows around a row that it is denoised by, and that its census compares
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
+COMPRESSED = 0.5     # grey levels of noise as which the census takes what JPEG leaves
 
 
 def half_disparities(disparities):
@@ -56,10 +59,11 @@ class Views:
         self._estimate = noise(rows, columns)
         self.noise = 0.0
         self._bands = cut_bands(rows, tile)
+        self._smoothing = Smoothing(rows, columns, -(-rows // tile))
 
     def read(self, pool, left, right, average):
         """
-        Read a pair, and average it with the previous frames.
+        Read a pair, average it with the previous frames, and smooth it where that is needed.
 
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
@@ -69,6 +73,8 @@ class Views:
         """
         full, half, shift = self.full, self.half, self._shift
         left_shift = luminance_shift(left, right)
+        views = full.left, self._right
+        unit = (1 if left.ndim == 2 else 4) << left_shift if left.dtype == np.uint8 else 0
 
         def read(band):
             _, first, last = band
@@ -76,11 +82,13 @@ class Views:
             self._right.read(right, max(shift, 0), left_shift, first, last)
             full.left.halve(half.left, first // 2, last // 2)
             self._estimate.measure(full.left, half.left, first, last)
+            self._smoothing.measure(views, unit, band)
 
         pool.each(read, self._bands)
         # measured before averaging: the little that averaging leaves is hidden by texture
         self.noise = self._estimate.level
-        self.noise *= average(full.left, self._right)
+        self.noise *= average(*views)
+        self._smoothing.smooth(pool, views, self._bands)
 
     def describe(self, pool, describe):
         """
@@ -89,7 +97,8 @@ class Views:
         describe: called with a view and a range of rows, writes its features
         """
         full, half, shift = self.full, self.half, self._shift
-        tolerance = max(0.0, SPREAD * (min(self.noise, LOUDEST) - UNSEEN))
+        noise = max(self.noise, COMPRESSED if self._smoothing.compressed else 0.0)
+        tolerance = max(0.0, SPREAD * (min(noise, LOUDEST) - UNSEEN))
 
         def describe_band(band):
             half_band = band[0], band[1] // 2, band[2] // 2

@@ -81,22 +81,24 @@ def test_grey_of_every_size_has_its_border_repeated_around_it(channels, shape, m
 
 
 @pytest.mark.parametrize('dtype, channels, brightest, places', [
-    (np.uint8, 0, 1, 8), (np.uint8, 0, 255, 8), (np.uint8, 3, 255, 6), (np.uint8, 3, 3, 6),
+    (np.uint8, 0, 0, 15), (np.uint8, 0, 63, 10), (np.uint8, 0, 64, 8), (np.uint8, 0, 255, 8),
+    (np.uint8, 3, 3, 12), (np.uint8, 3, 255, 6),
     (np.uint16, 0, 0, 15), (np.uint16, 0, 1023, 6), (np.uint16, 0, 1024, 5),
     (np.uint16, 0, 65535, 0), (np.uint16, 3, 4095, 2), (np.uint16, 3, 65535, -2)])
 def test_a_pair_is_brought_to_16_bits_by_its_brightest_pixel(dtype, channels, brightest, places):
     shape = (2, 2, 3)[:2 + (channels > 0)]
     dark, bright = np.zeros(shape, dtype), np.zeros(shape, dtype)
-    bright[1, 1] = brightest
+    bright[0, 1] = brightest
     assert luminance_shift(dark, bright) == luminance_shift(bright, dark) == places
 
 
 @BOTH_WAYS
 @pytest.mark.parametrize('channels', [0, 3])
-@pytest.mark.parametrize('places', [1, 7, 13])
-def test_what_is_brighter_than_16_bits_of_fine_grey_is_white(places, channels, mirrored):
-    image = image_of((5, 7), channels, np.uint16)
-    image[2, 3] = 65535
+@pytest.mark.parametrize('dtype, places', [
+    (np.uint16, 1), (np.uint16, 7), (np.uint16, 13), (np.uint8, 9), (np.uint8, 11)])
+def test_what_is_brighter_than_16_bits_of_fine_grey_is_white(dtype, places, channels, mirrored):
+    image = image_of((5, 37), channels, dtype)
+    image[2, 3] = np.iinfo(dtype).max
     view = view_of(image, mirrored, places=places)
     luminance = twins.luminance(image, 0, places)
     assert (luminance == 65535).any()
@@ -110,6 +112,14 @@ def test_a_dark_pair_is_brought_to_16_bits_but_for_few_bright_pixels(bright, pla
     lit = dark.copy()
     lit.reshape(-1)[:bright] = 4095
     assert luminance_shift(dark, lit) == luminance_shift(lit, dark) == places
+
+
+@pytest.mark.parametrize('channels', [0, 3])
+def test_a_dark_pair_of_8_bits_is_matched_as_one_of_16_bits(channels):
+    pair = [image // 5 for image in small_pair(64, 96, channels=channels)]
+    maps = [StereoMatcher(MatcherConfig(disparities=16, threads=1)).match(
+        *(image.astype(dtype) for image in pair)).disparity for dtype in (np.uint8, np.uint16)]
+    np.testing.assert_array_equal(*maps)
 
 
 def test_a_black_pair_has_a_scale_too():
@@ -128,7 +138,7 @@ def test_a_view_is_spread_into_a_wider_one_that_loses_nothing_of_it(shape, begin
     grey = wide.grey.copy()
     for first, last in ((shape[0] // 2, shape[0]), (0, shape[0] // 2)):
         wide.spread(narrow, begin, first, last)
-    luminance = twins.luminance(image, -begin, 8, extra)
+    luminance = twins.luminance(image, -begin, luminance_shift(image, image), extra)
     around = np.pad(luminance[:, ::-1], ((MARGIN, MARGIN), (MARGIN, MARGIN + SLACK)), 'edge')
     np.testing.assert_array_equal(wide.luminance, around)
     np.testing.assert_array_equal(unmirrored(wide.grey, wide), twins.eight_bits(luminance))
@@ -209,7 +219,7 @@ def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
 def test_jump_penalties_are_those_of_the_twin(shape):
     left, right = small_pair(*shape)
     possibility = seen(left, right, 3)
-    grey = twins.eight_bits(twins.luminance(left, 0, 8))
+    grey = twins.eight_bits(twins.luminance(left, 0, luminance_shift(left, right)))
     across, down = twins.jump_penalties(grey, twins.jump_table(FULL_SIZE))
     np.testing.assert_array_equal(possibility.penalties.across, across)
     np.testing.assert_array_equal(possibility.penalties.down, down)

@@ -8,8 +8,8 @@ so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, narrow, place_of, reversed_lanes,
-    shift_left, shift_right, shuffled, splat, store, VECTOR)
+    add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, place_of,
+    reversed_lanes, shift_left, shift_right, shuffled, splat, store, VECTOR)
 from numba import types
 from numba.extending import intrinsic
 import numpy as np
@@ -68,13 +68,16 @@ def luminance_of_bytes(image, left_shift, mirrored, luminance, grey, first, last
     columns = image.shape[1]
     pixels, flat, grey_flat = image.reshape(-1), luminance.reshape(-1), grey.reshape(-1)
     luminance_stride, grey_stride = luminance.shape[1], grey.shape[1]
+    brightest = splat(np.uint16(65535 >> left_shift))
     for row in range(first, last):
         for chunk in range(0, columns, LANES):
             column = min(chunk, columns - LANES)
             blue, green, red = load_colours(pixels, 3 * (row * columns + column))
             weighted = add(add(blue, red), add(green, green))
-            rounded = narrow(shift_right(add(weighted, splat(np.uint16(2))), 2))
-            value = shift_left(weighted, left_shift)
+            value = bit_or(shift_left(weighted, left_shift), less(brightest, weighted))
+            rounded = narrow(minimum(
+                shift_right(add(shift_right(value, 7), splat(np.uint16(1))), 1),
+                splat(np.uint16(255))))
             if mirrored:
                 value, rounded = reversed_lanes(value, value), reversed_lanes(rounded, rounded)
                 column = columns - LANES - column

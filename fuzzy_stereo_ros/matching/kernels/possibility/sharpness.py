@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How sharp a picture is, whether JPEG has quantised it, and its binomial mean.
+
+Not in the paper, whose pictures are sharp. JPEG rounds each coefficient of the cosine transform of
+8 x 8 pixels to a multiple of a step: between 0 and the first multiple there is nothing. In any
+other picture small coefficients are more frequent than large ones.
+"""
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, pad_row
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    add, LANES, load, minimum, shift_left, shift_right, subtract, total)
+import numpy as np
+
+BLOCK = 8                   # side of a block of JPEG
+ROWS = 8                    # one row in so many shows how sharp a picture is
+SMALL, LARGE = (1.5, 3.5), (4.5, 24.5)      # sizes of coefficients that are counted, grey levels
+FREQUENCIES = (1, 2), (2, 1), (2, 2), (1, 3), (3, 1), (2, 3), (3, 2)
+WAVES = (np.cos((2 * np.arange(BLOCK) + 1) * np.arange(4)[:, None] * np.pi / (2 * BLOCK))
+         * np.sqrt(2 / BLOCK)).astype(np.float32)     # of the frequencies 1 to 3, orthonormal
+
+
+@kernel(allocates=True)
+def count_coefficients(luminance, begin, columns, apart, unit, counts, first, last):
+    """
+    Count the small and the large coefficients of some blocks of a picture.
+
+    luminance: uint16, with a margin; begin: column of the first block, from 0; apart: one block
+    in so many is measured; unit: of luminance in a grey level; counts: int64 (2,), added to;
+    first, last: rows, from a multiple of BLOCK on
+    """
+    across = np.empty((4, BLOCK), np.float32)
+    smallest, small_to = np.float32(SMALL[0] * unit), np.float32(SMALL[1] * unit)
+    large_from, largest = np.float32(LARGE[0] * unit), np.float32(LARGE[1] * unit)
+    for top in range(first, last - BLOCK + 1, BLOCK):
+        start = begin + BLOCK * (top // BLOCK * 3 % apart)
+        for left in range(start, columns - BLOCK + 1, BLOCK * apart):
+            for row in range(BLOCK):
+                line = luminance[top + row + MARGIN, left + MARGIN:]
+                for wave in range(1, 4):
+                    value = np.float32(0)
+                    for column in range(BLOCK):
+                        value += WAVES[wave, column] * np.float32(line[column])
+                    across[wave, row] = value
+            for down, right in FREQUENCIES:
+                value = np.float32(0)
+                for row in range(BLOCK):
+                    value += WAVES[down, row] * across[right, row]
+                size = abs(value)
+                counts[0] += smallest <= size < small_to
+                counts[1] += large_from <= size < largest
+
+
+@kernel
+def add_steps(luminance, columns, sums, first, last):
+    """
+    Add the sizes of the second differences along some rows, over 1 px and over 2 px.
+
+    luminance: uint16, with a margin; columns: whole LANES of them count; sums: int64 (2,), in
+    quarters of luminance; first, last: rows
+    """
+    pixels, stride = luminance.reshape(-1), luminance.shape[1]
+    for row in range(first, last):
+        if row % ROWS:
+            continue
+        for column in range(0, columns - LANES + 1, LANES):
+            place = (row + MARGIN) * stride + column + MARGIN
+            twice = shift_left(shift_right(load(pixels, place), 2), 1)
+            for distance in range(1, 3):
+                around = add(shift_right(load(pixels, place - distance), 2),
+                             shift_right(load(pixels, place + distance), 2))
+                step = subtract(twice, around)
+                sums[distance - 1] += total(minimum(step, subtract(around, twice)))
+
+
+@kernel(allocates=True)
+def smooth(luminance, columns, smoothed, grey, first, last):
+    """
+    Write the binomial means of 3 x 3 pixels, a Gaussian of 0.7 px.
+
+    luminance, smoothed: uint16, with a margin; grey: uint8 (R, ...), smoothed / 256, rounded
+    """
+    sums = np.empty(columns + 2, np.uint32)
+    for row in range(first, last):
+        above, here = luminance[row + MARGIN - 1], luminance[row + MARGIN]
+        below = luminance[row + MARGIN + 1]
+        for column in range(columns + 2):
+            place = column + MARGIN - 1
+            sums[column] = np.uint32(above[place]) + 2 * np.uint32(here[place]) + below[place]
+        line, greys = smoothed[row + MARGIN, MARGIN:], grey[row]
+        for column in range(columns):
+            mean = (sums[column] + 2 * sums[column + 1] + sums[column + 2] + 8) >> 4
+            line[column] = mean
+            greys[column] = min((mean + 128) >> 8, 255)
+        pad_row(smoothed, row, columns)

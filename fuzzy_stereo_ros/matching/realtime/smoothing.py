@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Smooths what cameras and JPEG make different in the two views of a pair, where it is seen.
+
+Not in the paper, whose pictures are of a laboratory. JPEG leaves steps between blocks and waves
+inside them, unlike in both views: both are smoothed. Where one lens is less sharp, the census of
+the other view compares details that this one lacks: the sharper view is smoothed.
+"""
+from fuzzy_stereo_ros.matching.kernels.possibility import sharpness as kernels
+import numpy as np
+
+BLOCKS, APART = 600, 4       # of a picture that are measured; one block in so many at the most
+SURE = 3.5           # deviations by which small coefficients must be too few for JPEG to be seen
+BLURRED = 0.85       # share of the other view's sharpness from which on a view is as sharp
+
+
+class Smoothing:
+    """
+    Decides whether the views of a pair are smoothed, and smooths them.
+
+    compressed: whether the left view was compressed by JPEG, of quality 80 or less
+    """
+
+    def __init__(self, rows, columns, most):
+        """Allocate for images of a size that are read in `most` bands of rows at most."""
+        self._apart = max(rows * columns // (BLOCKS * kernels.BLOCK**2), APART)
+        # the first block of a picture, and of its mirror image
+        self._begins = sorted({0, columns % kernels.BLOCK})
+        self._counts = np.zeros((most, len(self._begins), 2), np.int64)
+        self._steps = np.zeros((most, 2, 2), np.int64)
+        self.compressed = False
+
+    def measure(self, views, unit, band):
+        """
+        Measure a band of rows of both views.
+
+        unit: of luminance in a grey level, 0 where pictures have other steps than JPEG
+        """
+        index, first, last = band
+        self._counts[index], self._steps[index] = 0, 0
+        left = views[0]
+        if unit:
+            for begin, counts in zip(self._begins, self._counts[index]):
+                kernels.count_coefficients(
+                    left.luminance, begin, left.columns, self._apart, unit, counts, first, last)
+        for view, sums in zip(views, self._steps[index]):
+            kernels.add_steps(view.luminance, view.columns, sums, first, last)
+
+    def smooth(self, pool, views, bands):
+        """Smooth the views that need it, once all bands are measured."""
+        (small_from, small_to), (large_from, large_to) = kernels.SMALL, kernels.LARGE
+        small, large = self._counts.sum(axis=0).T
+        # as many as if all sizes were alike frequent, the least that any other picture has
+        expected = large * (small_to - small_from) / (large_to - large_from)
+        self.compressed = bool(np.any(expected - small > SURE * np.sqrt(expected)))
+        (left, left_far), (right, right_far) = self._steps.sum(axis=0).tolist()
+        left_sharpness, right_sharpness = left * right_far, right * left_far
+        sharper = (right_sharpness < BLURRED * left_sharpness,
+                   left_sharpness < BLURRED * right_sharpness)
+        smoothed = [view for view, sharp in zip(views, sharper) if self.compressed or sharp]
+        for view in smoothed:
+            pool.each(view.smooth, bands)
+        for view in smoothed:
+            view.take_smoothed()

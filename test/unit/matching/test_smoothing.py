@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What of a pair is smoothed before matching: what JPEG quantised, and what is too sharp."""
+import cv2
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.kernels.possibility import sharpness
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
+from fuzzy_stereo_ros.matching.match import mirrored
+from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
+from fuzzy_stereo_ros.matching.realtime.views import Views
+from hypothesis import given, settings, strategies as st
+import numpy as np
+import pytest
+from real_pairs import DATA
+import reference_census as twins
+
+SIZE = 136, 171     # no multiples of a block
+
+
+def texture(seed=0, size=SIZE, smooth=1.5, contrast=25):
+    """Return a picture with texture of several scales: uint8 (R, C)."""
+    draw = np.random.default_rng(seed)
+    coarse, fine = (cv2.GaussianBlur(draw.normal(size=size), None, sigma)
+                    for sigma in (4 * smooth, smooth))
+    picture = 120 + contrast * (coarse / coarse.std() + fine / fine.std())
+    return np.clip(np.rint(picture + draw.normal(size=size)), 0, 255).astype(np.uint8)
+
+
+def compressed(image, quality):
+    return cv2.imdecode(cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1],
+                        cv2.IMREAD_UNCHANGED)
+
+
+def read(left, right, bands=None):
+    """Return the `Views` of a pair, read."""
+    views = Views(MatcherConfig(disparities=16), *left.shape[:2], 64, NoiseEstimate)
+    if bands:
+        views._bands = bands
+    views.read(ThreadPool(1), left, right, lambda *_: 1.0)
+    return views
+
+
+def luminances(views):
+    """Return the luminance of both views as the images have them: [uint16 (R, C)]."""
+    left, right = (view.luminance[MARGIN:-MARGIN, MARGIN:view.columns + MARGIN]
+                   for view in (views.full.left, views.full.right))
+    return [left, right[:, ::-1]]
+
+
+def fine(image):
+    """Return the luminance of an image as it is: int64 (R, C)."""
+    image = image.astype(np.int64)
+    return 256 * image if image.ndim == 2 else 64 * (image @ (1, 2, 1))
+
+
+def padded(image):
+    """Return luminance with its margin and slack: uint16."""
+    return np.pad(np.pad(image, MARGIN, 'edge'), ((0, 0), (0, SLACK)), 'edge').astype(np.uint16)
+
+
+IMAGES = (st.integers(0, 2**20), st.integers(1, 40), st.integers(1, 150))
+
+
+@settings(max_examples=40)
+@given(*IMAGES)
+def test_a_smoothed_picture_has_binomial_means(seed, rows, columns):
+    image = np.random.default_rng(seed).integers(0, 2**16, (rows, columns))
+    smoothed = np.zeros_like(padded(image))
+    grey = np.zeros((rows, columns + SLACK), np.uint8)
+    sharpness.smooth(padded(image), columns, smoothed, grey, 0, rows)
+    expected = twins.smoothed(image)
+    np.testing.assert_array_equal(smoothed, padded(expected))
+    np.testing.assert_array_equal(grey[:, :columns], twins.eight_bits(expected))
+
+
+@settings(max_examples=40)
+@given(*IMAGES, st.integers(0, 7), st.integers(1, 5))
+def test_coefficients_and_steps_are_those_of_the_twins(seed, rows, columns, begin, apart):
+    draw = np.random.default_rng(seed)
+    image = 256 * (draw.integers(0, 9, (rows, columns)) + draw.integers(0, 40, (rows, 1)))
+    counts, sums = np.zeros(2, np.int64), np.zeros(2, np.int64)
+    for first in range(0, rows, 16):
+        rows_of_band = first, min(first + 16, rows)
+        sharpness.count_coefficients(
+            padded(image), begin, columns, apart, 256, counts, *rows_of_band)
+        sharpness.add_steps(padded(image), columns, sums, *rows_of_band)
+    np.testing.assert_array_equal(sums, twins.steps(image))
+    np.testing.assert_allclose(
+        counts, twins.coefficient_counts(image[:, begin:] / 256, apart), atol=1)
+
+
+@pytest.mark.parametrize('channels', [0, 3])
+@pytest.mark.parametrize('quality', [50, 65, 80])
+def test_jpeg_is_seen_and_both_views_are_smoothed(quality, channels):
+    left, right = (texture(seed) for seed in (0, 1))
+    if channels:
+        left, right = (np.stack([image, image - image // 8, image // 2], axis=-1)
+                       for image in (left, right))
+    left, right = (compressed(image, quality) for image in (left, right))
+    views = read(left, right)
+    assert views._smoothing.compressed
+    for image, found in zip((left, right), luminances(views)):
+        np.testing.assert_array_equal(found, twins.smoothed(fine(image)))
+
+
+def test_jpeg_is_seen_in_mirrored_pictures_and_in_bands():
+    left, right = (compressed(texture(seed), 60) for seed in (0, 1))
+    assert read(mirrored(right), mirrored(left))._smoothing.compressed
+    whole = luminances(read(left, right, [(0, 0, SIZE[0])]))
+    parts = luminances(read(left, right, [(0, 0, 64), (1, 64, 128), (2, 128, SIZE[0])]))
+    np.testing.assert_array_equal(whole, parts)
+
+
+@pytest.mark.parametrize('change', [
+    lambda image: image, lambda image: compressed(image, 95), lambda image: image // 2,
+    lambda image: cv2.GaussianBlur(image, None, 1.5),
+    lambda image: np.full_like(image, 90), lambda image: np.rint(image / 32).astype(np.uint8) * 32,
+    lambda image: np.random.default_rng(2).integers(0, 256, image.shape).astype(np.uint8),
+], ids=['clean', 'JPEG 95', 'darker', 'blurred', 'plain', 'eight greys', 'noise alone'])
+def test_pictures_alike_in_both_views_stay_as_they_are_to_the_bit(change):
+    left, right = (change(texture(seed)) for seed in (0, 1))
+    views = read(left, right)
+    assert not views._smoothing.compressed
+    for image, found in zip((left, right), luminances(views)):
+        np.testing.assert_array_equal(found, fine(image))
+
+
+@pytest.mark.parametrize('blurred', [0, 1])
+def test_the_sharper_view_is_smoothed_alone(blurred):
+    pair = [texture(seed, smooth=0.6) for seed in (0, 1)]
+    pair[blurred] = cv2.GaussianBlur(pair[blurred], None, 1.2)
+    found = luminances(read(*pair))
+    np.testing.assert_array_equal(found[blurred], fine(pair[blurred]))
+    np.testing.assert_array_equal(found[1 - blurred], twins.smoothed(fine(pair[1 - blurred])))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not DATA.is_dir(), reason=f'the data {DATA} are not here')
+@pytest.mark.parametrize('noise', [0, 1.5, 3])
+def test_no_real_picture_is_taken_for_compressed_or_blurred(noise):
+    draw, number = np.random.default_rng(0), 0
+    for path in sorted([*DATA.glob('**/left*.png'), *DATA.glob('**/left/0000.png')]):
+        other = DATA / str(path.relative_to(DATA)).replace('left', 'right')
+        left, right = (np.clip(np.rint(image + noise * draw.normal(size=image.shape)), 0, 255)
+                       .astype(np.uint8) for image in map(cv2.imread, map(str, (path, other))))
+        views = read(left, right)
+        assert not views._smoothing.compressed, path
+        for image, found in zip((left, right), luminances(views)):
+            np.testing.assert_array_equal(found, fine(image), str(path))
+        number += 1
+    assert number > 20
