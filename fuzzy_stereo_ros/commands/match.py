@@ -13,12 +13,14 @@ from fuzzy_stereo_ros.commands.parts import (
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
-from fuzzy_stereo_ros.pair_matcher import camera_of
+from fuzzy_stereo_ros.pair_matcher import camera_of, without_missing
 from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import (
     check_image_suffix, colour_disparity, read_pair, write_image)
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
-from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, USUAL_PROFILE
+from fuzzy_stereo_ros.parameters.options import (
+    add_camera_options, add_matcher_options, CAMERA, given_cameras, matcher_config, USUAL_PROFILE)
 from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 import numpy as np
@@ -52,6 +54,9 @@ def add_arguments(parser):
     parser.add_argument('--picture', metavar='FILE',
                         help='picture in colours: far is blue, near red, invalid grey')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
+    parser.add_argument('--rectify', action='store_true',
+                        help='the images are raw: rectify them by --camera-info')
+    add_camera_options(parser)
     add_truth_options(parser)
     add_matcher_options(parser, required=('disparities',))
     parser.set_defaults(profile=None)       # --saved depends on whether it is given
@@ -72,6 +77,7 @@ def run(arguments, stream):
     Raises ValueError and OSError for bad input, before anything is written.
     """
     saved, inputs, known = None, [arguments.ground_truth, arguments.mask], {}
+    camera_given = [name for name in CAMERA if getattr(arguments, name) is not None]
     if arguments.saved is None:
         if any(Path(path).is_dir() for path in (arguments.left, arguments.right)):
             raise ValueError('match takes two images; for folders, videos and bags there is '
@@ -79,7 +85,10 @@ def run(arguments, stream):
                              'matched')
         arguments.profile = arguments.profile or USUAL_PROFILE
         config = matcher_config(arguments)
-        inputs += arguments.left, arguments.right
+        inputs += arguments.left, arguments.right, *(arguments.camera_info or ())
+    elif arguments.rectify or camera_given:
+        raise ValueError('--saved has rectified images and their calibration; leave out --rectify '
+                         'and the options of cameras')
     elif any(getattr(arguments, name, None) is not None for name in IN_SAVED_PAIR):
         raise ValueError('--saved has the images and the number of disparities; leave out LEFT, '
                          'RIGHT and --disparities')
@@ -87,19 +96,24 @@ def run(arguments, stream):
         saved = read_saved_pair(arguments.saved)
         config = matcher_config(arguments, saved.repeatable)
         inputs += Path(arguments.saved).iterdir()
-        left, right = saved.pair.left, saved.pair.right
-        known = {'stamp': saved.pair.stamp, 'camera': camera_of(saved.pair)}
+        pair, known = saved.pair, {'stamp': saved.pair.stamp}
     outputs = checked_outputs(
         arguments, {'output': check_map_suffix, 'picture': check_image_suffix}, inputs)
     if saved is None:
-        left, right = read_pair(arguments.left, arguments.right)
+        images, infos = read_pair(arguments.left, arguments.right), (None, None)
+        if arguments.rectify or camera_given:
+            infos, _ = given_cameras(arguments, images[0].shape[:2], '--rectify',
+                                     arguments.rectify)
+        pair = PairReader(arguments.rectify).read_images(images, infos)
+    left, right = pair.left, pair.right
     truth, mask = truth_and_mask(arguments, left.shape[:2])
     matcher = warm_matcher(config, sys.stderr, left.shape[:2])
     if saved is not None:
         matcher.restore(saved.state, saved.rows)
     start = time.perf_counter()
-    match = matcher.match(left, right, **known)
+    match = matcher.match(left, right, camera=camera_of(pair), **known)
     milliseconds = 1000 * (time.perf_counter() - start)
+    match = without_missing(match, pair.missing)
     finding = PlausibilityCheck().add(left, right, match, config)
     if 'output' in outputs:
         write_disparity(outputs['output'], match.disparity)

@@ -5,18 +5,15 @@ Read and write camera files: YAML of camera_calibration, and calib.txt of Middle
 
 In a calib.txt the baseline is in millimetres, and doffs is minus our offset.
 """
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field
 import re
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.pairs.calibration import expected_size, read_calibration
 from fuzzy_stereo_ros.pairs.image_files import read_bytes, write_whole
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 
 MATRICES = {'k': ('camera_matrix', 3, 3), 'd': ('distortion_coefficients', 1, None),
             'r': ('rectification_matrix', 3, 3), 'p': ('projection_matrix', 3, 4)}
-YAML_SUFFIXES = ('.yaml', '.yml')
 MOST_ALIASES = 16      # in a YAML text: each nested alias can double the data it expands to
 
 
@@ -112,9 +109,9 @@ def write_middlebury_calibration(path, calibration, shape, min_disparity, dispar
     write_whole(path, ('\n'.join(lines) + '\n').encode())
 
 
-def read_middlebury_calibration(path):
+def read_middlebury_cameras(path):
     """
-    Return the Calibration of a calib.txt of Middlebury 2014, and (rows, columns) or None.
+    Return the left and the right Camera of a calib.txt of Middlebury 2014.
 
     Raises ValueError if cam0, doffs or baseline is missing or damaged.
     """
@@ -130,43 +127,9 @@ def read_middlebury_calibration(path):
         size = tuple(int(found[name]) for name in ('height', 'width') if name in found)
     except ValueError as error:
         raise ValueError(f'{path} is damaged: {error}') from None
-    cameras = rectified_cameras(Calibration(fx, baseline, offset, Projection(fx, fy, cx, cy)),
-                                *(size if len(size) == 2 else (0, 0)))
-    return _checked(path, cameras['left'], cameras['right'])
-
-
-def read_calibration_files(paths, offset=0.0):
-    """
-    Return the Calibration of a pair, and the (rows, columns) of its images or None.
-
-    paths: a calib.txt of Middlebury 2014; or YAML files, of the right camera alone or of the left
-    and the right one. offset: px, cx of the left camera minus that of the right one, for the
-    right camera alone.
-    Raises ValueError for another number of files, another suffix, or a damaged file.
-    """
-    suffixes = [Path(path).suffix.lower() for path in paths]
-    if suffixes == ['.txt']:
-        return read_middlebury_calibration(paths[0])
-    if not 1 <= len(paths) <= 2 or not set(suffixes) <= set(YAML_SUFFIXES):
-        raise ValueError(f"the calibration is {' and '.join(map(str, paths))}; allowed are a "
-                         'calib.txt, the .yaml of the right camera, or those of the left and the '
-                         'right camera')
-    cameras = [read_camera(path) for path in paths]
-    if len(cameras) == 1:
-        p = cameras[0].p
-        cameras.insert(0, replace(cameras[0], p=(*p[:2], p[2] + offset, 0.0, *p[4:])))
-    return _checked(paths[-1], *cameras)
-
-
-def _checked(path, left, right):
-    try:
-        calibration = read_calibration(left, right)
-        if not calibration.baseline:
-            raise ValueError('the baseline is 0 m, or K is missing; calibrate the two cameras as '
-                             'a pair')
-    except ValueError as error:
-        raise ValueError(f'{path}: {error}') from None
-    return calibration, expected_size(right)
+    return tuple(rectified_cameras(
+        Calibration(fx, baseline, offset, Projection(fx, fy, cx, cy)),
+        *(size if len(size) == 2 else (0, 0))).values())
 
 
 def read_yaml(text):

@@ -72,9 +72,14 @@ class PairReader:
         image has another size than its CameraInfo expects.
         Raises BadPair with a sentence if the four messages make no pair.
         """
-        images = _read_images(left, right)
+        return self.read_images(_read_images(left, right), (left_info, right_info),
+                                stamp_of(left.header), left.header.frame_id)
+
+    def read_images(self, images, infos=(None, None), stamp=0, frame_id=''):
+        """Return the same of two images, each as `image_files.read_image` returns it."""
+        images = _alike(*images)
         rows, columns = images[0].shape[:2]
-        infos = (left_info, right_info) if left_info is not None else ()
+        infos = infos if infos[0] is not None else ()
         key = (*map(content_of, infos), rows, columns)
         if key != self._planned_for:
             self._plan = self._plan_for(infos, rows, columns)
@@ -87,8 +92,8 @@ class PairReader:
                       for image, maps in zip(images, plan.maps)]
         if self.scale != 1:
             images = [_reduced(image, self.scale) for image in images]
-        return StereoPair(*map(np.ascontiguousarray, images), plan.calibration,
-                          stamp_of(left.header), left.header.frame_id, plan.missing)
+        return StereoPair(*map(np.ascontiguousarray, images), plan.calibration, stamp, frame_id,
+                          plan.missing)
 
     def _plan_for(self, infos, rows, columns):
         calibration = read_calibration(*infos) if infos else UNCALIBRATED
@@ -151,13 +156,18 @@ def _effect(size, expected):
 
 
 def _read_images(left, right):
-    """Return the two images of a pair, of one size and depth."""
+    """Return the images of two messages."""
     images = []
     for side, message in zip(SIDES, (left, right)):
         try:
             images.append(read_image(message))
         except BadPair as bad:
             raise BadPair(bad.reason, f'{side} image: {bad}') from None
+    return images
+
+
+def _alike(*images):
+    """Return the two images of a pair, of one size and depth."""
     left, right = images
     if left.shape[:2] != right.shape[:2]:
         raise BadPair('size', f'the left image is {width_by_height(left)}, the right one '

@@ -4,11 +4,11 @@
 import argparse
 from dataclasses import replace
 import math
-from pathlib import Path
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
-from fuzzy_stereo_ros.pairs.camera_files import (
-    centred_calibration, read_calibration_files, YAML_SUFFIXES)
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
+from fuzzy_stereo_ros.pairs.camera_formats import (
+    FORMATS, is_of_one_camera, read_calibration_files, read_cameras)
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
 from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETERS, written
 
@@ -106,8 +106,7 @@ def add_camera_options(parser):
     """Add the options of the calibration, to be read by `given_calibration`."""
     group = parser.add_argument_group('the calibration, for depth and points')
     group.add_argument('--camera-info', metavar='FILE', nargs='+',
-                       help='calib.txt of Middlebury 2014; or YAML as camera_calibration writes '
-                            'it: RIGHT.yaml, or LEFT.yaml RIGHT.yaml')
+                       help='; or '.join(one.name for one in FORMATS))
     group.add_argument('--focal', type=float, metavar='PX', help='focal length')
     group.add_argument('--baseline', type=float, metavar='METRES',
                        help='distance between the cameras')
@@ -137,7 +136,7 @@ def given_calibration(arguments, shape, needed, purpose):
     missing = [f'--{name}' for name in needed if getattr(arguments, name) is None]
     if missing:
         raise ValueError(f"{purpose} needs the cameras: give {' and '.join(missing)}, or "
-                         '--camera-info with a calib.txt or the YAML of the right camera')
+                         '--camera-info with a calibration file')
     calibration = centred_calibration(arguments.focal, arguments.baseline or math.nan,
                                       arguments.offset or 0.0, *shape)
     if arguments.principal_point is None:
@@ -146,17 +145,36 @@ def given_calibration(arguments, shape, needed, purpose):
     return replace(calibration, left=Projection(focal, focal, *arguments.principal_point))
 
 
+def given_cameras(arguments, shape, purpose, raw=False):
+    """
+    Return the left and the right Camera of parsed options, and their origin in words.
+
+    raw: whether raw images are to be rectified. Other arguments and errors: `given_calibration`.
+    """
+    files = arguments.camera_info
+    if raw and (files is None or is_of_one_camera(files)):
+        raise ValueError('--rectify and --crop need the calibration of both raw cameras: those of '
+                         'a bag, or --camera-info with files of both')
+    calibration = given_calibration(arguments, shape, ('focal', 'baseline'), purpose)
+    if files is not None:
+        return read_cameras(files, shape, arguments.offset or 0.0), ' and '.join(files)
+    return tuple(rectified_cameras(calibration, *shape).values()), (
+        f'focal length {arguments.focal:g} px, baseline {arguments.baseline:g} m and the centre '
+        + ('assumed in the middle of the image' if arguments.principal_point is None else
+           'at {:g}, {:g}'.format(*arguments.principal_point)))
+
+
 def _of_files(arguments, shape):
     """Return the Calibration of --camera-info."""
-    first, *others = arguments.camera_info
-    one_camera = not others and Path(first).suffix.lower() in YAML_SUFFIXES
+    files = arguments.camera_info
     for name in IN_CAMERA_INFO:
-        if getattr(arguments, name) is not None and not (one_camera and name == 'offset'):
+        if getattr(arguments, name) is not None and not (
+                name == 'offset' and is_of_one_camera(files)):
             raise ValueError(f'{option_name(name)} is part of --camera-info already; leave one of '
                              'the two out')
-    calibration, size = read_calibration_files(arguments.camera_info, arguments.offset or 0.0)
+    calibration, size = read_calibration_files(files, arguments.offset or 0.0, shape)
     if size not in (None, shape):
-        raise ValueError(f'{arguments.camera_info[-1]} is of {size[1]}x{size[0]} pixels, but the '
+        raise ValueError(f'{files[-1]} is of {size[1]}x{size[0]} pixels, but the '
                          f'images have {shape[1]}x{shape[0]}; give the calibration of these')
     return calibration
 

@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, read_stamped, slashed, text_of
 from fuzzy_stereo_ros.bags.topics import find_stereo_topics
-from fuzzy_stereo_ros.pairs.camera_files import read_camera, rectified_cameras
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
-from fuzzy_stereo_ros.parameters.options import CAMERA, given_calibration
+from fuzzy_stereo_ros.parameters.options import CAMERA, given_cameras
 from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
 SECOND = 1_000_000_000
@@ -180,20 +179,8 @@ def _calibration(options, bags, topics):
             return (None, None), 'nothing: disparities are without metres'
     _, first = read_stamped(next(bags.messages([topics.left])))
     shape = read_image(first).shape[:2]
-    calibration = given_calibration(options, shape, ('focal', 'baseline'), purpose)
-    files = options.camera_info
-    if files is not None and len(files) == 2:
-        return tuple(map(read_camera, files)), ' and '.join(files)
-    if options.settings['rectify'] or options.settings['crop']:
-        raise ValueError('--rectify and --crop need the calibration of both raw cameras: those '
-                         'in the bag, or --camera-info LEFT.yaml RIGHT.yaml')
-    cameras = tuple(rectified_cameras(calibration, *shape).values())
-    if files is not None:
-        return cameras, files[0]
-    return cameras, (
-        f'focal length {options.focal:g} px, baseline {options.baseline:g} m and the centre '
-        + ('assumed in the middle of the image' if options.principal_point is None else
-           'at {:g}, {:g}'.format(*options.principal_point)))
+    return given_cameras(options, shape, purpose,
+                         options.settings['rectify'] or options.settings['crop'])
 
 
 def _time_range(options, bags):

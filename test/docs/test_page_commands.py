@@ -22,6 +22,7 @@ from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.video import VideoFile
+import numpy as np
 from pages import commands, GUIDES, in_code_style, pages_with_commands, ROOT, text_of
 import pytest
 from saved_scene import running
@@ -129,6 +130,12 @@ def fill(folder):
     calibration = centred_calibration(63.0, 0.12, 0.0, 48, 100)
     for side, camera in rectified_cameras(calibration, 48, 100).items():
         write_camera(folder / f'{side}.yaml', camera, side)
+    raw = cv2.FileStorage(str(folder / 'stereo.yml'), cv2.FILE_STORAGE_WRITE)
+    camera = np.array([[63.0, 0, 49.5], [0, 63, 23.5], [0, 0, 1]])
+    for name, value in (('K1', camera), ('K2', camera), ('D1', np.zeros(5)), ('D2', np.zeros(5)),
+                        ('R', np.eye(3)), ('T', np.array([-0.12, 0, 0]))):
+        raw.write(name, value)
+    raw.release()
     scene = written_scenes.pair()
     written_scenes.write_named(folder / 'datasets' / 'scene', scene)
     (folder / 'results').mkdir()

@@ -9,8 +9,8 @@ import cv2
 from fuzzed import damaged, examples
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.camera_files import (
-    centred_calibration, read_calibration_files, read_yaml, rectified_cameras, write_camera,
-    write_middlebury_calibration)
+    centred_calibration, read_yaml, rectified_cameras, write_camera, write_middlebury_calibration)
+from fuzzy_stereo_ros.pairs.camera_formats import read_calibration_files
 from fuzzy_stereo_ros.pairs.disparity_files import (
     encode_numpy, encode_pfm, read_depth, read_disparity)
 from fuzzy_stereo_ros.pairs.image_files import read_image

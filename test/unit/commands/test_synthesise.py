@@ -13,7 +13,7 @@ from unittest import mock
 from fuzzy_stereo_ros.commands import synthesise
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
-from fuzzy_stereo_ros.pairs.camera_files import read_calibration_files
+from fuzzy_stereo_ros.pairs.camera_formats import read_calibration_files
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.pairs.messages import read_image as read_message, stamp_of

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Cameras in files come back as they were, and a file that says something else is rejected."""
-from pathlib import Path
-
 from fuzzy_stereo_ros.pairs.calibration import read_calibration
 from fuzzy_stereo_ros.pairs.camera_files import (
-    Camera, centred_calibration, read_calibration_files, read_camera, rectified_cameras,
-    write_camera, write_middlebury_calibration)
+    Camera, centred_calibration, read_camera, rectified_cameras, write_camera,
+    write_middlebury_calibration)
+from fuzzy_stereo_ros.pairs.camera_formats import read_calibration_files
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, HealthCheck, settings, strategies as st
 import pytest
@@ -148,13 +147,18 @@ def test_cameras_of_a_calibration_say_the_same_to_the_reader_of_messages():
 @pytest.mark.parametrize('name, content, words', [
     ('right.yaml', 'image_width: 640', 'it has no .camera_matrix'),
     ('right.yaml', 'a: [', 'is no calibration of a camera'),
-    ('right.yaml', 'just words', 'is no calibration of a camera'),
+    ('right.yaml', 'just words', 'allowed are calib.txt of Middlebury 2014, .* Kalibr'),
     ('right.yaml', CALIBRATED.replace('-48.', '0.'), 'the baseline is 0 m'),
     ('right.yaml', CALIBRATED.replace('-48.', '48.'), 'swapped'),
-    ('calib.txt', 'P0: 1 2 3', 'it has no cam0, no doffs, no baseline'),
+    ('calib.txt', 'doffs=3', 'it has no cam0, no baseline'),
+    ('calib.txt', 'P0: 1 2 3', 'is damaged, or no calib.txt .* of KITTI: cannot reshape'),
+    ('calib.txt', 'P0:' + 12 * ' 1', 'is damaged, or no calib.txt .* of KITTI: it has no 2'),
+    ('stereo.yml', '%YAML:1.0\n---\nK1: 3\n', 'no one or two files of cv2'),
+    ('oak.json', '{"cameraData": []}', 'EEPROM as JSON: it has no .stereoRect'),
+    ('chain.yaml', 'cam0:\n  camera_model: omni\n', "camera_model is 'omni'; allowed"),
     ('calib.txt', MIDDLEBURY.replace('3997.684 0 1176', 'far 0 1176'), 'is damaged: could not'),
     ('calib.txt', MIDDLEBURY.replace('193.001', '0'), 'the baseline is 0 m'),
-    ('camera.json', '{}', 'allowed are a calib.txt, the .yaml of the right camera')])
+    ('camera.json', '{}', "allowed are calib.txt .*, DepthAI's EEPROM as JSON")])
 def test_a_file_that_is_no_calibration_is_rejected_by_name_in_one_line(
         tmp_path, name, content, words):
     (tmp_path / name).write_text(content)
@@ -167,8 +171,11 @@ def test_a_file_that_is_not_there_is_rejected(tmp_path):
     for name in ('calib.txt', 'right.yaml'):
         with pytest.raises(ValueError, match=f'{name} cannot be read: No such file'):
             read_calibration_files([tmp_path / name])
-    with pytest.raises(ValueError, match='one.yaml and two.yaml and three.yaml; allowed'):
-        read_calibration_files([Path('one.yaml'), Path('two.yaml'), Path('three.yaml')])
+    three = [tmp_path / name for name in ('one.yaml', 'two.yaml', 'three.yaml')]
+    for path in three:
+        path.write_text(CALIBRATED)
+    with pytest.raises(ValueError, match='one.yaml and .*two.yaml and .*three.yaml; allowed'):
+        read_calibration_files(three)
 
 
 def test_two_cameras_that_are_no_pair_are_rejected(tmp_path):

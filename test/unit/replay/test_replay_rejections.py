@@ -77,8 +77,7 @@ def test_a_bag_without_calibration_is_rejected_with_the_options_that_give_one(
     write_bag(folder / 'bare', infos=False)
     assert rejected('bare', options=['--with', 'depth']) == (
         'bare, without camera_info beside /left/image_rect and /right/image_rect, needs the '
-        'cameras: give --focal and --baseline, or --camera-info with a calib.txt or the YAML of '
-        'the right camera')
+        'cameras: give --focal and --baseline, or --camera-info with a calibration file')
     assert 'needs the cameras: give --baseline, or' in rejected('bare', options=['--focal', 200])
     assert rejected('bag', options=['--focal', 200]).startswith(
         'a calibration that is not that of the bag needs the cameras: give --baseline')
@@ -86,8 +85,8 @@ def test_a_bag_without_calibration_is_rejected_with_the_options_that_give_one(
         '--baseline is -1; allowed are numbers above 0')
     assert 'missing.yaml' in rejected('bare', options=['--camera-info', 'missing.yaml', 'b.yaml'])
     assert rejected('bare', options=['--focal', 200, '--baseline', 1, '--rectify']) == (
-        '--rectify and --crop need the calibration of both raw cameras: those in the bag, or '
-        '--camera-info LEFT.yaml RIGHT.yaml')
+        '--rectify and --crop need the calibration of both raw cameras: those of a bag, or '
+        '--camera-info with files of both')
 
 
 def test_numbers_or_files_are_a_calibration(folder, capsys):
