@@ -74,7 +74,7 @@ help:
 	@echo 'The first run makes $(venv) with $(PYTHON) (choose with PYTHON=...), ROS from: $(ros)'
 
 demo: $(package_installed)
-	$(python) -m fuzzy_stereo_ros.demo $(DEMO_ARGS)
+	$(python) -m bench.demo $(DEMO_ARGS)
 
 # Built with what is installed: kernels fit the numba that has compiled them.
 wheel: $(package_installed)
@@ -102,8 +102,7 @@ soak: $(package_installed)
 	PYTHONPATH=test/soak:test/support:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)
 
 benchmark: $(package_installed)
-	$(python) -m fuzzy_stereo_ros.commands.command_line benchmark all --output docs/benchmarks.md \
-		$(BENCHMARK_ARGS)
+	$(python) -m bench all --output docs/benchmarks.md $(BENCHMARK_ARGS)
 
 matrix: $(dependencies_installed) $(tox_installed)
 	PATH=$(subst $(space),:,$(pyenv_pythons)):$$PATH $(python) -m tox $(MATRIX_ARGS)

@@ -5,13 +5,16 @@ from contextlib import contextmanager, ExitStack
 import os
 from pathlib import Path
 import signal
+import sys
 
 from fuzzed import USUAL
 from hypothesis import settings
 from node_process import NodeProcess, own_domain, ros_environment
 import pytest
+from repository import ROOT
 
 HERE = Path(__file__).parent
+sys.path.append(str(ROOT))      # bench/, which is not installed, after what is
 SLOW_FOLDERS = 'fuzz', 'process', 'ros', 'soak'
 # `make fuzz` takes it: so many times the examples of each fuzz test, and what takes minutes.
 settings.register_profile('fuzz', max_examples=USUAL * int(os.environ.get('FUZZ_TIMES', 100)),

@@ -1,109 +1,120 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo benchmark`: measure the matcher side by side with OpenCV's."""
+"""`fuzzy-stereo benchmark`: latency, processor time and memory on this machine, beside OpenCV."""
 from dataclasses import asdict, replace
 from functools import partial
 import json
+import os
 import sys
 
 from fuzzy_stereo_ros.commands.evaluate import libraries_needed
-from fuzzy_stereo_ros.commands.parts import for_json
-from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
-from fuzzy_stereo_ros.progress import follow
+from fuzzy_stereo_ros.commands.parts import for_json, UNTOUCHED
+from fuzzy_stereo_ros.evaluation.baselines import opencv_threads, TUNED
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.turns import peak_memory, take_turns
+from fuzzy_stereo_ros.matching import StereoMatcher
+from fuzzy_stereo_ros.memory import give_back_memory
+from fuzzy_stereo_ros.parameters.options import (
+    add_matcher_options, add_options, matcher_config, option_values)
+from fuzzy_stereo_ros.progress import warm_matcher
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence, SCENE_PARAMETERS
+import numpy as np
 
-BENCHMARKS = ('accuracy', 'conditions', 'speed', 'warm', 'paper', 'truth', 'ablation', 'drift',
-              'tuning')
-ALL = 'all'
-REPEATS, QUICK_REPEATS = 60, 2
-DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
+REPEATS = 60
+FRAMES, NOISE = 4, 1.5
+IMAGES = [SCENE_PARAMETERS[name] for name in ('columns', 'rows')]
+FIGURES = ('latency, median [ms]', '95th percentile [ms]', 'processor time [ms]', 'memory [MB]')
 
-LEFT_BEHIND = 'the page has the sections of finished benchmarks, the others are as before'
-HELP = 'measure the matcher side by side with OpenCV'
+LEFT_BEHIND = UNTOUCHED
+HELP = 'measure latency and memory on this machine'
 DESCRIPTION = (
-    'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
-    '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
-    '  conditions  errors on pictures as cameras give them: rows that do not fit, exposures that\n'
-    '            differ, dark corners, JPEG, noise, little light\n'
-    '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads;\n'
-    '            deadlines kept; memory, first start\n'
-    '  warm      with and without the previous frame: error and flicker on sequences; error\n'
-    '            over 30 frames that stay or pan\n'
-    '  paper     the tables and figure of the paper beside the results of this package\n'
-    '  truth     fitness of the ground truth, and where evolution from it ends (quality)\n'
-    '  ablation  each profile without population, crossover, mutation, previous best; each\n'
-    '            part removed or replaced: error, fitness, time; rank correlation of fitness\n'
-    '            and error\n'
-    '  drift     detection of a misaligned calibration, and its cost\n'
-    "  tuning    settings of OpenCV's matchers with the smallest error on half of the scenes\n"
-    '  all       all of these, one after the other\n\n'
-    'With --output pictures of the figures are written beside the page.\n\n'
-    'Synthetic scenes and the pair of scikit-image need no data. Scenes of Middlebury and KITTI\n'
-    'are read from --data; the report names those that are missing there.')
+    'Measure on this machine, for a size of images: the latency of a pair, its processor time,\n'
+    "and memory, of this matcher and of OpenCV's, tuned. They take turns on a synthetic scene in\n"
+    'colour (OpenCV: in grey) that stands still, with fresh noise. cold: no previous frame;\n'
+    'warm: with it, each frame is searched. memory: of a matcher and its frame, at the peak.\n'
+    'For errors: fuzzy-stereo evaluate.')
 EXAMPLE = ('examples:\n'
-           '  fuzzy-stereo benchmark accuracy paper --data ../shared/data \\\n'
-           '      --output docs/benchmarks.md\n'
-           '  fuzzy-stereo benchmark all --quick --output /tmp/page.md')
+           '  fuzzy-stereo benchmark\n'
+           '  fuzzy-stereo benchmark --columns 1280 --rows 720 --disparities 128 --threads 2')
 
 
 def add_arguments(parser):
     """Add the arguments of `benchmark`."""
-    parser.add_argument('names', metavar='NAME', nargs='+', choices=(*BENCHMARKS, ALL),
-                        help=', '.join((*BENCHMARKS, ALL)))
-    parser.add_argument('--data', metavar='DIR',
-                        help='folder of the benchmark data; default: $FUZZY_STEREO_DATA, or '
-                             '../shared/data if that exists')
-    parser.add_argument('--only', metavar='WORD', default='',
-                        help='only scenes whose group/name contains this word, for example '
-                             'made or middv2/teddy')
-    parser.add_argument('--repeats', metavar='N', type=int,
-                        help='frames of each matcher that are timed (speed); '
-                             f'default: {REPEATS}, with --quick {QUICK_REPEATS}')
-    parser.add_argument('--quick', action='store_true',
-                        help='small synthetic scenes and few runs, to see that everything runs: '
-                             'the figures then mean nothing')
-    parser.add_argument('--output', metavar='FILE.md',
-                        help='also write each benchmark into its section of this page')
+    add_options(parser.add_argument_group('the images'), IMAGES)
+    parser.add_argument('--repeats', metavar='N', type=int, default=REPEATS,
+                        help=f'frames of each matcher; default: {REPEATS}')
     parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
-    add_matcher_options(parser, left_out=DECIDED)
+    add_matcher_options(parser, left_out=('min_disparity', 'reference', 'warm_start',
+                                          'still_interval'))
 
 
 def run(arguments, stream, progress_stream=None):
     """
-    Run the named benchmarks one after the other and print their reports.
+    Measure the matchers and print a table.
 
     stream, progress_stream: of text; progress_stream None = standard error.
-    Raises ValueError and OSError for bad input, if possible before anything is measured.
+    Raises ValueError for bad input, before anything is measured.
     """
     with libraries_needed():
-        from fuzzy_stereo_ros.benchmarks import (
-            ablation, accuracy, conditions, drift, paper_tables, speed, truth, tuning, warm)
-        from fuzzy_stereo_ros.benchmarks.datasets import data_folder
-        from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
-        from fuzzy_stereo_ros.benchmarks.request import Request
-        from fuzzy_stereo_ros.evaluation.matchers import matcher_named, OURS
-        from fuzzy_stereo_ros.evaluation.report import markdown
-    suites = dict(zip(BENCHMARKS, (accuracy, conditions, speed, warm, paper_tables, truth,
-                                   ablation, drift, tuning)))
-    repeats = arguments.repeats
-    if repeats is None:
-        repeats = QUICK_REPEATS if arguments.quick else REPEATS
-    if repeats < 1:
-        raise ValueError(f'--repeats is {repeats}; allowed are 1 and more')
-    if arguments.output is not None:
-        check_page(arguments.output)
-    request = Request(
-        matcher_named(OURS, arguments.profile, matcher_changes(arguments)),
-        data_folder(arguments.data), arguments.only, repeats,
-        partial(follow, stream=progress_stream or sys.stderr), arguments.quick)
-    request.scenes()        # bad input is found before the first benchmark
-    reports = []
-    for name in BENCHMARKS if ALL in arguments.names else dict.fromkeys(arguments.names):
-        report = suites[name].run(request)
-        reports.append(for_json(asdict(replace(report, pictures={}))))
-        if not arguments.json:
-            stream.write(markdown(report) + '\n')
-            stream.flush()
-        if arguments.output is not None:
-            write_section(arguments.output, report)
-    if arguments.json:
-        stream.write(json.dumps(reports, indent=2) + '\n')
+        from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report, Table
+    size, config = option_values(arguments, IMAGES), matcher_config(arguments)
+    if arguments.repeats < 1:
+        raise ValueError(f'--repeats is {arguments.repeats}; allowed are 1 and more')
+    frames = [(pair.left, pair.right) for pair in make_sequence(
+        size['rows'], size['columns'], config.disparities, FRAMES, noise=NOISE, colour=True)]
+    threads = config.threads or os.cpu_count() or 1
+    with opencv_threads(threads):
+        rows = measured(config, frames, arguments.repeats, progress_stream or sys.stderr)
+    title = f"{size['columns']}x{size['rows']}, {config.disparities} disparities"
+    report = Report('benchmark', 'Latency and memory', {
+        **environment(f'{threads} each'), 'profile': arguments.profile,
+        'turns': str(arguments.repeats)}, [Table(title, ('', *FIGURES), rows)])
+    stream.write(json.dumps(for_json(asdict(report)), indent=2) + '\n' if arguments.json
+                 else markdown(report))
+
+
+def measured(config, frames, repeats, progress_stream):
+    """Return a row for each matcher: its name and FIGURES."""
+    makers = {f'ours, {name}': partial(_ours, replace(
+        config, warm_start=name == 'warm', still_interval=1), frames) for name in ('cold', 'warm')}
+    makers.update((f'OpenCV {baseline.name}', partial(_opencv, baseline.matcher, config, frames))
+                  for baseline in TUNED)
+    warm_matcher(config, progress_stream, frames[0][0].shape[:2])
+    memory = {name: _memory_of(make) for name, make in makers.items()}
+    turns = take_turns({name: make() for name, make in makers.items()}, repeats, FRAMES)
+    rows = []
+    for name in makers:
+        latency, processor = ([turn[figure] for turn in turns if turn['matcher'] == name]
+                              for figure in ('milliseconds', 'processor'))
+        rows.append((name, *np.percentile(latency, (50, 95)).tolist(),
+                     float(np.median(processor)), memory[name]))
+    return rows
+
+
+def _ours(config, frames):
+    """Return a function that matches a frame with our matcher."""
+    matcher = StereoMatcher(config)
+
+    def work(number):
+        matcher.match(*frames[number])
+    return work
+
+
+def _opencv(make, config, frames):
+    """Return a function that matches a frame with one of OpenCV's matchers."""
+    matcher = make(MIDDLEBURY, config.disparities)
+
+    def work(number):
+        matcher.match(*frames[number])
+    return work
+
+
+def _memory_of(make):
+    """Return what a matcher and two frames need, in MB; None if it is not known."""
+    def match_twice():
+        work = make()
+        for number in range(2):
+            work(number)
+
+    give_back_memory()
+    return peak_memory(match_twice)

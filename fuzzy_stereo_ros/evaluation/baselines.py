@@ -117,7 +117,7 @@ def _tuned(block, p1, ratio, cap, uniqueness, left_right=1, speckle_size=100, sp
                     speckle_size, speckle_range, texture)
 
 
-# Found by `fuzzy-stereo benchmark tuning` on scenes 1, 3, 5 and so on of each group: by the error
+# Found by `python -m bench tuning` on scenes 1, 3, 5 and so on of each group: by the error
 # of dense maps, with and without noise, over block, P1, P2 / P1 from 2 to 8, cap, uniqueness,
 # left-right difference and speckles. What the search began with stays if better on all scenes.
 TUNED_SETTINGS = {

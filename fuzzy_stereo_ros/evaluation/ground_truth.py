@@ -132,16 +132,6 @@ def read_truth(path, scale=None):
     return read_disparity(path, None if Path(path).suffix.lower() in NUMBERS else scale)
 
 
-def read_motorcycle():
-    """Return the Motorcycle pair of scikit-image (Middlebury 2014, a quarter of its size)."""
-    from skimage.data import stereo_motorcycle  # takes a second
-
-    left, right, truth = stereo_motorcycle()
-    truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
-    return GroundTruthPair(*(np.ascontiguousarray(image[:, :, ::-1]) for image in (left, right)),
-                           truth, seen_by_both(truth))
-
-
 def read_mask(path):
     """Return where a picture is 255: bool (R, C)."""
     levels = read_image(path)

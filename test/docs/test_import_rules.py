@@ -10,7 +10,7 @@ import sys
 import pytest
 from repository import ROOT
 
-PACKAGE = 'fuzzy_stereo_ros'
+PACKAGE, BENCH = 'fuzzy_stereo_ros', 'bench'
 LONGEST_MODULE = 400
 SPDX_LINES = ('# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers',
               '# SPDX-License-Identifier: Apache-2.0')
@@ -18,14 +18,14 @@ NAMES_THAT_SAY_NOTHING = {'util', 'utils', 'helper', 'helpers', 'common', 'base'
 ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_bridge|builtin_inter)'
                         r'|\w+_(msgs|srvs)$')
 # Files that import ROS, or stand on those that do: nobody else imports them.
-ROS_FILES = 'node', 'demo', 'benchmarks/live_benchmark', 'benchmarks/live_nodes'
+ROS_FILES = 'node', 'bench/demo', 'bench/live'
 INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'pandas', 'rerun', 'rosbags',
-                              'skimage', 'yaml'})
+                              'yaml'})
 
 
 @dataclass(frozen=True)
 class Room:
-    """What a room may import; project: rooms, and modules of rooms, below it."""
+    """What a room may import; project: rooms, and modules of rooms, above it in the table."""
 
     project: tuple
     libraries: frozenset = frozenset({'cv2', 'numpy'})
@@ -49,34 +49,32 @@ ROOMS = {
     'replay': Room(('bags', 'flat', 'matching', 'pairs', 'parameters', 'views'),
                    libraries_inside_functions=INSIDE_FUNCTIONS),
     'synthetic': Room(('pairs', 'parameters')),
-    'benchmarks': Room(('evaluation', 'matching', 'pairs', 'synthetic'),
-                       frozenset({'cv2', 'numpy', 'pandas', 'scipy'}),
-                       frozenset({'matplotlib'})),
-    'commands': Room(('bags', 'benchmarks', 'evaluation', 'flat', 'matching', 'pairs',
+    'commands': Room(('bags', 'evaluation', 'flat', 'matching', 'pairs',
                       'parameters', 'replay', 'synthetic', 'views'),
                      libraries_inside_functions=INSIDE_FUNCTIONS),
     'node': Room(('flat', 'matching', 'pairs', 'parameters', 'synthetic'),
                  frozenset({'cv2', 'numpy', 'yaml'}), ros=True),
-    'demo': Room(('evaluation', 'flat', 'node', 'pairs', 'parameters', 'views'),
-                 frozenset({'cv2', 'numpy', 'tqdm'}), INSIDE_FUNCTIONS, ros=True),
-    'benchmarks/live': Room(('benchmarks', 'demo', 'evaluation', 'flat', 'node', 'pairs'),
-                            frozenset({'cv2', 'numpy', 'psutil', 'tqdm'}), ros=True),
+    'bench': Room(('commands', 'evaluation', 'flat', 'matching', 'pairs', 'parameters',
+                   'synthetic'), frozenset({'cv2', 'numpy', 'pandas'}),
+                  frozenset({'matplotlib', 'skimage'})),
+    'bench/demo': Room(('bench/datasets', 'evaluation', 'flat', 'node', 'pairs', 'parameters',
+                        'views'), frozenset({'cv2', 'numpy', 'tqdm'}), ros=True),
+    'bench/live': Room(('bench', 'evaluation', 'flat', 'node', 'pairs'),
+                       frozenset({'cv2', 'numpy', 'psutil', 'tqdm'}), ros=True),
 }
 # Folders of kernels, from the bottom to the top: as in ROOMS. What is in none is below all.
 KERNELS = 'possibility', 'scanlines', 'refinement', 'temporal', 'genetic', 'planes'
 
 
 def name_of_room(path):
-    """Return the name of the room that a file of the package belongs to, as in ROOMS."""
-    place = PurePosixPath(path).with_suffix('').relative_to(PACKAGE).as_posix()
+    """Return the name of the room that a file of the project belongs to, as in ROOMS."""
+    place = PurePosixPath(path).with_suffix('').as_posix().removeprefix(f'{PACKAGE}/')
     within = [room for room in ROOMS if place == room or place.startswith(f'{room}/')]
-    if place.startswith('benchmarks/live'):
-        return 'benchmarks/live'
     return max(within, key=len) if within else 'flat'
 
 
 def is_ros_file(place):
-    """Tell whether a place in the package, with slashes, belongs to the ROS files."""
+    """Tell whether a place, as in ROOMS, belongs to the ROS files."""
     return any(f'{place}/'.startswith(f'{file}/') for file in ROS_FILES)
 
 
@@ -109,9 +107,10 @@ def why_rejected(room_name, name, inside):
     """Return what is wrong with importing a name in a room, or None."""
     room = ROOMS[room_name]
     top, *below = name.split('.')
-    if top == PACKAGE:
-        place = '/'.join(below)
-        flat = len(below) < 2 or (ROOT / PACKAGE / f'{below[0]}.py').exists()
+    if top in (PACKAGE, BENCH):
+        place = '/'.join(below if top == PACKAGE else (top, *below))
+        flat = top == PACKAGE and (
+            len(below) < 2 or (ROOT / PACKAGE / f'{below[0]}.py').exists())
         allowed = (room_name, *room.project)
         if place not in ('', '__version__') and not (flat and 'flat' in allowed) and not any(
                 f'{place}/'.startswith(f'{other}/') for other in allowed):
@@ -135,7 +134,7 @@ def breaches(path, source):
     start = 1 if source.startswith('#!') else 0
     if tuple(lines[start:start + 2]) != SPDX_LINES:
         found.append(f'{path}:1: does not start with the two SPDX lines')
-    if PurePosixPath(path).parts[0] != PACKAGE:
+    if PurePosixPath(path).parts[0] not in (PACKAGE, BENCH):
         return found
     words = {word for part in PurePosixPath(path).with_suffix('').parts
              for word in part.split('_')}
@@ -235,7 +234,8 @@ def test_an_import_of_its_own_room_is_accepted(place, line):
     ('bags/reading', 'if True:\n    import rosbags', 'only inside a function'),
     ('bags/reading', 'class Bag:\n    import rosbags', 'only inside a function'),
     ('evaluation/baselines', 'from PACKAGE.commands import command_line', 'outside its room'),
-    ('commands/replay', 'from PACKAGE.benchmarks import live_benchmark', 'a ROS file'),
+    ('commands/benchmark', 'from bench import speed', 'outside its room'),
+    ('commands/replay', 'from PACKAGE.node import worker', 'outside its room'),
     ('pair_matcher', inside_a_function('import rclpy'), 'ROS outside the ROS files'),
     ('pair_matcher', 'from launch import LaunchDescription', 'ROS outside the ROS files'),
     ('pair_matcher', "import importlib\nimportlib.import_module('rclpy')",

@@ -10,9 +10,9 @@ import shutil
 import subprocess
 import sys
 
+from bench.__main__ import SUITES
 import cv2
 from fuzzy_stereo_ros.commands import command_line
-from fuzzy_stereo_ros.commands.benchmark import BENCHMARKS
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES
 from fuzzy_stereo_ros.pairs.camera_files import (
@@ -34,11 +34,11 @@ SHORT_FORMS = {
                  'test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture',
     'make wheel': 'test_build.py::'
                   'test_a_wheel_with_kernels_gives_a_disparity_in_5_s_and_compiles_nothing',
-    'make benchmark': 'test_benchmarks.py::'
-                      'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
+    'make benchmark': 'test_suites.py::'
+                      'test_a_suite_runs_in_its_short_form_and_fills_its_section',
     'make soak': 'test_soak.py::test_in_a_short_soak_every_promise_is_kept',
-    'fuzzy-stereo benchmark': 'test_benchmarks.py::'
-                              'test_all_benchmarks_run_in_their_short_form_and_fill_the_page',
+    'python -m bench': 'test_suites.py::'
+                       'test_a_suite_runs_in_its_short_form_and_fills_its_section',
     'colcon': 'test_build.py::test_colcon_builds_the_package_and_runs_its_tests',
     'ros2 launch': 'test_page_ros_commands.py::test_a_launch_command_starts_the_node',
     'ros2': 'test_page_ros_commands.py::test_a_ros_command_does_what_it_says_with_the_real_node',
@@ -152,13 +152,14 @@ def work(words):
 
 
 @pytest.mark.parametrize('name', [
-    pytest.param(name, marks=[pytest.mark.slow] * (name in ('evaluate', 'evolve')))
+    pytest.param(name, marks=[pytest.mark.slow] * (name in ('benchmark', 'evaluate', 'evolve')))
     for name in sorted({words[1] for page, words in ALL if page in GUIDES
                         and words[0] == 'fuzzy-stereo' and not told(SHORT_FORMS, words)})])
 def test_the_examples_of_a_command_work_as_they_are_written(name, tmp_path, monkeypatch):
     fill(tmp_path)
     monkeypatch.chdir(tmp_path)
-    short = ['--columns', '70', '--rows', '20', '--frames', '1'] * (name == 'synthesise')
+    short = {'synthesise': ['--columns', '70', '--rows', '20', '--frames', '1'],
+             'benchmark': ['--columns', '96', '--rows', '48', '--repeats', '1']}.get(name, [])
     for page in GUIDES:
         for words in commands(page, f'fuzzy-stereo {name}'):
             if page == 'README.md' and name == 'replay' or '--workers' in words and find_spec(
@@ -183,10 +184,9 @@ def test_every_command_that_exists_is_shown():
 
 
 def test_the_benchmarks_that_are_named_exist_and_no_other_does():
-    assert {words[2] for _, words in ALL if words[:2] == ['fuzzy-stereo', 'benchmark']} == set(
-        BENCHMARKS)
-    for name in re.findall(r'`fuzzy-stereo benchmark (\w+)`', text_of('docs/algorithm.md')):
-        assert name in BENCHMARKS
+    assert {words[3] for _, words in ALL if words[:3] == ['python', '-m', 'bench']} == set(SUITES)
+    for name in re.findall(r'`python -m bench (\w+)`', text_of('docs/algorithm.md')):
+        assert name in SUITES
 
 
 def test_the_commands_inside_sentences_are_commands():

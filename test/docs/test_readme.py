@@ -3,8 +3,8 @@
 """What the README and the architecture page say exists, and is what the code says."""
 import re
 
-from fuzzy_stereo_ros.benchmarks.page import QUOTE, requoted, table_of
-from fuzzy_stereo_ros.demo.phase import Phase, table
+from bench.demo.phase import Phase, table
+from bench.page import QUOTE, requoted, table_of
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.page import renewed
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
@@ -74,7 +74,7 @@ def test_segments_are_as_long_as_the_page_says():
 def test_a_page_quotes_the_page_of_benchmarks(page):
     assert len(QUOTE.findall(page)) == page.count('<!-- quote ') > 0
     assert requoted(page, FIGURES) == page, \
-        'renew them: python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md'
+        'renew them: python -m bench.page README.md docs/algorithm.md'
 
 
 def test_a_table_is_quoted_from_the_section_of_its_benchmark():
@@ -109,7 +109,8 @@ def test_the_executable_and_the_dds_profile_that_are_named_exist():
 
 def test_every_module_that_the_pages_name_exists():
     package = ROOT / 'fuzzy_stereo_ros'
-    modules = {file.relative_to(package).as_posix() for file in package.rglob('*.py')}
+    modules = {file.relative_to(root).as_posix() for root, files in (
+        (package, package.rglob('*.py')), (ROOT, ROOT.glob('bench/**/*.py'))) for file in files}
     short = {name.split('/')[-1] for name in modules}
     for named in re.findall(r'[\w/]+\.py\b', ARCHITECTURE + ALGORITHM):
         if not named.startswith('test/'):

@@ -79,7 +79,8 @@ def test_a_name_in_code_style_is_a_parameter_a_topic_a_file_or_a_text_of_the_cod
     topics = {topic for several in TOPICS.values() for topic, _ in several}
     name = words.split(':')[0]
     assert (words in FOREIGN or name in PARAMETERS or words.lstrip('/') in topics
-            or words in keys_of_diagnostics() or words.startswith(('ros2 ', 'fuzzy-stereo '))
+            or words in keys_of_diagnostics()
+            or words.startswith(('ros2 ', 'fuzzy-stereo ', 'python -m bench '))
             or (ROOT / words).is_file() or (ROOT / 'launch' / words).is_file()
             or missing_parts(words) == [])
 

@@ -7,10 +7,11 @@ import signal
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.demo.phase import COLUMNS, MotorcycleWindow, Phase, ROWS, table
+from bench.demo.phase import COLUMNS, MotorcycleWindow, Phase, ROWS, table
 from fuzzy_stereo_ros.pairs.image_files import read_image
 import numpy as np
 import pytest
+from repository import ROOT
 
 # The first start on a machine compiles, and where it is busy that takes a while.
 pytestmark = pytest.mark.timeout(700)
@@ -25,10 +26,11 @@ def sequence():
 def start_demo(folder, *arguments, before=''):
     """Start the demo as a process in a folder, after some lines of Python of our own."""
     pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
-    script = '\n'.join(('import sys', 'from fuzzy_stereo_ros.demo import __main__ as demo, phase',
+    script = '\n'.join(('import sys', 'from bench.demo import __main__ as demo, phase',
                         before, 'sys.exit(demo.main())'))
     return subprocess.Popen(
         [sys.executable, '-c', script, *arguments], cwd=folder, text=True,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)},
         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
@@ -125,7 +127,7 @@ demo._play = tell_and_play""")
 ])
 def test_bad_input_is_one_sentence_and_code_2(monkeypatch, capsys, arguments, words):
     pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
-    from fuzzy_stereo_ros.demo import __main__ as demo
+    from bench.demo import __main__ as demo
     monkeypatch.setattr(signal, 'signal', lambda *_: None)
     monkeypatch.setattr(demo, 'MotorcycleWindow', None)
     try:

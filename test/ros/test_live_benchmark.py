@@ -7,8 +7,9 @@ import sys
 
 from node_process import START
 import pytest
+from repository import ROOT
 
-MODULE = 'fuzzy_stereo_ros.benchmarks.live_benchmark'
+MODULE = 'bench.live'
 
 
 @pytest.mark.timeout(4 * START)
@@ -17,7 +18,7 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
     done = subprocess.run(
         [sys.executable, '-m', MODULE, '--seconds', '1', '--frames', '50',
          '--case', '320x240x32', '--case', '160x120x16', '--output', str(page)],
-        capture_output=True, text=True, check=False)
+        capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     written = page.read_text(encoding='utf-8')
     assert '## The node beside a camera' in done.stdout
@@ -39,7 +40,7 @@ def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp
     (('--frames', '0'), '--frames is 0; allowed are numbers above 0')])
 def test_bad_arguments_end_with_one_sentence_and_code_2(ros, arguments, sentence):
     done = subprocess.run([sys.executable, '-m', MODULE, *arguments],
-                          capture_output=True, text=True, check=False)
+                          capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 2
     assert sentence in done.stderr
     assert 'Traceback' not in done.stderr

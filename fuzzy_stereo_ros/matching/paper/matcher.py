@@ -27,7 +27,7 @@ import numpy as np
 SCATTERED = 0.1     # share of random genes in copies of the most possible map
 AROUND = 9          # side of the square whose mean certainty is a pixel's confidence
 # Share of right pixels by tenths of certainty, from every other Middlebury scene, with noise of 0
-# and 1.5 grey levels; `benchmark paper` prints how true it is on other scenes.
+# and 1.5 grey levels; `python -m bench paper` prints how true it is on other scenes.
 RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
 MUCH = 0.02         # share of unseen cells from which the most possible map is a chromosome

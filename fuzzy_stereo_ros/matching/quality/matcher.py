@@ -31,7 +31,7 @@ ROOT = 16        # edges are measured in 16 * root of a colour, whose noise is t
 
 class Stages(NamedTuple):
     """
-    The stages that can be exchanged, as the ablation does (benchmarks/variants.py).
+    The stages that can be exchanged, as the ablation does (bench/variants.py).
 
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called

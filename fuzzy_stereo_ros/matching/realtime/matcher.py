@@ -38,7 +38,7 @@ ADVANTAGE = 1       # cost a cell by which a region must be cheaper to be taken
 
 class Stages(NamedTuple):
     """
-    The stages that can be exchanged, as the ablation does (benchmarks/variants.py).
+    The stages that can be exchanged, as the ablation does (bench/variants.py).
 
     noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
     describe: called with a `View` and a range of rows, writes the features of its pixels

@@ -21,8 +21,8 @@ AROUND = 9           # side of the square whose mean certainty a pixel's confide
 MEDIAN = 5           # side of the square of the last median of labels
 # Share of right pixels by tenths of the mean certainty times the share of the neighbours that
 # agree, from every other Middlebury scene and made ones, colour and grey, with noise of 0, 1.5 and
-# 3 grey levels, cold and warm, and as through a soft lens; `benchmark accuracy` prints how true it
-# is on other scenes.
+# 3 grey levels, cold and warm, and as through a soft lens; `python -m bench accuracy` prints how
+# true it is on other scenes.
 RIGHT = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1     # concave
 
 

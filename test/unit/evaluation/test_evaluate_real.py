@@ -3,8 +3,8 @@
 """On real pairs `evaluate` finds what is there, and says what the benchmarks say of it."""
 import json
 
-from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
-from fuzzy_stereo_ros.benchmarks.request import Request
+from bench.datasets import available_scenes
+from bench.request import Request
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search

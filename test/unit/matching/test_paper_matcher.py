@@ -3,13 +3,12 @@
 """The profile `paper` as a whole, in its readings."""
 from dataclasses import replace
 
+from bench.variants import PAPER_OPERATORS
 import cv2
-from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.paper import operators
-from fuzzy_stereo_ros.matching.paper.matcher import (
-    LITERAL_STAGES, PaperMatcher, RIGHT, Stages)
+from fuzzy_stereo_ros.matching.paper.matcher import LITERAL_STAGES, PaperMatcher, RIGHT, Stages
 from fuzzy_stereo_ros.matching.paper.population import Population
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@
 """The profile quality from outside: bits, kinds of images, references, history, deadline."""
 from dataclasses import replace
 
-from fuzzy_stereo_ros.benchmarks.variants import NoEvidence, trust_everything
+from bench.variants import NoEvidence, trust_everything
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Budget, Random

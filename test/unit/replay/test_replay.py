@@ -4,8 +4,8 @@
 import json
 from typing import NamedTuple
 
+from bench.datasets import CALIBRATION, KITTI_DRIVE, read_camera
 import cv2
-from fuzzy_stereo_ros.benchmarks.datasets import CALIBRATION, KITTI_DRIVE, read_camera
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import colour_disparity

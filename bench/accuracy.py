@@ -10,11 +10,11 @@ chosen on the other. Everything is repeated with camera noise, on the same image
 from dataclasses import replace
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks import presets
-from fuzzy_stereo_ros.benchmarks.page import (
+from bench import presets
+from bench.page import (
     add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, LIGHT_GREY, LIGHT_ORANGE, MIDDLE_BLUE,
     ORANGE, titled)
-from fuzzy_stereo_ros.benchmarks.request import counted, halved, means, report_of
+from bench.request import counted, halved, means, report_of
 from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, grey, STRICTEST, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
@@ -79,7 +79,7 @@ def run(request):
                 'two of the four KITTI pairs are grey anyway',
         'baselines': 'OpenCV on grey images, at the defaults of stereo_image_proc and tuned (left '
                      'border padded, settings as in evaluation/baselines.py, found by the '
-                     'benchmark tuning on odd scenes); invalid pixels filled from the background '
+                     'bench tuning on odd scenes); invalid pixels filled from the background '
                      'side on their row, then a 5x5 median',
         'error': 'percent of pixels off by more than 1 px (Middlebury, made; pixels that both '
                  'cameras see) or 3 px (KITTI; all with truth)',

@@ -5,17 +5,16 @@ Measure the node with a camera, and beside a plain node around OpenCV's 3WAY.
 
 Latency, rate, processor time, idle cost and memory; camera, node and listener are processes.
 
-`python -m fuzzy_stereo_ros.benchmarks.live_benchmark --output docs/benchmarks.md` writes its
-section.
+`python -m bench.live --output docs/benchmarks.md` writes its section.
 """
 from contextlib import closing, contextmanager
 import sys
 import time
 
-from fuzzy_stereo_ros.benchmarks.page import check_page, write_section
-from fuzzy_stereo_ros.benchmarks.request import measured
-from fuzzy_stereo_ros.demo.observed_node import (
+from bench.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
+from bench.page import check_page, write_section
+from bench.request import measured
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.program import Parser, run_program
 import numpy as np
@@ -31,7 +30,7 @@ SMALL = 160, 120, 32                                # of the memory run
 SETTLED = 3.0       # s at the most between the start of a node and a measurement
 COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected')
 OURS = NODE,                                        # module and arguments of a node
-PROBED, PLAIN = (('fuzzy_stereo_ros.benchmarks.live_nodes', kind) for kind in ('probed', 'plain'))
+PROBED, PLAIN = (('bench.live.nodes', kind) for kind in ('probed', 'plain'))
 FAILED = 1
 
 
@@ -144,7 +143,7 @@ def run(arguments):
                         for row in compared_rows(cases[0], rate, arguments.seconds, log)]
             memory, idle = memory_rows(arguments.frames, arguments.seconds, log)
     except NodeFailed as failure:
-        print(f'live_benchmark: {failure}', file=sys.stderr)
+        print(f'bench.live: {failure}', file=sys.stderr)
         return FAILED
     report = Report(
         'live', 'The node beside a camera',
@@ -181,7 +180,7 @@ def main(argv=None):
 
 def _parser():
     """Return the parser of the benchmark."""
-    parser = Parser(prog='live_benchmark', description=__doc__.strip().splitlines()[0])
+    parser = Parser(prog='bench.live', description=__doc__.strip().splitlines()[0])
     parser.add_argument('--seconds', type=float, default=20.0,
                         help='duration of each case; default: 20')
     parser.add_argument('--case', type=case_of, action='append', metavar='CxRxD',

@@ -15,9 +15,9 @@ from pathlib import Path
 import sys
 import time
 
-from fuzzy_stereo_ros.demo.observed_node import (
+from bench.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
-from fuzzy_stereo_ros.demo.phase import floats, MotorcycleWindow, Phase, play, table, TIMEOUT
+from bench.demo.phase import floats, MotorcycleWindow, Phase, play, table, TIMEOUT
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of

@@ -10,8 +10,8 @@ clean pair, the same each time; all matchers get the same pictures.
 from dataclasses import replace
 from functools import partial
 
+from bench.request import counted, report_of
 import cv2
-from fuzzy_stereo_ros.benchmarks.request import counted, report_of
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import time
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.evaluation.ground_truth import read_motorcycle
+from bench.datasets import read_motorcycle
 from fuzzy_stereo_ros.evaluation.report import mean, Table
 from fuzzy_stereo_ros.evaluation.scores import flicker, score
 from fuzzy_stereo_ros.pairs.messages import stamp_of

@@ -8,8 +8,9 @@ from pathlib import Path
 import shutil
 import subprocess
 
-from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, available_sequences
-from fuzzy_stereo_ros.benchmarks.page import as_svg
+from bench.datasets import available_scenes, available_sequences
+from bench.page import as_svg
+import fuzzy_stereo_ros
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours
@@ -66,7 +67,7 @@ def report_of(name, title, settings, tables, skipped, pictures=None, threads='on
 
 def measured(threads):
     """Return {what: words} of a measurement: machine, versions, commit, threads and load."""
-    return {'commit': commit_of(Path(__file__).parents[1]), **environment(threads)}
+    return {'commit': commit_of(Path(fuzzy_stereo_ros.__file__).parent), **environment(threads)}
 
 
 def commit_of(folder):

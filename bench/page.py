@@ -5,7 +5,7 @@ The page of benchmarks: each report has a section, which the next run replaces.
 
 Pictures, which the suites draw from the tables of their reports, are SVG files beside the page.
 
-`python -m fuzzy_stereo_ros.benchmarks.page README.md docs/algorithm.md` renews the tables that
+`python -m bench.page README.md docs/algorithm.md` renews the tables that
 pages quote, between `<!-- quote NAME: TITLE -->` and `<!-- end of quote -->`. NAME is that of the
 benchmark; `TITLE | WORDS | WORDS` quotes only the rows with one of these words.
 """
@@ -22,7 +22,7 @@ PAGE = 'benchmarks.md'
 HEADING = ('<!-- SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers -->\n'
            '<!-- SPDX-License-Identifier: Apache-2.0 -->\n'
            '# Benchmarks\n\n'
-           'Written by `fuzzy-stereo benchmark NAME --output FILE`, which replaces its own '
+           'Written by `python -m bench NAME --output FILE`, which replaces its own '
            'section; not by hand.\n')
 # Blue is ours, orange OpenCV tuned, grey OpenCV as stereo_image_proc sets it.
 BLUE, MIDDLE_BLUE, LIGHT_BLUE = '#0b5fa5', '#3f8bc4', '#74b3e0'
@@ -82,7 +82,7 @@ def table_of(page, name, title):
                                   re.MULTILINE)
     if not table:
         raise ValueError(f"{PAGE} has no table '{title}' of {name}; "
-                         f'run `fuzzy-stereo benchmark {name} --output docs/{PAGE}`')
+                         f'run `python -m bench {name} --output docs/{PAGE}`')
     head, rows = table[1].splitlines(True)[:2], table[1].splitlines(True)[2:]
     return ''.join(head + [row for row in rows if not words or any(one in row for one in words)])
 

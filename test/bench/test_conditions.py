@@ -1,14 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The conditions are what they are called, always the same, and each has a line in each table."""
+"""The conditions are what they are called, and always the same."""
 from dataclasses import replace
 
-from fuzzy_stereo_ros.benchmarks import conditions
-from fuzzy_stereo_ros.benchmarks.conditions import CONDITIONS, under_condition
+from bench.conditions import CONDITIONS, under_condition
 import numpy as np
 import pytest
-from small_scenes import (
-    assert_columns_have_names_of_their_own, known as made_known, request_for, small_scene)
+from small_scenes import known as made_known
 
 SIZE = 120, 160, 16
 UNCHANGED = ('clean', *(f'rows {rows} px lower' for rows in ('0.5', '1', '1.5')),
@@ -79,24 +77,3 @@ def test_the_better_jpeg_is_nearer_to_the_image():
     off = [abs(under_condition(pair, f'both JPEG {quality}').left - pair.left.astype(float)).mean()
            for quality in (95, 80, 50)]
     assert 0 < off[0] < off[1] < off[2]
-
-
-def test_each_condition_has_a_line_in_each_table_and_the_better_of_opencv_stands_beside(
-        monkeypatch):
-    some = ('clean', 'rows 1.5 px lower', 'a sixth of the light')
-    monkeypatch.setattr(conditions, 'CONDITIONS', {name: CONDITIONS[name] for name in some})
-    size = (80, 160, 16)
-    report = conditions.run(request_for([small_scene(seed, size=size, colour=True)
-                                         for seed in (1, 2)])())
-    assert_columns_have_names_of_their_own(report)
-    beside, group = report.tables
-    assert group.title == 'small (2): mean error in percent'
-    assert [row[0] for row in beside.rows] == [row[0] for row in group.rows] == list(some)
-    assert group.columns == ('', 'ours', 'ours, grey', 'ours, profile quality', '3WAY tuned',
-                             'HH4 tuned')
-    for (_, cell), (_, ours, _, quality, *opencv) in zip(beside.rows, group.rows, strict=True):
-        assert cell == f'{ours:.2f} / {quality:.2f} / {min(opencv):.2f}'
-    clean, rows, dark = ([*figures] for _, *figures in group.rows)
-    assert clean[0] < dark[0]
-    assert rows[3] > 1.5 * clean[3] and rows[4] > 1.5 * clean[4]    # rivals undo no rows
-    assert report.skipped == ['a group']

@@ -12,8 +12,8 @@ settings hold elsewhere.
 from dataclasses import replace
 from itertools import product
 
-from fuzzy_stereo_ros.benchmarks.accuracy import with_camera_noise
-from fuzzy_stereo_ros.benchmarks.request import report_of
+from bench.accuracy import with_camera_noise
+from bench.request import report_of
 from fuzzy_stereo_ros.evaluation.baselines import (
     ALGORITHMS, dense, PreparedBaseline, TUNED_SETTINGS)
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
@@ -67,7 +67,7 @@ def run(request):
         'odd': 'scenes 1, 3, 5 and so on of each group with several: settings are chosen on them',
         'even': 'all others, groups of one scene among them',
         'tried': 'all combinations of one group of values after another, until a round of all '
-                 'groups changes nothing: benchmarks/tuning.py',
+                 'groups changes nothing: bench/tuning.py',
     }, [Table.of('Settings with the smallest error on odd scenes',
                  pd.DataFrame(rows).set_index('matcher'),
                  'P1 is a multiple of the square of the side of the block. Before: of the '

@@ -13,12 +13,12 @@ from itertools import pairwise
 import os
 from pathlib import Path
 
+from bench.layers import make_layers
 from fuzzy_stereo_ros.evaluation.catalogue import (
     files_of, FRAMES, FRAMES_IN_FOLDERS, MIDDLEBURY_FOLDERS, ONE_PAIR, Scene, Sequence)
 from fuzzy_stereo_ros.evaluation.ground_truth import (
-    GroundTruthPair, KITTI, MIDDLEBURY, read_motorcycle)
+    GroundTruthPair, KITTI, MIDDLEBURY, seen_by_both)
 from fuzzy_stereo_ros.matching.match import Camera
-from fuzzy_stereo_ros.synthetic.layers import make_layers
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 import numpy as np
 
@@ -115,6 +115,16 @@ def _folder_scenes(data):
                 None if find_spec('skimage') else 'neither folder nor scikit-image')
         else:
             yield Scene(*named, None), 'no folder'
+
+
+def read_motorcycle():
+    """Return the Motorcycle pair of scikit-image (Middlebury 2014, a quarter of its size)."""
+    from skimage.data import stereo_motorcycle  # takes a second
+
+    left, right, truth = stereo_motorcycle()
+    truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
+    return GroundTruthPair(*(np.ascontiguousarray(image[:, :, ::-1]) for image in (left, right)),
+                           truth, seen_by_both(truth))
 
 
 def _read(files):

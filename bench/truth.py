@@ -5,14 +5,13 @@ Fitness against error: whether a fitter map is better, and the truth fitter than
 
 Evolution starts from the truth too, and its end is compared with the end from the usual start.
 """
-from fuzzy_stereo_ros.benchmarks.request import report_of
+from bench.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 import numpy as np
 import pandas as pd
-from scipy.stats import spearmanr
 
 GROUPS = 'middv2', 'midd2001', 'midd2006_third'     # whose truth is dense
 NEAR_THE_END = 0.25     # share of the chromosomes, the fittest, in which fitness matters most
@@ -95,7 +94,7 @@ def spearman(points):
     """
     if len(points) < FEWEST or points.fitness.nunique() < 2 or points.error.nunique() < 2:
         return float('nan')
-    return float(-spearmanr(points.fitness, points.error).statistic)
+    return float(-points.fitness.rank().corr(points.error.rank()))
 
 
 def fittest(points, share=NEAR_THE_END):

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.datasets import cropped, window
-from fuzzy_stereo_ros.benchmarks.variants import PAPER_OVER_FRAMES
+from bench.datasets import cropped, window
+from bench.variants import PAPER_OVER_FRAMES
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import fastest, Ours
 from fuzzy_stereo_ros.evaluation.report import Table

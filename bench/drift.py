@@ -7,7 +7,7 @@ On synthetic scenes and real pairs, as they are and with the right image moved b
 """
 from itertools import islice
 
-from fuzzy_stereo_ros.benchmarks.request import report_of
+from bench.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching.row_offsets import LIMIT, SURE

@@ -8,16 +8,15 @@ that stays or pans.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.datasets import MADE, MADE_SEEDS, window
-from fuzzy_stereo_ros.benchmarks.page import (
-    add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled)
-from fuzzy_stereo_ros.benchmarks.request import counted, figures_of_sequence, report_of
+from bench.datasets import MADE, MADE_SEEDS, window
+from bench.layers import BACKGROUND, make_layers
+from bench.page import add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
+from bench.request import counted, figures_of_sequence, report_of
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.synthetic.layers import BACKGROUND, make_layers
 import numpy as np
 import pandas as pd
 

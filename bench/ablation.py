@@ -8,13 +8,12 @@ All fitness values are measured by the matcher as it is, so that they compare.
 from functools import partial
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.benchmarks.datasets import window
-from fuzzy_stereo_ros.benchmarks.page import (
-    BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled)
-from fuzzy_stereo_ros.benchmarks.request import figures_of_sequence, halved, means, report_of
-from fuzzy_stereo_ros.benchmarks.truth import correlation_table, genes_of, truth_beside_result
-from fuzzy_stereo_ros.benchmarks.variants import DEFAULT, PAPER, QUALITY, REALTIME
-from fuzzy_stereo_ros.benchmarks.warm import FRAMES, KINDS, QUICK_FRAMES, walks
+from bench.datasets import window
+from bench.page import BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
+from bench.request import figures_of_sequence, halved, means, report_of
+from bench.truth import correlation_table, genes_of, truth_beside_result
+from bench.variants import DEFAULT, PAPER, QUALITY, REALTIME
+from bench.warm import FRAMES, KINDS, QUICK_FRAMES, walks
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
 from fuzzy_stereo_ros.evaluation.catalogue import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent

@@ -4,8 +4,7 @@
 Speed: our matcher, cold and warm, against OpenCV's in turns; deadlines, memory, first start.
 
 Figures are medians and 95th percentiles over frames, since the work of a warm matcher differs from
-frame to frame. Other programs make times longer, so matchers take turns: ratios of medians hold
-even if times do not.
+frame to frame; the matchers take turns.
 """
 from functools import partial
 import os
@@ -15,13 +14,14 @@ import tempfile
 import time
 import tracemalloc
 
+from bench.busy import busy_table, FixedPlaces
+from bench.datasets import with_noise
+from bench.request import report_of
 import cv2
-from fuzzy_stereo_ros.benchmarks.busy import busy_table, FixedPlaces
-from fuzzy_stereo_ros.benchmarks.datasets import with_noise
-from fuzzy_stereo_ros.benchmarks.request import report_of
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.evaluation.turns import take_turns
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
@@ -92,7 +92,7 @@ def race(request, pair, size, threads):
         works.update((baseline.name, _baseline(baseline, greys, disparities))
                      for baseline in reversed(TUNED))
         return [{'size': f'{columns}x{rows}', 'disparities': disparities, 'threads': threads,
-                 **turn} for turn in take_turns(works, request.repeats)]
+                 **turn} for turn in take_turns(works, request.repeats, FRAMES)]
 
 
 def noisy_frames(pair, rows, columns):
@@ -124,33 +124,12 @@ def _ours(request, frames, disparities, threads, name, places=None):
 
 
 def _baseline(baseline, greys, disparities):
-    """Return a function that matches a frame, and returns {}."""
+    """Return a function that matches a frame."""
     matcher = baseline.matcher(MIDDLEBURY, disparities)
 
     def work(frame):
         matcher.compute(*greys[frame])
-        return {}
     return work
-
-
-def take_turns(works, turns):
-    """
-    Call the functions of {matcher: function of a frame's number} in turns; return a dict per call.
-
-    Its keys: matcher; milliseconds; processor, the processor time of all threads in ms; and the
-    stages that the function returns. A first turn, which allocates memory, does not count.
-    """
-    for work in works.values():
-        work(0)
-    taken = []
-    for turn in range(turns):
-        for name, work in works.items():
-            start, processor_start = time.perf_counter(), time.process_time()
-            stages = work(turn % FRAMES)
-            processor = 1000 * (time.process_time() - processor_start)
-            taken.append({'matcher': name, 'processor': processor,
-                          'milliseconds': 1000 * (time.perf_counter() - start), **stages})
-    return taken
 
 
 def tables(turns):
@@ -218,7 +197,7 @@ def still_row(request, pair, size, threads):
         names = [f'frame {number}' for number in range(INTERVAL)]
         turns = pd.DataFrame(take_turns({
             **{name: partial(keeps, number) for number, name in enumerate(names)},
-            REFERENCE.name: _baseline(REFERENCE, greys, disparities)}, request.repeats))
+            REFERENCE.name: _baseline(REFERENCE, greys, disparities)}, request.repeats, FRAMES))
     of_reference = turns.matcher == REFERENCE.name
     reference, ours = turns.milliseconds[of_reference].median(), turns[~of_reference]
     of_kind = ours.groupby(ours.kept.astype(bool)).milliseconds

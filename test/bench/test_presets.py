@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """A costmap gets at least half of what a map gets, and little of it is wrong."""
-from fuzzy_stereo_ros.benchmarks.accuracy import wrong_and_confidence
-from fuzzy_stereo_ros.benchmarks.datasets import available_scenes, MIDDLEBURY_FOLDERS
-from fuzzy_stereo_ros.benchmarks.presets import (
-    heading, kept_and_wrong, kept_of, pairs_without_truth, PRESETS, table_without_truth, WRONG)
+from bench.accuracy import wrong_and_confidence
+from bench.datasets import available_scenes, MIDDLEBURY_FOLDERS
+from bench.presets import heading, kept_and_wrong, kept_of, pairs_without_truth, PRESETS, WRONG
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 import numpy as np
@@ -72,18 +71,3 @@ def test_a_costmap_of_real_pairs_keeps_half_of_a_map_and_little_is_wrong(group):
 def test_a_costmap_of_what_cheap_cameras_see_keeps_half_of_a_map(scene):
     kept = kept_of(scene, OURS)
     assert kept[heading('costmap')] >= SHARE * kept[heading('mapping')]
-
-
-def test_pairs_without_a_truth_are_listed_or_said_to_be_missing(tmp_path):
-    scenes, missing = pairs_without_truth(None, 'oakd_nogt/s')
-    assert (scenes, missing) == ([], ['no folder: oakd_nogt/stairs'])
-    (tmp_path / 'oakd_nogt' / 'stairs').mkdir(parents=True)
-    (scene,), missing = pairs_without_truth(tmp_path, 'oakd_nogt/s')
-    assert (scene.path, missing) == ('oakd_nogt/stairs', [])
-
-
-def test_the_table_without_a_truth_has_a_row_a_pair_and_a_column_a_preset():
-    rows = [{'scene': name, **{heading(preset): 1.0 for preset in PRESETS}} for name in 'ab']
-    table = table_without_truth(rows)
-    assert table.columns == ('', *map(heading, PRESETS))
-    assert [row[0] for row in table.rows] == ['a', 'b']

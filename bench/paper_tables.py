@@ -11,12 +11,12 @@ same algorithm over frames.
 from dataclasses import replace
 from functools import partial
 
+from bench.accuracy import CONFIDENCES, wrong_and_confidence
+from bench.datasets import available_scenes
+from bench.paper_frames import tables as tables_over_frames
+from bench.request import report_of
+from bench.variants import PAPER_OPERATORS
 import cv2
-from fuzzy_stereo_ros.benchmarks.accuracy import CONFIDENCES, wrong_and_confidence
-from fuzzy_stereo_ros.benchmarks.datasets import available_scenes
-from fuzzy_stereo_ros.benchmarks.paper_frames import tables as tables_over_frames
-from fuzzy_stereo_ros.benchmarks.request import report_of
-from fuzzy_stereo_ros.benchmarks.variants import PAPER_OPERATORS
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     ALL, bad_percent, cross_checked, GroundTruthPair, MIDDLEBURY, read_truth, warped_to_right)

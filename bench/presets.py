@@ -5,7 +5,7 @@ The presets of confidence_threshold: the pixels that each keeps, and how many of
 
 What is kept is counted on pairs without a truth as well, which cheap cameras have taken.
 """
-from fuzzy_stereo_ros.benchmarks.datasets import EUROC, EUROC_DISPARITIES, read_frames
+from bench.datasets import EUROC, EUROC_DISPARITIES, read_frames
 from fuzzy_stereo_ros.evaluation.catalogue import FRAMES_IN_FOLDERS, ONE_PAIR, Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.report import Table

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`python -m bench NAME`: run suites one after the other, print their tables, write the page."""
+import argparse
+from dataclasses import asdict, replace
+from functools import partial
+import json
+import sys
+
+from bench import ablation, accuracy, conditions, drift, paper_tables, speed, truth, tuning, warm
+from bench.datasets import data_folder
+from bench.page import check_page, write_section
+from bench.request import Request
+from fuzzy_stereo_ros.commands.parts import for_json
+from fuzzy_stereo_ros.evaluation.matchers import matcher_named, OURS
+from fuzzy_stereo_ros.evaluation.report import markdown
+from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.program import Parser, run_program
+from fuzzy_stereo_ros.progress import follow
+
+SUITES = {'accuracy': accuracy, 'conditions': conditions, 'speed': speed, 'warm': warm,
+          'paper': paper_tables, 'truth': truth, 'ablation': ablation, 'drift': drift,
+          'tuning': tuning}
+ALL = 'all'
+REPEATS, QUICK_REPEATS = 60, 2
+DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
+
+LEFT_BEHIND = 'the page has the sections of finished benchmarks, the others are as before'
+DESCRIPTION = (
+    'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
+    '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
+    '  conditions  errors on pictures as cameras give them: rows that do not fit, exposures that\n'
+    '            differ, dark corners, JPEG, noise, little light\n'
+    '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads;\n'
+    '            deadlines kept; memory, first start\n'
+    '  warm      with and without the previous frame: error and flicker on sequences; error\n'
+    '            over 30 frames that stay or pan\n'
+    '  paper     the tables and figure of the paper beside the results of this package\n'
+    '  truth     fitness of the ground truth, and where evolution from it ends (quality)\n'
+    '  ablation  each profile without population, crossover, mutation, previous best; each\n'
+    '            part removed or replaced: error, fitness, time; rank correlation of fitness\n'
+    '            and error\n'
+    '  drift     detection of a misaligned calibration, and its cost\n'
+    "  tuning    settings of OpenCV's matchers with the smallest error on half of the scenes\n"
+    '  all       all of these, one after the other\n\n'
+    'With --output pictures of the figures are written beside the page.\n\n'
+    'Synthetic scenes and the pair of scikit-image need no data. Scenes of Middlebury and KITTI\n'
+    'are read from --data; the report names those that are missing there.\n\n'
+    'The node is measured by python -m bench.live.')
+EXAMPLE = ('examples:\n'
+           '  python -m bench accuracy paper --data ../shared/data --output docs/benchmarks.md\n'
+           '  python -m bench all --quick --output /tmp/page.md')
+
+
+def main(argv=None):
+    """Run the suites that the arguments name (None: those of the process); return the code."""
+    return run_program(_parser, argv)
+
+
+def _parser():
+    """Return the parser of the suites."""
+    parser = Parser(prog='bench', description=DESCRIPTION, epilog=EXAMPLE,
+                    formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('names', metavar='NAME', nargs='+', choices=(*SUITES, ALL),
+                        help=', '.join((*SUITES, ALL)))
+    parser.add_argument('--data', metavar='DIR',
+                        help='folder of the benchmark data; default: $FUZZY_STEREO_DATA, or '
+                             '../shared/data if that exists')
+    parser.add_argument('--only', metavar='WORD', default='',
+                        help='only scenes whose group/name contains this word, for example '
+                             'made or middv2/teddy')
+    parser.add_argument('--repeats', metavar='N', type=int,
+                        help='frames of each matcher that are timed (speed); '
+                             f'default: {REPEATS}, with --quick {QUICK_REPEATS}')
+    parser.add_argument('--quick', action='store_true',
+                        help='small synthetic scenes and few runs, to see that everything runs: '
+                             'the figures then mean nothing')
+    parser.add_argument('--output', metavar='FILE.md',
+                        help='also write each benchmark into its section of this page')
+    parser.add_argument('--json', action='store_true', help='print JSON instead of Markdown')
+    add_matcher_options(parser, left_out=DECIDED)
+    parser.set_defaults(run=run, left_behind=LEFT_BEHIND)
+    return parser
+
+
+def run(arguments):
+    """Run the named suites; ValueError and OSError for bad input, if possible before the first."""
+    repeats = arguments.repeats
+    if repeats is None:
+        repeats = QUICK_REPEATS if arguments.quick else REPEATS
+    if repeats < 1:
+        raise ValueError(f'--repeats is {repeats}; allowed are 1 and more')
+    if arguments.output is not None:
+        check_page(arguments.output)
+    request = Request(
+        matcher_named(OURS, arguments.profile, matcher_changes(arguments)),
+        data_folder(arguments.data), arguments.only, repeats,
+        partial(follow, stream=sys.stderr), arguments.quick)
+    request.scenes()        # bad input is found before the first benchmark
+    reports = []
+    for name in SUITES if ALL in arguments.names else dict.fromkeys(arguments.names):
+        report = SUITES[name].run(request)
+        reports.append(for_json(asdict(replace(report, pictures={}))))
+        if not arguments.json:
+            print(markdown(report), flush=True)
+        if arguments.output is not None:
+            write_section(arguments.output, report)
+    if arguments.json:
+        print(json.dumps(reports, indent=2))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

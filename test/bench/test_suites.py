@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Each suite runs in its short form and fills its section of the page."""
+import json
+import re
+from xml.etree import ElementTree
+
+from bench import datasets, warm
+from bench.__main__ import main, SUITES
+from bench.request import Request
+import numpy as np
+import pytest
+
+PICTURES = {'accuracy': ['accuracy'], 'warm': ['warm', 'over_frames'], 'ablation': ['ablation']}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', SUITES)
+def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, monkeypatch, capsys):
+    pytest.importorskip('matplotlib', reason='pictures need matplotlib')
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv(datasets.DATA_VARIABLE, raising=False)
+    assert main([name, '--quick', '--repeats', '1', '--json', '--output', 'page.md']) == 0
+    (report,) = json.loads(capsys.readouterr().out)
+    assert report['tables']
+    for table in report['tables']:
+        assert table['rows'], table['title']
+        assert len(set(table['columns'])) == len(table['columns'])
+        assert {len(row) for row in table['rows']} == {len(table['columns'])}
+    assert any(isinstance(value, float) for table in report['tables'] for row in table['rows']
+               for value in row)
+    page = (tmp_path / 'page.md').read_text()
+    assert re.findall('<!-- begin of (.+) -->', page) == [report['name']]
+    assert re.findall(r'!\[.+\]\((.+)\.svg\)', page) == PICTURES.get(name, [])
+    for picture in PICTURES.get(name, []):
+        assert ElementTree.parse(tmp_path / f'{picture}.svg').getroot().tag.endswith('svg')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('contrast, speed', [(8, 0.02), (5, 0.05)])
+def test_what_comes_nearer_slowly_in_little_contrast_has_no_bias(contrast, speed):
+    found = [warm.approach(warm.Approach(contrast, speed, seed), Request())['warm'].mean()
+             for seed in warm.MADE_SEEDS]
+    assert abs(np.mean(found)) < 0.15
+
+
+@pytest.mark.parametrize(('words', 'reason'), [
+    (['fast'], 'invalid choice'),
+    (['speed', '--repeats', '0'], '--repeats is 0'),
+    (['speed', '--quick', '--repeats', '0'], '--repeats is 0'),
+    (['speed', '--quick', '--only', 'middv2'], "--only is 'middv2'"),
+    (['accuracy', '--only', 'nothing'], "--only is 'nothing'"),
+    (['accuracy', '--data', 'nowhere'], 'no folder nowhere'),
+    (['accuracy', '--output', 'page.html'], 'suffix'),
+    (['accuracy', '--population', '0'], 'population is 0'),
+])
+def test_what_cannot_be_benchmarked_is_rejected_in_one_sentence(words, reason, capsys):
+    try:
+        code = main(words)
+    except SystemExit as left:
+        code = left.code
+    printed = capsys.readouterr()
+    assert code == 2
+    assert reason in printed.err
+    assert printed.err.count('\n') == 1
+    assert not printed.out

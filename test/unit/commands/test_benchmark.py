@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""`fuzzy-stereo benchmark` measures each matcher in turns, and says what it cannot measure."""
+import json
+import time
+
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation.turns import peak_memory, STATUS, take_turns
+import numpy as np
+import pytest
+
+SMALL = ['--columns', '96', '--rows', '48', '--disparities', '16', '--repeats', '2']
+
+
+def test_each_matcher_has_its_latency_processor_time_and_memory(capsys):
+    assert main(['benchmark', *SMALL, '--threads', '1', '--json']) == 0
+    report = json.loads(capsys.readouterr().out)
+    (table,) = report['tables']
+    assert table['title'] == '96x48, 16 disparities' and report['settings']['threads'] == '1 each'
+    assert [row[0] for row in table['rows']] == [
+        'ours, cold', 'ours, warm', 'OpenCV BM tuned', 'OpenCV SGBM tuned', 'OpenCV 3WAY tuned',
+        'OpenCV HH4 tuned']
+    for _, median, late, processor, memory in table['rows']:
+        assert 0 < median <= late and processor > 0
+        assert memory >= 0
+
+
+def test_matchers_take_turns_and_the_first_turn_does_not_count():
+    called = []
+
+    def work(name):
+        def call(frame):
+            called.append((name, frame))
+            time.sleep(0.002)
+            return {'stage': 1.0} if name == 'a' else None
+        return call
+
+    turns = take_turns({name: work(name) for name in 'ab'}, turns=3, frames=2)
+    assert called == [(name, frame) for frame in (0, 0, 1, 0) for name in 'ab']
+    assert [turn['matcher'] for turn in turns] == list('ababab')
+    assert all(turn['milliseconds'] >= 2 > turn['processor'] for turn in turns)
+    assert ['stage' in turn for turn in turns] == [True, False] * 3
+
+
+@pytest.mark.skipif(not STATUS.exists(), reason='needs Linux')
+def test_memory_is_counted_at_its_peak_although_it_is_freed():
+    assert peak_memory(lambda: np.ones(40_000_000, np.uint8).sum()) == pytest.approx(40, abs=5)
+
+
+@pytest.mark.parametrize('words, reason', [
+    (['--repeats', '0'], '--repeats is 0; allowed are 1 and more'),
+    (['--columns', '0'], 'columns is 0'),
+    (['--columns', '20', '--disparities', '64'], 'allowed are 1 to the 20 columns'),
+    (['--population', '0'], 'population is 0')])
+def test_what_cannot_be_measured_is_rejected_in_one_sentence(words, reason, capsys):
+    assert main(['benchmark', *words]) == 2
+    printed = capsys.readouterr()
+    assert reason in printed.err and printed.err.count('\n') == 1 and not printed.out

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""OpenCV's matchers are set as said, their gaps filled by the rule, and the right pixels count."""
+import cv2
+from fuzzy_stereo_ros.evaluation.baselines import (
+    DEFAULT, dense, opencv_threads, STRICTEST, TUNED, TUNED_SETTINGS)
+from fuzzy_stereo_ros.evaluation.ground_truth import (
+    agreeing, cross_checked, KITTI, MIDDLEBURY, seen_by_both, warped_to_right)
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
+import numpy as np
+import pytest
+from small_scenes import COLUMNS, DISPARITIES, known as made_known, ROWS
+
+NAN = np.nan
+
+
+def settings_of(matcher):
+    """Return what OpenCV's object is set to: block, cap, uniqueness, left-right, speckles, P."""
+    shared = (matcher.getBlockSize(), matcher.getPreFilterCap(), matcher.getUniquenessRatio(),
+              matcher.getDisp12MaxDiff(), matcher.getSpeckleWindowSize(),
+              matcher.getSpeckleRange())
+    if isinstance(matcher, cv2.StereoBM):
+        return *shared, matcher.getTextureThreshold(), matcher.getPreFilterSize()
+    return *shared, matcher.getP1(), matcher.getP2(), matcher.getMode()
+
+
+MODES = {'SGBM': cv2.StereoSGBM_MODE_SGBM, '3WAY': cv2.StereoSGBM_MODE_SGBM_3WAY,
+         'HH4': cv2.StereoSGBM_MODE_HH4}
+
+
+@pytest.mark.parametrize('baseline', DEFAULT, ids=lambda baseline: baseline.name)
+def test_default_baselines_are_set_as_stereo_image_proc_sets_them(baseline):
+    matcher = baseline.matcher(MIDDLEBURY, 64).opencv
+    assert (matcher.getNumDisparities(), matcher.getMinDisparity()) == (64, 0)
+    assert settings_of(matcher) == (15, 31, 15, 0, 100, 4, *(
+        (10, 9) if baseline.algorithm == 'BM' else (200, 400, MODES[baseline.algorithm])))
+
+
+@pytest.mark.parametrize('family', [MIDDLEBURY, KITTI])
+@pytest.mark.parametrize('algorithm', ['BM', 'SGBM', '3WAY', 'HH4'])
+def test_tuned_baselines_have_the_settings_of_their_family(family, algorithm):
+    chosen = TUNED_SETTINGS[family][algorithm]
+    (baseline,) = [one for one in TUNED if one.name == f'{algorithm} tuned']
+    matcher = baseline.matcher(family, 60).opencv
+    assert matcher.getNumDisparities() == 64
+    assert settings_of(matcher) == (
+        chosen.block, chosen.cap, chosen.uniqueness, chosen.left_right, chosen.speckle_size,
+        chosen.speckle_range, *((chosen.texture, 9) if algorithm == 'BM' else (
+            chosen.p1, chosen.p2, MODES[algorithm])))
+
+
+def test_a_tuned_baseline_matches_at_the_left_border_and_a_default_one_does_not():
+    known = made_known()
+    for baseline in (*DEFAULT, *TUNED):
+        found = baseline.matcher(MIDDLEBURY, DISPARITIES).match(known.left, known.right)
+        assert found.shape == (ROWS, COLUMNS)
+        assert found.dtype == np.float32
+        at_border = np.isfinite(found[:, :DISPARITIES - 1]).mean()
+        assert (at_border > 0.3) == baseline.tuned, baseline.name
+
+
+def test_only_the_strictest_baseline_rejects_a_disparity_of_zero():
+    image = made_known().left
+    loose = next(one for one in TUNED if one.algorithm == 'HH4')
+    assert (loose.matcher(MIDDLEBURY, 16).match(image, image) == 0).mean() > 0.9
+    assert np.isnan(STRICTEST.matcher(MIDDLEBURY, 16).match(image, image)).all()
+
+
+def test_the_threads_of_opencv_are_given_back():
+    before = cv2.getNumThreads()
+    with opencv_threads(1):
+        assert cv2.getNumThreads() == 1
+    assert cv2.getNumThreads() == before
+
+
+def plain_dense(disparity):
+    """Return the dense rule, pixel by pixel."""
+    filled = disparity.copy()
+    for row, column in np.argwhere(np.isnan(disparity)):
+        sides = [[value for value in side if not np.isnan(value)]
+                 for side in (disparity[row, :column][::-1], disparity[row, column + 1:])]
+        filled[row, column] = min((side[0] for side in sides if side), default=NAN)
+    known = [row for row in range(len(filled)) if not np.isnan(filled[row, 0])]
+    for row in range(len(filled)):
+        if known:
+            filled[row] = filled[min(known, key=lambda other, row=row: abs(other - row))]
+    return cv2.medianBlur(filled if known else np.zeros_like(filled), 5)
+
+
+@pytest.mark.parametrize('share', [0.0, 0.3, 0.9, 1.0])
+@pytest.mark.parametrize('shape', [(1, 7), (9, 1), (13, 17)])
+def test_the_dense_rule_is_that_of_its_plain_twin(shape, share):
+    random = np.random.default_rng(3)
+    disparity = random.uniform(0, 60, shape).astype(np.float32)
+    disparity[random.random(shape) < share] = NAN
+    if shape[0] > 4:
+        disparity[1:4] = NAN
+    np.testing.assert_array_equal(dense(disparity), plain_dense(disparity))
+
+
+def test_a_pixel_counts_where_the_right_image_shows_it():
+    truth = np.array([[0, 2, 1, 1, 3, NAN, 0, 0]], np.float32)
+    # Columns 2 and 4 meet in column 1, where the nearer one hides the other.
+    np.testing.assert_array_equal(
+        seen_by_both(truth), [[True, False, False, True, True, False, True, True]])
+    np.testing.assert_array_equal(
+        warped_to_right(truth), np.array([[0, 3, 1, NAN, NAN, NAN, 0, 0]], np.float32))
+
+
+def test_visibility_from_truth_agrees_with_how_a_scene_was_made():
+    made = make_pair(60, 120, 24, 5)
+    assert (seen_by_both(made.truth) == made.visible).mean() > 0.97
+
+
+def test_truths_of_both_images_are_cross_checked_from_either_one():
+    left = np.array([[9, 9, 2, 2, 3, 2, 2, 4]], np.float32)
+    right = np.array([[2, 3, 3, 2, 2, 2, NAN, 9]], np.float32)
+    np.testing.assert_array_equal(
+        cross_checked(right, left), [[True, True, True, True, True, False, False, False]])
+    np.testing.assert_array_equal(
+        agreeing(left, right), [[False, False, True, True, True, True, True, False]])
