@@ -25,11 +25,11 @@ def main(argv=None):
 def commands():
     """Return {name: module} of the commands; importing them takes a second or two."""
     from fuzzy_stereo_ros.commands import (
-        benchmark, convert, evaluate, evolve, match, replay, synthesise, warm_up)
+        benchmark, convert, evaluate, evolve, match, replay, suggest, synthesise, warm_up)
 
     return {'match': match, 'evolve': evolve, 'replay': replay, 'evaluate': evaluate,
-            'benchmark': benchmark, 'synthesise': synthesise, 'convert': convert,
-            'warm-up': warm_up}
+            'suggest': suggest, 'benchmark': benchmark, 'synthesise': synthesise,
+            'convert': convert, 'warm-up': warm_up}
 
 
 def _parser():

@@ -51,7 +51,7 @@ def add_arguments(parser):
     parser.add_argument('--json', action='store_true',
                         help='print the figures of all generations as JSON')
     add_truth_options(parser)
-    add_matcher_options(parser, required=('disparities',), left_out=LEFT_OUT)
+    add_matcher_options(parser, left_out=LEFT_OUT)
 
 
 def run(arguments, stream, progress_stream=None):

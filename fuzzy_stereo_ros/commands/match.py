@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo match`: match two image files and write a disparity file and a picture."""
 import argparse
-from dataclasses import asdict
+from dataclasses import asdict, replace
 import json
 from pathlib import Path
 import sys
@@ -13,14 +13,17 @@ from fuzzy_stereo_ros.commands.parts import (
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
+from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
 from fuzzy_stereo_ros.pair_matcher import camera_of, without_missing
+from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import (
     check_image_suffix, colour_disparity, read_pair, write_image)
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_matcher_options, CAMERA, given_cameras, matcher_config, USUAL_PROFILE)
+    add_camera_options, add_matcher_options, CAMERA, given_cameras, is_automatic, matcher_config,
+    USUAL_PROFILE)
 from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
 import numpy as np
@@ -34,8 +37,10 @@ DESCRIPTION = ('Match a rectified pair of images. The disparities are of the ima
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo match left.png right.png --disparities 64 --output disparity.pfm \\\n'
            '      --picture disparity.png\n'
+           '  fuzzy-stereo match left.png right.png --disparities auto\n'
            '  fuzzy-stereo match --saved report')
 IN_SAVED_PAIR = 'left', 'right', 'disparities'
+USUAL_FILES = {'output': 'disparity.pfm', 'picture': 'disparity.png'}
 DIFFERENT = 1       # exit code: the match differs from the saved one
 
 
@@ -46,11 +51,13 @@ def add_arguments(parser):
     parser.add_argument('--saved', metavar='FOLDER', action=_Saved,
                         help='match the pair of this folder with its saved parameters and '
                              'previous frame, but without a deadline; replaces LEFT, RIGHT and '
-                             '--disparities, and makes --output optional; other options change '
-                             'single parameters, --profile all but the range')
-    parser.add_argument('--output', metavar='FILE', required=True,
+                             '--disparities; other options change single parameters, --profile '
+                             'all but the range')
+    parser.add_argument('--output', metavar='FILE',
                         help='file of disparities: .pfm (invalid: inf), .npy (NaN) or .png (16 '
-                             'bits as KITTI, invalid: 0); an existing file is replaced')
+                             'bits as KITTI, invalid: 0); an existing file is replaced. Without '
+                             f"it, --picture and --saved: {' and '.join(USUAL_FILES.values())}, "
+                             'if they do not exist')
     parser.add_argument('--picture', metavar='FILE',
                         help='picture in colours: far is blue, near red, invalid grey')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
@@ -58,7 +65,7 @@ def add_arguments(parser):
                         help='the images are raw: rectify them by --camera-info')
     add_camera_options(parser)
     add_truth_options(parser)
-    add_matcher_options(parser, required=('disparities',))
+    add_matcher_options(parser, automatic=True)
     parser.set_defaults(profile=None)       # --saved depends on whether it is given
 
 
@@ -67,7 +74,7 @@ class _Saved(argparse.Action):
 
     def __call__(self, parser, namespace, values, option_string=None):
         setattr(namespace, self.dest, values)
-        parser.waive(*IN_SAVED_PAIR, 'output')
+        parser.waive(*IN_SAVED_PAIR)
 
 
 def run(arguments, stream):
@@ -76,7 +83,7 @@ def run(arguments, stream):
 
     Raises ValueError and OSError for bad input, before anything is written.
     """
-    saved, inputs, known = None, [arguments.ground_truth, arguments.mask], {}
+    saved, automatic, inputs, known = None, False, [arguments.ground_truth, arguments.mask], {}
     camera_given = [name for name in CAMERA if getattr(arguments, name) is not None]
     if arguments.saved is None:
         if any(Path(path).is_dir() for path in (arguments.left, arguments.right)):
@@ -84,6 +91,9 @@ def run(arguments, stream):
                              f'fuzzy-stereo replay {arguments.left} {arguments.right} --output '
                              'matched')
         arguments.profile = arguments.profile or USUAL_PROFILE
+        if arguments.output is None and arguments.picture is None:
+            _take_usual_files(arguments)
+        automatic = is_automatic(arguments)
         config = matcher_config(arguments)
         inputs += arguments.left, arguments.right, *(arguments.camera_info or ())
     elif arguments.rectify or camera_given:
@@ -105,6 +115,9 @@ def run(arguments, stream):
             infos, _ = given_cameras(arguments, images[0].shape[:2], '--rectify',
                                      arguments.rectify)
         pair = PairReader(arguments.rectify).read_images(images, infos)
+        if automatic:
+            first, count = search_range(seen_disparities([(pair.left, pair.right)]))
+            config = replace(config, min_disparity=first, disparities=count)
     left, right = pair.left, pair.right
     truth, mask = truth_and_mask(arguments, left.shape[:2])
     matcher = warm_matcher(config, sys.stderr, left.shape[:2])
@@ -128,6 +141,8 @@ def run(arguments, stream):
         'columns': left.shape[1],
         'disparities': config.disparities,
         'min_disparity': config.min_disparity,
+        'assumed': saved is None and not hasattr(arguments, 'disparities') and not automatic,
+        'reach': reach(config.min_disparity, config.disparities, pair.calibration),
         'reference': config.reference,
         'time_ms': milliseconds,
         'times': dict(match.times),
@@ -148,18 +163,33 @@ def run(arguments, stream):
     return 0 if found['same'] or found['changed'] else DIFFERENT
 
 
+def _take_usual_files(arguments):
+    """Let the outputs be USUAL_FILES; ValueError if one is there, as nobody asked for it."""
+    for name, path in USUAL_FILES.items():
+        if Path(path).exists():
+            raise ValueError(f'{path}, which is written where no output is named, exists; give '
+                             f'--{name} {path} to replace it, or another file')
+        setattr(arguments, name, path)
+
+
 def _sentences(figures):
     """Return the figures as lines of text."""
     saved = figures.get('saved')
     settings = f"profile {figures['profile']}" if saved is None else 'parameters as saved'
     if saved is not None and saved['changed']:
         settings += ' but for ' + ', '.join(saved['changed'])
+    searched = figures['reach'] or '{min_disparity} to {last} px'.format(
+        **figures, last=figures['min_disparity'] + figures['disparities'] - 1)
+    if figures['assumed']:
+        searched += ', the default; --disparities auto finds the range'
+    named = figures.get('output') or figures.get('picture') or saved['folder']
     lines = [
-        f"{figures.get('output') or saved['folder']}: {figures['columns']}x{figures['rows']} "
+        f"{named}: {figures['columns']}x{figures['rows']} "
         f"pixels of the {figures['reference']} image, {figures['density']:.1f} % with a disparity",
         f"matched in {figures['time_ms']:.1f} ms (generations: {figures['generations']}, "
-        f'{settings}, without compile time)']
-    if 'picture' in figures:
+        f'{settings}, without compile time)',
+        *([f'searched: {searched}'] if saved is None else [])]
+    if 'picture' in figures and named != figures['picture']:
         lines.insert(1, f"{figures['picture']}: the same in colours")
     found = figures['ground_truth']
     if found is not None:

@@ -12,11 +12,12 @@ from fuzzy_stereo_ros.bags.writing import FORMATS
 from fuzzy_stereo_ros.matching import StereoMatcher, WARM_UP_SIZE
 from fuzzy_stereo_ros.matching.compiling import warm_up
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
-from fuzzy_stereo_ros.pairs.frames import are_frames
+from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
+from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_matcher_options, add_node_options, CAMERA, matcher_config,
-    node_settings)
-from fuzzy_stereo_ros.replay.frames import calibration_beside, FrameReader
+    add_camera_options, add_matcher_options, add_node_options, CAMERA, is_automatic,
+    matcher_config, node_settings)
+from fuzzy_stereo_ros.replay.frames import opened_recording
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
     NO_BAG, OPTIONAL_RESULTS, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
@@ -25,7 +26,7 @@ from fuzzy_stereo_ros.replay.report import (
     end_sentence, figures_of, no_pair_sentence, ProgressBar, sentences)
 from fuzzy_stereo_ros.replay.segments import match_in_segments, opened_cluster
 from fuzzy_stereo_ros.replay.sinks import Outputs
-from fuzzy_stereo_ros.replay.source import ReplaySource
+from fuzzy_stereo_ros.replay.source import first_pairs, ReplaySource
 from fuzzy_stereo_ros.views.video import CODECS
 
 SUFFIXES = 'npy', 'pfm', 'png'
@@ -123,7 +124,7 @@ def add_arguments(parser):
     workers.add_argument('--scheduler', metavar='ADDRESS',
                          help='of a Dask cluster, such as tcp://host:8786, whose workers match; '
                               'they need the same version of fuzzy_stereo_ros, but not the bag')
-    add_matcher_options(parser, required=('disparities',), left_out=('reference',))
+    add_matcher_options(parser, left_out=('reference',), automatic=True)
 
 
 def replay_options(arguments):
@@ -146,9 +147,15 @@ def run(arguments, stream, progress_stream=None):
     Raises ValueError and OSError for bad input before anything is written; ValueError for a
     damaged bag or a full disk, and KeyboardInterrupt, after all results so far are written.
     """
+    automatic = is_automatic(arguments)
     options = replay_options(arguments)
     with ExitStack() as opened:
-        bags, options = _opened(options, opened)
+        bags, options = opened_recording(options, opened)
+        if automatic:
+            first, count = search_range(seen_disparities(
+                [(pair.left, pair.right) for pair in first_pairs(options, bags, PAIRS)]))
+            options = replace(options, config=replace(
+                options.config, min_disparity=first, disparities=count))
         source, copies = ReplaySource(options, bags), None
         if options.keep is not None:    # a reader of its own, for the thread that writes
             copies = CopiedMessages(opened.enter_context(BagReader(options.bags)), options.keep,
@@ -165,7 +172,9 @@ def run(arguments, stream, progress_stream=None):
             _check_no_pairs(bags.names, options, outputs, source, stats)
         figures = {'output': options.output, 'video': options.video, 'view': options.view,
                    'topics': source.topics._asdict(), 'calibration': source.calibration,
-                   'losses': bags.losses,
+                   'losses': bags.losses, 'reach': stats.calibration and reach(
+                       options.config.min_disparity, options.config.disparities,
+                       stats.calibration.scaled(1 / options.settings['scale'])),
                    **figures_of(stats, source.synchroniser, bags.begin)}
         where = ', '.join(filter(None, (options.output, *options.views)))
         stream.write((json.dumps(figures, indent=2) if arguments.json else
@@ -177,20 +186,6 @@ def run(arguments, stream, progress_stream=None):
             (progress_stream or sys.stderr).write(
                 end_sentence(stats, outputs, options, bags.begin) + '\n')
             raise KeyboardInterrupt
-
-
-def _opened(options, opened):
-    """Return the reader of a recording, and the ReplayOptions with the calibration beside it."""
-    if not are_frames(options.bags):
-        if options.rate is not None:
-            raise ValueError('--rate is for folders and videos; a bag has the times of recording')
-        return opened.enter_context(BagReader(options.bags)), options
-    for name in ('keep', 'left', 'right'):
-        if getattr(options, name) is not None:
-            raise ValueError(f'--{name} names topics of a bag; images and videos have none')
-    if all(getattr(options, name) is None for name in CAMERA):
-        options = replace(options, camera_info=calibration_beside(options.bags))
-    return opened.enter_context(FrameReader(options.bags, options.rate)), options
 
 
 def _match_all(options, source, outputs, bar):

@@ -157,6 +157,22 @@ def _remarks(left, right, baseline):
                'the drivers')
 
 
+def reach(first, count, calibration):
+    """
+    Return a sentence on the depths of a range of disparities, '' without a baseline.
+
+    first, count: px, the smallest disparity and their number.
+    """
+    product, last = calibration.focal * calibration.baseline, first + count - 1
+    if not product or last <= calibration.offset:
+        return ''
+    farthest = first - calibration.offset
+    far = 'infinity' if farthest <= 0 else f'{product / farthest:.3g} m'
+    return (f'{first} to {last} px at focal length {calibration.focal:.4g} px and baseline '
+            f'{calibration.baseline:.3g} m reach from {far} to '
+            f'{product / (last - calibration.offset):.3g} m')
+
+
 def depth_of(disparity, calibration):
     """
     Return the depth of disparities, as REP 118 defines it: float32 (R, C), metres.

@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.pairs.camera_formats import (
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
 from fuzzy_stereo_ros.parameters.table import MATCHER_PARAMETERS, NODE_PARAMETERS, written
 
-USUAL_PROFILE = 'realtime'
+USUAL_PROFILE, AUTO = 'realtime', 'auto'
 SHORT = {'approximate_sync': '--approximate',
          'approximate_sync_tolerance_seconds': '--tolerance'}
 METAVARS = {int: 'N', float: 'NUMBER', str: 'WORD'}
@@ -27,28 +27,28 @@ def option_name(name):
     return '--' + name.replace('_', '-')
 
 
-def add_options(group, rows, required=()):
+def add_options(group, rows, kinds=None):
     """
     Add an option for each row of a table.
 
-    required: names of rows that must be given. The parsed arguments lack options of the matcher
-    that are not given: their values are those of the profile.
+    kinds: {name: type of the option} where it is not that of the row. The parsed arguments lack
+    options of the matcher that are not given: their values are those of the profile.
     """
     for row in rows:
         name = row.field or row.name
-        needed, facts = name in required, [row.sentence]
+        facts = [row.sentence]
         options = {'default': argparse.SUPPRESS if row.field else row.default}
         if isinstance(row.default, bool):
             options['action'] = argparse.BooleanOptionalAction
         elif isinstance(row.default, str) and row.field:
             options['choices'] = row.choices
         else:
-            options.update(type=type(row.default), metavar=METAVARS[type(row.default)])
+            options.update(type=(kinds or {}).get(name, type(row.default)),
+                           metavar=METAVARS[type(row.default)])
             facts.append(row.allowed)
-        if not needed:
-            facts.append(f'default: {_default(row)}')
+        facts.append(f'default: {_default(row)}')
         group.add_argument(*filter(None, (option_name(name), SHORT.get(name))), dest=name,
-                           required=needed, help='; '.join(facts).replace('%', '%%'), **options)
+                           help='; '.join(facts).replace('%', '%%'), **options)
 
 
 def option_values(arguments, rows):
@@ -67,17 +67,40 @@ def node_settings(arguments, names):
     return option_values(arguments, _node_rows(names))
 
 
-def add_matcher_options(parser, required=(), left_out=()):
+def add_matcher_options(parser, left_out=(), automatic=False):
     """
     Add --profile and an option for each parameter of the matcher, to be read by `matcher_config`.
 
-    required: names of parameters that must be given. left_out: of those without an option.
+    left_out: names of parameters without an option. automatic: allow --disparities auto.
     """
     group = parser.add_argument_group(
-        'the matcher', 'a profile sets all parameters, an option changes one of them')
+        'the matcher', 'a profile sets all parameters, an option changes one of them'
+        + '; --disparities auto looks at the first pairs for the range' * automatic)
     group.add_argument('--profile', choices=tuple(PROFILES), default=USUAL_PROFILE,
                        help=f'default: {USUAL_PROFILE}')
-    add_options(group, [row for row in MATCHER_PARAMETERS if row.field not in left_out], required)
+    add_options(group, [row for row in MATCHER_PARAMETERS if row.field not in left_out],
+                {'disparities': number_or_auto} if automatic else None)
+
+
+def number_or_auto(word):
+    """Return a whole number, or AUTO, of a word of the command line."""
+    if word == AUTO:
+        return word
+    try:
+        return int(word)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'{word!r} is no whole number, nor {AUTO}') from None
+
+
+def is_automatic(arguments):
+    """Return whether parsed arguments have --disparities auto, and take the option out of them."""
+    automatic = getattr(arguments, 'disparities', None) == AUTO
+    if automatic:
+        if hasattr(arguments, 'min_disparity'):
+            raise ValueError('--disparities auto finds the smallest disparity, too; leave out '
+                             '--min-disparity')
+        del arguments.disparities
+    return automatic
 
 
 def matcher_config(arguments, saved=None):

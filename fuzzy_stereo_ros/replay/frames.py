@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Read folders of images and videos as a bag is read: as messages in the order of their stamps."""
+from dataclasses import replace
 from pathlib import Path
 
-from fuzzy_stereo_ros.bags.reading import BagMessage, BagTopic
+from fuzzy_stereo_ros.bags.reading import BagMessage, BagReader, BagTopic
 from fuzzy_stereo_ros.bags.topics import RAW
-from fuzzy_stereo_ros.pairs.frames import Frames, SIDES
+from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SIDES
+from fuzzy_stereo_ros.parameters.options import CAMERA
 
 TOPICS = {f'/{side}/image_rect': side for side in SIDES}
 CALIBRATIONS = ('calib.txt',), ('left.yaml', 'right.yaml')      # in the folder of a recording
@@ -56,3 +58,17 @@ def calibration_beside(paths):
         if all(file.is_file() for file in files):
             return tuple(map(str, files))
     return None
+
+
+def opened_recording(options, opened):
+    """Return the reader of bags or frames, and ReplayOptions with a calibration beside them."""
+    if not are_frames(options.bags):
+        if options.rate is not None:
+            raise ValueError('--rate is for folders and videos; a bag has the times of recording')
+        return opened.enter_context(BagReader(options.bags)), options
+    for name in ('keep', 'left', 'right'):
+        if getattr(options, name) is not None:
+            raise ValueError(f'--{name} names topics of a bag; images and videos have none')
+    if all(getattr(options, name) is None for name in CAMERA):
+        options = replace(options, camera_info=calibration_beside(options.bags))
+    return opened.enter_context(FrameReader(options.bags, options.rate)), options

@@ -99,6 +99,8 @@ def sentences(figures, approximate):
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
         f"pair; {100 * figures['share_not_matching']:.1f} % of the time spent on other work")
+    if figures['reach']:
+        lines.append(f"searched: {figures['reach']}")
     lines += [*figures['losses'], *(f'hint: {sentence}' for sentence in figures['hints'])]
     lines.append(f'row offset: {NOT_MEASURED}' if figures['misalignment'] is None else
                  figures['misalignment']['sentence'])

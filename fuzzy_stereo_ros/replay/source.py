@@ -155,6 +155,13 @@ class ReplaySource:
             return rejection_of(error)
 
 
+def first_pairs(options, bags, count):
+    """Return the first StereoPairs of a recording, at most `count`; errors: ReplaySource."""
+    pairs = (item.pair for item in ReplaySource(options, bags).items()
+             if isinstance(item.pair, StereoPair))
+    return list(islice(pairs, count))
+
+
 def rejection_of(error):
     """Return the Rejection of a pair that raised an exception."""
     if isinstance(error, ValueError):

@@ -154,7 +154,7 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
         def warm_up(self, rows, columns):
             order.append(('warm_up', rows, columns))
 
-        def match(self, left, right):
+        def match(self, left, right, camera):
             order.append('match')
             return self.matcher.match(left, right)
 
@@ -164,12 +164,11 @@ def test_the_kernels_are_ready_before_the_time_is_taken(folder, monkeypatch):
 
 
 BAD_INPUT = {
-    'no output': (match_arguments(output=None), 'required: --output'),
-    'no disparities': (match_arguments(disparities=None), 'required: --disparities'),
+    'no output': (['match', 'left.png'], 'required: RIGHT'),
     'an abbreviation': ([*match_arguments(), '--pict', 'a.png'], 'unrecognized arguments'),
     'an unknown option': (match_arguments(frobnicate=3), 'unrecognized arguments: --frobnicate'),
     'an unknown profile': (match_arguments(profile='fast'), "invalid choice: 'fast'"),
-    'no number': (match_arguments(disparities='many'), "invalid int value: 'many'"),
+    'no number': (match_arguments(disparities='many'), "'many' is no whole number, nor auto"),
     'out of range': (match_arguments(elite=2), 'elite is 2.0; allowed are numbers from 0'),
     'NaN': (match_arguments(elite='nan'), 'elite is nan; allowed are numbers'),
     'an even neighbourhood': (match_arguments(neighbourhood=4), 'allowed are odd numbers'),
@@ -285,8 +284,8 @@ def test_the_version_is_that_of_the_package(capsys):
     (['replay', 'a', '--output', 'b', '--disparites', '64'],
      'fuzzy-stereo replay: unrecognized arguments: --disparites (did you mean --disparities?)'),
     (['match', 'a', 'b', '--profile', 'realtme'], '(did you mean realtime?)'),
-    (['match', 'a', 'b', '--output', 'c.pfm', '--disparities', '8', '--frobnicate', '3'],
-     'fuzzy-stereo match: unrecognized arguments: --frobnicate 3'),
+    (['match', 'a', 'b', '--output', 'c.pfm', '--disparities', '8', '--xyzzy', '3'],
+     'fuzzy-stereo match: unrecognized arguments: --xyzzy 3'),
     (['frobnicate', '--verson'], 'frobnicate')])
 def test_a_mistyped_command_or_option_gets_the_one_that_was_meant(words, sentence, capsys):
     with pytest.raises(SystemExit) as ended:

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Estimate which disparities a camera sees, from a few of its pairs.
+
+Not in the paper. The pairs are reduced and searched over half of their width; the disparities of
+confident pixels give the range.
+"""
+from dataclasses import replace
+
+import cv2
+from fuzzy_stereo_ros.matching.config import MatcherConfig
+from fuzzy_stereo_ros.matching.matcher import StereoMatcher
+import numpy as np
+
+PAIRS = 5               # that are looked at
+COLUMNS = 320           # of the reduced images
+NEARER, FARTHER = 2, 16     # divide their width: searched above and below a disparity of 0
+CONFIDENT = 0.9
+PERCENTILES = 0.3, 99.9
+RESERVE = 1.15          # times the largest disparity, as things come nearer than in a few pairs
+UNSURE = 2.0            # px of the reduced images
+STEP = 16               # px, of which the number of disparities is a multiple
+LEAST_SHARE = 0.02      # of the pixels; fewer confident ones tell nothing
+
+
+def seen_disparities(pairs, threads=0):
+    """
+    Return the smallest and largest disparity that pairs show, px; None if too few pixels tell.
+
+    pairs: of images, uint8 or uint16 (R, C) or (R, C, 3) BGR. threads: as in MatcherConfig.
+    """
+    found, config = [], MatcherConfig.from_profile('realtime', warm_start=False, threads=threads)
+    for left, right in pairs:
+        scale = min(1.0, COLUMNS / left.shape[1])
+        small = [cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+                 for image in (left, right)]
+        columns = small[0].shape[1]
+        lowest = -(columns // FARTHER)
+        match = StereoMatcher(replace(
+            config, min_disparity=lowest, disparities=columns // NEARER - lowest)).match(*small)
+        sure = match.disparity[(match.confidence >= CONFIDENT) & np.isfinite(match.disparity)]
+        if sure.size >= LEAST_SHARE * match.disparity.size:
+            found.append(np.percentile(sure, PERCENTILES) / scale + (0.0, UNSURE / scale))
+    if not found:
+        return None
+    return float(min(low for low, _ in found)), float(max(high for _, high in found))
+
+
+def search_range(seen):
+    """
+    Return (min_disparity, disparities) for what `seen_disparities` returned; None: the defaults.
+
+    0 is in the range, which then reaches to infinity, where no farther disparity is seen.
+    """
+    if seen is None:
+        return MatcherConfig.min_disparity, MatcherConfig.disparities
+    low, high = seen
+    first = STEP * int(np.floor(low / STEP)) if low < -2 * UNSURE else 0
+    count = STEP * int(np.ceil((RESERVE * high + 1 - first) / STEP))
+    return first, max(STEP, count)

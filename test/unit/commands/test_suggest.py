@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What `fuzzy-stereo suggest` and `--disparities auto` find in pairs."""
+import json
+
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
+from fuzzy_stereo_ros.pairs.calibration import reach
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
+import numpy as np
+import pytest
+from real_pairs import DATA
+import yaml
+
+LARGEST = 40
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in a folder with a synthetic sequence."""
+    monkeypatch.chdir(tmp_path)
+    assert main(['synthesise', '--output', 'made', '--frames', '2', '--rows', '120', '--columns',
+                 '240', '--disparities', str(LARGEST)]) == 0
+    return tmp_path
+
+
+def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_truth(folder, capsys):
+    capsys.readouterr()
+    assert main(['suggest', 'made']) == 0
+    text = capsys.readouterr().out
+    found = yaml.safe_load(text)['/**']['ros__parameters']
+    assert set(found) == {'min_disparity', 'disparity_range', 'align_rows', 'profile', 'scale'}
+    assert found['min_disparity'] == 0 and LARGEST - 2 <= found['disparity_range'] <= 2 * LARGEST
+    for reason in ('are seen', 'reach from infinity to', 'row offset', 'pixels are black',
+                   'ms a pair on this computer, recorded at 10 pairs/s'):
+        assert reason in text
+
+
+def test_an_automatic_range_is_the_suggested_one_and_no_option_is_needed(folder, capsys):
+    words = ['match', 'made/left/0000.png', 'made/right/0000.png', '--output', 'a.npy', '--json']
+    counts = []
+    for options in ([], ['--disparities', 'auto']):
+        capsys.readouterr()
+        assert main([*words, *options]) == 0
+        counts.append(json.loads(capsys.readouterr().out)['disparities'])
+    assert counts[0] == 64 and LARGEST - 2 <= counts[1] <= 2 * LARGEST
+    assert main(['replay', 'made', '--output', 'out', '--disparities', 'auto']) == 0
+    assert f'0 to {counts[1] - 1} px at focal length' in capsys.readouterr().out
+    assert main([*words, '--disparities', 'auto', '--min-disparity', '3']) == 2
+    assert 'leave out --min-disparity' in capsys.readouterr().err
+
+
+def test_verged_cameras_get_a_range_below_0_and_blank_images_the_default():
+    pair = make_pair(120, 240, LARGEST)
+    moved = np.roll(pair.right, 12, axis=1)     # all disparities are 12 px less
+    first, count = search_range(seen_disparities([(pair.left, moved)]))
+    low, high = (end(pair.truth) - 12 for end in (np.nanmin, np.nanmax))
+    assert low - 16 < first <= low < 0 and high < first + count < 1.2 * high + 32
+    blank = np.zeros((60, 90), np.uint8)
+    assert search_range(seen_disparities([(blank, blank)])) == (0, 64)
+
+
+@pytest.mark.parametrize('scene, truth', [('cones', 55), ('tsukuba', 14)])
+def test_the_range_of_a_real_pair_holds_its_truth_and_little_more(scene, truth):
+    place = DATA / 'middv2' / scene
+    if not place.exists():
+        pytest.skip('the real pairs are not beside the checkout')
+    from fuzzy_stereo_ros.pairs.image_files import read_image
+
+    images = [read_image(next(place.glob(f'{side}.*'))) for side in ('left', 'right')]
+    first, count = search_range(seen_disparities([images]))
+    assert first == 0 and truth < count <= 1.2 * truth + 32
+
+
+def test_the_range_in_metres_is_that_of_the_disparities():
+    known = centred_calibration(435.0, 0.11, 0.0, 480, 640)
+    assert reach(0, 64, known) == ('0 to 63 px at focal length 435 px and baseline 0.11 m reach '
+                                   'from infinity to 0.76 m')
+    assert 'from 4.79 m to' in reach(10, 64, known)
+
+
+def test_two_images_alone_are_matched_and_what_was_assumed_is_said(folder, capsys):
+    words = ['match', 'made/left/0000.png', 'made/right/0000.png']
+    capsys.readouterr()
+    assert main(words) == 0
+    told = capsys.readouterr().out
+    assert told.startswith('disparity.pfm: 240x120 pixels') and 'disparity.png: the same' in told
+    assert 'searched: 0 to 63 px, the default; --disparities auto finds the range' in told
+    before = (folder / 'disparity.pfm').read_bytes()
+    assert main(words) == 2
+    assert 'give --output disparity.pfm to replace it' in capsys.readouterr().err
+    assert (folder / 'disparity.pfm').read_bytes() == before
