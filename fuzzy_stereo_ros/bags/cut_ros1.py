@@ -84,6 +84,16 @@ def indexed_ros1(path, size):
     return bytes(head), stop, b''.join((tail, *connections.values(), *infos))
 
 
+def has_torn_index(reader):
+    """
+    Return whether the index of a reader of rosbags ends in zeros, which it takes for entries.
+
+    A chunk is listed with the connections that have messages in it, so that no number is 0.
+    """
+    return any(0 in chunk.connection_counts.values()
+               for chunk in getattr(reader, 'chunk_infos', ()))
+
+
 def _rebuilt(start, content, connections):
     """Return a _Chunk, and its record and indexes, of the complete messages in a content."""
     length, messages = _read(content, connections)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.bags.cut_off import is_torn_database, Recovered, recovered
+from fuzzy_stereo_ros.bags.cut_ros1 import has_torn_index
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
 
@@ -226,11 +227,11 @@ def _opened(path, losses):
 def _opened_file(path):
     """Return the _OpenFile of a .bag, .mcap or .db3; ValueError if nothing of it can be read."""
     try:
-        reader = _OpenFile(path, _reader(path))
-        if not is_torn_database(path):
-            return reader
-        reader.close()
-        fault = ValueError(f'{path} cannot be read as a bag: it ends within a page')
+        file = _OpenFile(path, _reader(path))
+        if not is_torn_database(path) and not has_torn_index(file.reader.readers[0]):
+            return file
+        file.close()
+        fault = ValueError(f'{path} cannot be read as a bag: its end is missing')
     except ValueError as error:
         fault = error
     found = None

@@ -191,6 +191,13 @@ def test_a_recording_of_ros_1_that_was_never_closed_is_read(files, tmp_path):
     assert len(messages(tmp_path / 'recorded.bag.active')) > 100
 
 
+@pytest.mark.parametrize('zeros', [6, 14, 22, 30, 60])
+def test_zeros_in_the_end_of_an_index_of_ros_1_lose_no_message(files, tmp_path, zeros):
+    bag = tmp_path / 'bag.bag'
+    bag.write_bytes(files['ros1'].read_bytes()[:-zeros] + bytes(zeros))
+    assert messages(bag) == messages(files['ros1'])
+
+
 def test_a_chunk_that_is_damaged_before_the_cut_ends_the_messages(files, tmp_path, pairs):
     """As where some of the blocks of a file were written and others not."""
     content = bytearray(files['mcap'].read_bytes()[:2_800_000])
