@@ -28,21 +28,21 @@ def searched(config, columns):
     return replace(config, disparities=most)
 
 
-def reject_beyond(pool, config, match):
+def reject_beyond(pool, config, most, match):
     """
     Return a match without what lies beyond the range of a MatcherConfig, and how much did.
 
     What has the last label that is searched is rejected and not counted: of equals the nearest is
     taken, so what fits anywhere, as burnt-out sky, has that label, whatever the range.
-    match: a `Match` of the searched range, whose arrays are overwritten
+    most: disparities that were searched, see `searched`; match: the `Match` of these, whose
+    arrays are overwritten
     """
-    margin = searched(config, match.disparity.shape[1]).disparities - config.disparities
     highest = np.float32(config.min_disparity + config.disparities - 1)
     bands = cut_bands(len(match.disparity))
     counts = np.zeros((len(bands), MARGIN + 1), np.int64)
     pool.each(lambda band: reject_nearer(
         match.disparity, match.confidence, highest, counts[band[0]], band[1], band[2]), bands)
-    within, *beyond = counts.sum(axis=0)[:max(margin, 1)].tolist()
+    within, *beyond = counts.sum(axis=0)[:max(most - config.disparities, 1)].tolist()
     number = sum(beyond)
     return replace(match, beyond=number / max(number + within, 1),
                    enough=_enough(config.disparities, beyond))

@@ -66,7 +66,8 @@ class StereoMatcher:
         align_ms = (time.perf_counter_ns() - started) / 1e6
         previous = self._previous(shape, stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
-        algorithm = self._algorithm_of(shape)
+        wider = searched(self.config, shape[1])
+        algorithm = self._algorithm_of(shape, wider)
         match, state = algorithm.match(
             left, aligned,
             previous and replace(previous, config=searched(previous.config, shape[1])),
@@ -74,7 +75,7 @@ class StereoMatcher:
             Budget(self.config.generations, self.config.deadline_ms, started), observe,
             camera)
         self.state = state and replace(state, stamp=stamp, frame=frame, config=self.config)
-        match = reject_beyond(algorithm.pool, self.config, match)
+        match = reject_beyond(algorithm.pool, self.config, wider.disparities, match)
         match.times['rows'] = align_ms
         match = self._watched(rows, left, right, match)
         if self.config.reference == 'right':
@@ -101,7 +102,7 @@ class StereoMatcher:
         check_size(rows, columns)
         for matcher, left, right in warm_up_pairs(self.config):
             matcher.match(left, right, camera=warm_up_camera(left))
-        algorithm = self._algorithm_of((rows, columns))
+        algorithm = self._algorithm_of((rows, columns), searched(self.config, columns))
         if self.state is None and self.config.disparities <= columns:
             # The system maps memory at the first write: now, not in the first frame.
             blank = np.zeros((rows, columns), np.uint8)
@@ -130,12 +131,12 @@ class StereoMatcher:
             return None
         return self.state.before(stamp)
 
-    def _algorithm_of(self, shape):
-        """Return the algorithm for an image size; a new one when the size changes."""
+    def _algorithm_of(self, shape, config):
+        """Return the algorithm for an image size, by a config; a new one when the size changes."""
         if shape != self._shape:
             self.algorithm, self._shape = None, None   # frees the memory of the old one first
             kind = ALGORITHMS[self.config.algorithm]
-            self.algorithm = kind(searched(self.config, shape[1]), *shape, self._stages)
+            self.algorithm = kind(config, *shape, self._stages)
             self._shape = shape
         return self.algorithm
 

@@ -31,13 +31,14 @@ AROUND = 9          # side of the square whose mean certainty is a pixel's confi
 RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
 MUCH = 0.02         # share of unseen cells from which the most possible map is a chromosome
-OPERATORS = 'selection', 'crossover', 'mutation', 'migration'
 UNSETTLED = 8.0     # share of confidence that is lost by growth of the fitness, for small shares
 
 
 class Stages(NamedTuple):
     """
     The operators of a generation, in order, each called as in operators.py; and the inheritance.
+
+    All but the inheritance are operators; None for none.
 
     inheritance: called with a MatcherConfig, rows and columns, returns what a frame takes over of
     the previous one, see Inheritance
@@ -48,6 +49,12 @@ class Stages(NamedTuple):
     mutation: Callable = operators.mutate_by_uniform_patches
     migration: Callable | None = operators.migrate
     inheritance: Callable = Inheritance
+
+    @property
+    def operators(self):
+        """The operators by name, in order."""
+        return {name: stage for name, stage in self._asdict().items()
+                if name != 'inheritance' and stage is not None}
 
 
 LITERAL_STAGES = Stages(operators.select, operators.cross_at_lines,
@@ -74,8 +81,8 @@ class PaperMatcher:
         self._most_possible = np.zeros(self.population.framed.shape[1:], np.uint16)
         self._tools = operators.Tools(config, self.pool, self._fitness,
                                       self.population.framed.shape[1:])
-        self._operators = {name: partial(getattr(stages, name), self._tools)
-                           for name in OPERATORS if getattr(stages, name) is not None}
+        self._operators = {name: partial(operator, self._tools)
+                           for name, operator in stages.operators.items()}
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """

@@ -71,12 +71,11 @@ class HalfSize:
                                np.zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
-    def search(self, pool, inside, grey, windows):
+    def search(self, pool, inside, grey):
         """
-        Return the `Half` of the pair that the possibility was filled with; write windows.
+        Return the `Half` of the pair that the possibility was filled with.
 
-        inside: the first and the last column of the full target that exist; grey: uint8, full
-        left; windows: those of the full search, of tiles of TILE pixels, whose ranges are written
+        inside: the first and the last column of the full target that exist; grey: uint8, full left
         """
         chosen, half_inside = self._scanlines.chosen, (inside[0] // 2, inside[1] // 2)
         rows, prior = len(self._labels), self._prior
@@ -95,7 +94,6 @@ class HalfSize:
             index, first, last = band
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
                         self._labels, (index, *widened(band, GROW // 2, rows)))
-            self._write_windows(windows, band)
             disparity_ranges.weak_texture(self._steps, WEAK_TEXTURE, self.weak, first, last)
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(
@@ -107,15 +105,14 @@ class HalfSize:
         pool.each(write_limits, self._scanlines.bands)
         return Half(self._labels, self._validity, chosen, prior)
 
-    def mutate(self, pool, mutation, inside, windows):
-        """Give the map, the prior and the windows of the last search what a mutation takes."""
-        if mutation.mutate(pool, inside, self._labels, self._prior, VOTED):
-            pool.each(partial(self._write_windows, windows), self._scanlines.bands)
+    def mutate(self, pool, mutation, inside):
+        """Give the map and the prior of the last search what a mutation (Stages.vote) takes."""
+        mutation.mutate(pool, inside, self._labels, self._prior, VOTED)
 
-    def _write_windows(self, windows, band):
-        """Write the windows of the full search in the tiles of a band of the half-size map."""
-        _, first, last = band
-        disparity_ranges.tile_windows(
+    def write_windows(self, pool, windows):
+        """Write the windows of the full search, of tiles of TILE pixels, by the map as it is."""
+        rows = len(self._labels)
+        pool.each(lambda band: disparity_ranges.tile_windows(
             self._labels, self._half_disparities, self._disparities, TILE, GROW, MARGIN,
-            windows.low, windows.blocks, 2 * first // TILE,
-            2 * last // TILE if last < len(self._labels) else len(windows.low))
+            windows.low, windows.blocks, 2 * band[1] // TILE,
+            2 * band[2] // TILE if band[2] < rows else len(windows.low)), self._scanlines.bands)

@@ -119,10 +119,10 @@ class RealtimeMatcher:
                          watch.times, True, self._warm_start.motion, kept=True), state
         self._views.describe(pool, self._stages.describe)
         watch.lap('possibility')
-        half = self._half_size.search(
-            pool, self._views.inside, self._views.full.left.grey, self._scanlines.windows)
+        half = self._half_size.search(pool, self._views.inside, self._views.full.left.grey)
         if self._stages.vote is not None:
-            self._half_size.mutate(pool, self._plain, self._views.inside, self._scanlines.windows)
+            self._half_size.mutate(pool, self._plain, self._views.inside)
+        self._half_size.write_windows(pool, self._scanlines.windows)
         previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         watch.lap('coarse')
         chosen = self._scanlines.search(

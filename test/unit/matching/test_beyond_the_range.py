@@ -34,7 +34,7 @@ def rejected(disparity, min_disparity=0, disparities=CUT):
     disparity = np.tile(np.array(disparity, np.float32), (1, disparities + MARGIN))
     match = Match(disparity.copy(), np.ones_like(disparity), [], {}, False)
     return reject_beyond(ThreadPool(1), MatcherConfig(
-        min_disparity=min_disparity, disparities=disparities), match)
+        min_disparity=min_disparity, disparities=disparities), disparities + MARGIN, match)
 
 
 @pytest.mark.parametrize('profile', ['realtime', 'quality'])
