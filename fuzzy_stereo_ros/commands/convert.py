@@ -5,9 +5,10 @@ import json
 from pathlib import Path
 
 from fuzzy_stereo_ros.commands.parts import UNTOUCHED
-from fuzzy_stereo_ros.pairs.calibration import depth_of, disparity_of
+from fuzzy_stereo_ros.pairs.calibration import disparity_of
 from fuzzy_stereo_ros.pairs.disparity_files import (
-    check_map_suffix, read_depth, read_disparity, write_depth, write_disparity, write_point_file)
+    check_map_suffix, POINT_SUFFIX, read_depth, read_disparity, write_depth, write_disparity,
+    write_point_file)
 from fuzzy_stereo_ros.pairs.image_files import check_place, read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
 from fuzzy_stereo_ros.parameters.options import add_camera_options, CAMERA, given_calibration
@@ -15,7 +16,6 @@ import numpy as np
 
 DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
 READ = {DISPARITY: read_disparity, DEPTH: read_depth}
-POINT_SUFFIX = '.ply'
 
 LEFT_BEHIND = UNTOUCHED
 HELP = 'convert disparities and depth, also to point clouds'
@@ -70,7 +70,7 @@ def run(arguments, stream):
         calibration = given_calibration(arguments, values.shape, needed,
                                         f'{target} from {arguments.source}')
         if arguments.source == DISPARITY:
-            values = depth_of(values, calibration)
+            values = calibration.depth(values)
         elif target == DISPARITY:
             values = disparity_of(values, calibration)
     if target == POINTS:

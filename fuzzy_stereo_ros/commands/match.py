@@ -11,14 +11,16 @@ import time
 from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching.colours import colour_disparity
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
 from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
 from fuzzy_stereo_ros.pair_matcher import camera_of, without_missing
 from fuzzy_stereo_ros.pairs.calibration import reach
-from fuzzy_stereo_ros.pairs.disparity_files import check_map_suffix, write_disparity
-from fuzzy_stereo_ros.pairs.image_files import (
-    check_image_suffix, colour_disparity, read_pair, write_image)
+from fuzzy_stereo_ros.pairs.disparity_files import (
+    check_map_suffix, check_point_suffix, write_confidence, write_depth, write_disparity,
+    write_point_file)
+from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, write_image
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
@@ -41,6 +43,10 @@ EXAMPLE = ('examples:\n'
            '  fuzzy-stereo match --saved report')
 IN_SAVED_PAIR = 'left', 'right', 'disparities'
 USUAL_FILES = {'output': 'disparity.pfm', 'picture': 'disparity.png'}
+# Output files, and what checks the suffix of each.
+FILES = {'output': check_map_suffix, 'picture': check_image_suffix, 'confidence': check_map_suffix,
+         'depth': check_map_suffix, 'points': check_point_suffix}
+METRIC = 'depth', 'points'      # of these, those that need a camera
 DIFFERENT = 1       # exit code: the match differs from the saved one
 
 
@@ -56,10 +62,17 @@ def add_arguments(parser):
     parser.add_argument('--output', metavar='FILE',
                         help='file of disparities: .pfm (invalid: inf), .npy (NaN) or .png (16 '
                              'bits as KITTI, invalid: 0); an existing file is replaced. Without '
-                             f"it, --picture and --saved: {' and '.join(USUAL_FILES.values())}, "
-                             'if they do not exist')
+                             f"any output and --saved: {' and '.join(USUAL_FILES.values())}, if "
+                             'they do not exist')
     parser.add_argument('--picture', metavar='FILE',
                         help='picture in colours: far is blue, near red, invalid grey')
+    parser.add_argument('--confidence', metavar='FILE',
+                        help='file of confidence, 0 to 1: .pfm, .npy or .png (0 to 255)')
+    parser.add_argument('--depth', metavar='FILE',
+                        help='file of depth in metres: .pfm, .npy, or .png (16 bits, millimetres, '
+                             'invalid: 0); with --camera-info, or --focal and --baseline')
+    parser.add_argument('--points', metavar='FILE',
+                        help='.ply of the points in metres with their colours; as --depth')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     parser.add_argument('--rectify', action='store_true',
                         help='the images are raw: rectify them by --camera-info')
@@ -91,7 +104,7 @@ def run(arguments, stream):
                              f'fuzzy-stereo replay {arguments.left} {arguments.right} --output '
                              'matched')
         arguments.profile = arguments.profile or USUAL_PROFILE
-        if arguments.output is None and arguments.picture is None:
+        if all(getattr(arguments, name) is None for name in FILES):
             _take_usual_files(arguments)
         automatic = is_automatic(arguments)
         config = matcher_config(arguments)
@@ -107,8 +120,7 @@ def run(arguments, stream):
         config = matcher_config(arguments, saved.repeatable)
         inputs += Path(arguments.saved).iterdir()
         pair, known = saved.pair, {'stamp': saved.pair.stamp}
-    outputs = checked_outputs(
-        arguments, {'output': check_map_suffix, 'picture': check_image_suffix}, inputs)
+    outputs = checked_outputs(arguments, FILES, inputs)
     if saved is None:
         images, infos = read_pair(arguments.left, arguments.right), (None, None)
         if arguments.rectify or camera_given:
@@ -119,6 +131,7 @@ def run(arguments, stream):
             first, count = search_range(seen_disparities([(pair.left, pair.right)]))
             config = replace(config, min_disparity=first, disparities=count)
     left, right = pair.left, pair.right
+    _check_metric([name for name in METRIC if name in outputs], pair.calibration, config)
     truth, mask = truth_and_mask(arguments, left.shape[:2])
     matcher = warm_matcher(config, sys.stderr, left.shape[:2])
     if saved is not None:
@@ -134,6 +147,13 @@ def run(arguments, stream):
         write_image(outputs['picture'], colour_disparity(
             match.disparity, config.min_disparity,
             config.min_disparity + config.disparities - 1))
+    if 'confidence' in outputs:
+        write_confidence(outputs['confidence'], match.confidence)
+    if 'depth' in outputs:
+        write_depth(outputs['depth'], match.depth(pair.calibration))
+    if 'points' in outputs:
+        write_point_file(outputs['points'], match.depth(pair.calibration), pair.calibration.left,
+                         left)
     figures = {
         **{name: str(path) for name, path in outputs.items()},
         'profile': arguments.profile,
@@ -172,6 +192,15 @@ def _take_usual_files(arguments):
         setattr(arguments, name, path)
 
 
+def _check_metric(names, calibration, config):
+    """Raise ValueError if outputs in metres are asked for, but the camera or its image is not."""
+    if names and not calibration.baseline:
+        raise ValueError(f'--{names[0]} needs a camera: give --camera-info, or --focal and '
+                         '--baseline')
+    if names and config.reference != 'left':
+        raise ValueError(f'--{names[0]} is of the left image; leave out --reference')
+
+
 def _sentences(figures):
     """Return the figures as lines of text."""
     saved = figures.get('saved')
@@ -182,15 +211,16 @@ def _sentences(figures):
         **figures, last=figures['min_disparity'] + figures['disparities'] - 1)
     if figures['assumed']:
         searched += ', the default; --disparities auto finds the range'
-    named = figures.get('output') or figures.get('picture') or saved['folder']
+    files = [(name, figures[name]) for name in FILES if name in figures]
+    named = files.pop(0)[1] if files else saved['folder']
     lines = [
         f"{named}: {figures['columns']}x{figures['rows']} "
         f"pixels of the {figures['reference']} image, {figures['density']:.1f} % with a disparity",
         f"matched in {figures['time_ms']:.1f} ms (generations: {figures['generations']}, "
         f'{settings}, without compile time)',
         *([f'searched: {searched}'] if saved is None else [])]
-    if 'picture' in figures and named != figures['picture']:
-        lines.insert(1, f"{figures['picture']}: the same in colours")
+    lines[1:1] = [f"{path}: {'the same in colours' if name == 'picture' else name}"
+                  for name, path in files]
     found = figures['ground_truth']
     if found is not None:
         lines.append(_sentence_on(found))

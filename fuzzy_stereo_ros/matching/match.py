@@ -4,6 +4,8 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import cv2
+from fuzzy_stereo_ros.matching.colours import colour_disparity
 from fuzzy_stereo_ros.matching.row_offsets import Misalignment
 import numpy as np
 
@@ -66,6 +68,31 @@ class Match:
     beyond: float = 0.0
     enough: int = 0
     misalignment: Misalignment | None = None
+
+    def __repr__(self):
+        """Return the size and the figures that tell most, in one line."""
+        rows, columns = self.disparity.shape
+        return (f'Match({columns}x{rows}, {100 * np.isfinite(self.disparity).mean():.1f} % valid, '
+                f'mean confidence {self.confidence.mean():.2f}, '
+                f"{self.times.get('total', 0.0):.1f} ms, {'warm' if self.warm else 'cold'})")
+
+    def _repr_png_(self):
+        """Return the bytes of a PNG for notebooks: the disparities in colours from end to end."""
+        ends = self.disparity[np.isfinite(self.disparity)]
+        low, high = (ends.min(), ends.max()) if ends.size else (0, 0)
+        return cv2.imencode('.png', colour_disparity(self.disparity, low, high))[1].tobytes()
+
+    def depth(self, camera):
+        """
+        Return the depth of the match: float32 (R, C), metres, NaN = invalid, infinite = too far.
+
+        camera: knows the metres, as fuzzy_stereo_ros.pairs.stereo_pair.Calibration does.
+        """
+        return camera.depth(self.disparity)
+
+    def points(self, camera):
+        """Return the points of all pixels of the left image: float32 (R, C, 3), see `depth`."""
+        return camera.points(self.disparity)
 
     @property
     def generations(self):

@@ -173,22 +173,6 @@ def reach(first, count, calibration):
             f'{product / (last - calibration.offset):.3g} m')
 
 
-def depth_of(disparity, calibration):
-    """
-    Return the depth of disparities, as REP 118 defines it: float32 (R, C), metres.
-
-    disparity: float32 (R, C), px, NaN = invalid. Invalid pixels stay NaN; where the disparity is
-    not above the calibration's offset, the depth is infinite. Without a baseline all is NaN.
-    """
-    if not calibration.baseline:
-        return np.full_like(disparity, np.nan)
-    depth = disparity - np.float32(calibration.offset)
-    with np.errstate(divide='ignore', over='ignore'):
-        np.divide(np.float32(calibration.focal * calibration.baseline), depth, out=depth)
-    np.copyto(depth, np.inf, where=depth < 0)       # also the -inf of a disparity of -0.0
-    return depth
-
-
 def disparity_of(depth, calibration):
     """
     Return the disparities of a depth: float32 (R, C), px, NaN = invalid.
@@ -213,22 +197,3 @@ def millimetres_of(depth):
     cv2.patchNaNs(near, 0.0)    # processors round NaN differently
     # Not cv2.multiply: for 4 x 1 values OpenCV 4 takes a scalar for an array of four values.
     return cv2.addWeighted(near, 1000.0, near, 0.0, 0.0, dtype=cv2.CV_16U)
-
-
-def write_points(depth, left, points):
-    """
-    Write the points of all pixels in the left optical frame: x right, y down, z forward, metres.
-
-    depth: float32 (R, C), metres; the point is NaN where it is NaN or infinite.
-    left: Projection of the left camera. points: float32 (R, C, 3 or more); the first three
-    values of each pixel are written.
-    """
-    rows, columns = depth.shape
-    x, y, z = (points[:, :, axis] for axis in range(3))
-    np.copyto(z, depth)
-    np.copyto(z, np.nan, where=np.isinf(depth))
-    across = (np.arange(columns) - left.cx) / left.fx
-    down = (np.arange(rows) - left.cy) / left.fy
-    with np.errstate(over='ignore'):    # x and y may become infinite
-        np.multiply(z, across.astype(np.float32), out=x)
-        np.multiply(z, down.astype(np.float32)[:, np.newaxis], out=y)

@@ -28,11 +28,12 @@ from pathlib import Path
 import re
 
 import cv2
-from fuzzy_stereo_ros.pairs.calibration import millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, read_bytes, read_image, write_whole
 import numpy as np
 
 KITTI_SCALE = 256
+POINT_SUFFIX = '.ply'
 MILLIMETRES = 1000      # in a metre
 COLOURS = 'blue', 'green', 'red'    # channels of images
 _PLY_TYPES = {'f4': 'float', 'u1': 'uchar'}
@@ -169,9 +170,18 @@ def write_depth(path, depth):
     write_whole(path, _encoder(path)[1](depth))
 
 
+def write_confidence(path, confidence):
+    """
+    Write confidence in the format of the path's suffix, as `write_whole`; in a .png 1 is 255.
+
+    confidence: float32 (R, C), 0 to 1. Raises ValueError for another suffix.
+    """
+    write_whole(path, _encoder(path)[2](confidence))
+
+
 def check_map_suffix(path, others=''):
     """
-    Raise ValueError unless disparities and depth can be written with the path's suffix.
+    Raise ValueError unless a map can be written with the path's suffix.
 
     others: end of the sentence, with suffixes that the caller allows for something else.
     """
@@ -179,6 +189,13 @@ def check_map_suffix(path, others=''):
     if suffix.lower() not in _ENCODERS:
         raise ValueError(f"{path} has the suffix '{suffix}'; allowed are "
                          f"{', '.join(_ENCODERS)}{others}")
+
+
+def check_point_suffix(path):
+    """Raise ValueError unless the path's suffix is POINT_SUFFIX."""
+    if Path(path).suffix.lower() != POINT_SUFFIX:
+        raise ValueError(f"{path} has the suffix '{Path(path).suffix}'; points are written as "
+                         f'{POINT_SUFFIX}')
 
 
 def _encoder(path):
@@ -201,12 +218,13 @@ def _encode_png(levels):
     return cv2.imencode('.png', levels)[1].tobytes()
 
 
-# Encoders of disparities and of depth, by suffix.
+# Encoders of disparities, of depth and of confidence, by suffix.
 _ENCODERS = {
     '.pfm': (lambda disparity: encode_pfm(np.where(np.isnan(disparity), np.inf, disparity)),
-             encode_pfm),
-    '.npy': (encode_numpy, encode_numpy),
-    '.png': (_encode_kitti, lambda depth: _encode_png(millimetres_of(depth)))}
+             encode_pfm, encode_pfm),
+    '.npy': (encode_numpy, encode_numpy, encode_numpy),
+    '.png': (_encode_kitti, lambda depth: _encode_png(millimetres_of(depth)),
+             lambda confidence: _encode_png(np.rint(255 * confidence).astype(np.uint8)))}
 
 
 def write_point_file(path, depth, left, image=None):
@@ -217,8 +235,7 @@ def write_point_file(path, depth, left, image=None):
     uint8 or uint16, (R, C) or (R, C, 3) BGR. Raises OSError if it cannot be written.
     """
     finite = np.isfinite(depth)
-    positions = np.empty((*depth.shape, 3), np.float32)
-    write_points(depth, left, positions)
+    positions = left.points(depth)
     kinds = dict.fromkeys('xyz', 'f4')
     if image is not None:
         kinds.update(dict.fromkeys(reversed(COLOURS), 'u1'))

@@ -23,7 +23,6 @@ PNG_HEADER = re.compile(re.escape(PNG_START) + rb'....IHDR(.{8})', re.DOTALL)
 JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 JPEG_LAST = 0xD9, 0xDA          # end of image, start of scan: no segment follows with a length
 JPEG_MARKER = re.compile(rb'\xff[^\x00\x01\xd0-\xd7\xff](?=..)', re.DOTALL)    # with a length
-INVALID_GREY = 32       # of invalid pixels in pictures
 
 
 def read_image(path):
@@ -182,17 +181,3 @@ def in_eight_bits(image):
     if image.dtype == np.uint8:
         return image
     return cv2.convertScaleAbs(image, alpha=255.0 / max(int(image.max()), 1))
-
-
-def colour_disparity(disparity, low, high):
-    """
-    Return disparities in the colour map Turbo, far blue and near red: uint8 (R, C, 3) BGR.
-
-    disparity: float (R, C), pixels, NaN or infinite = invalid, shown in dark grey.
-    low, high: pixels, the disparities at the two ends of the colour map; others are clipped.
-    """
-    span = max(high - low, 1e-6)
-    levels = cv2.convertScaleAbs(np.clip(disparity - low, 0, span), alpha=255 / span)
-    picture = cv2.applyColorMap(levels, cv2.COLORMAP_TURBO)
-    invalid = ~np.isfinite(disparity)
-    return cv2.copyTo(np.full_like(picture, INVALID_GREY), invalid.view(np.uint8), picture)

@@ -4,7 +4,6 @@
 from array import array
 
 import cv2
-from fuzzy_stereo_ros.pairs.calibration import depth_of, write_points
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.pairs.messages import fill_header
 from fuzzy_stereo_ros.pairs.stereo_pair import Projection
@@ -36,7 +35,7 @@ def fill_points(message, match, pair, point_field, *, use_color, avoid_point_clo
     """
     words, colour = POINT_LAYOUTS[use_color, avoid_point_cloud_padding]
     few = np.s_[::points_stride, ::points_stride]
-    depth = depth_of(match.disparity[few], pair.calibration)
+    depth = pair.calibration.depth(match.disparity[few])
     if points_max_depth:
         np.copyto(depth, np.nan, where=depth > points_max_depth)
     (rows, columns), size = depth.shape, 4 * words * depth.size
@@ -47,8 +46,7 @@ def fill_points(message, match, pair, point_field, *, use_color, avoid_point_clo
     if len(data) != size or message.fields != fields or message.point_step != 4 * words:
         data = array('B', b'\0') * size
     values = np.frombuffer(data, '<f4').reshape(rows, columns, words)
-    write_points(depth, Projection(*(number / points_stride for number in pair.calibration.left)),
-                 values)
+    Projection(*(number / points_stride for number in pair.calibration.left)).points(depth, values)
     if colour is not None:
         image = in_eight_bits(pair.left[few])
         from_to = [number for byte, channel in enumerate(range(3) if image.ndim == 3 else 3 * [0])

@@ -8,8 +8,8 @@ A message is any object with the fields of its ROS type: one of rclpy, or one wr
 from array import array
 
 import cv2
-from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of
-from fuzzy_stereo_ros.pairs.image_files import colour_disparity
+from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.messages import fill_header, fill_pixels
 from fuzzy_stereo_ros.pairs.point_clouds import fill_points, POINT_SETTINGS
 import numpy as np
@@ -83,7 +83,7 @@ class ResultMessages:
             last = config.min_disparity + config.disparities - 1
             return fill(image, colour_disparity(
                 match.disparity, config.min_disparity, last), pair, 'bgr8')
-        depth = depth_of(match.disparity, pair.calibration)
+        depth = pair.calibration.depth(match.disparity)
         # Of REP 118: metres, or millimetres.
         encoding = '16UC1' if topic == DEPTH_COMPRESSED else self._settings['depth_encoding']
         return fill(image, millimetres_of(depth) if encoding == '16UC1' else depth, pair, encoding)

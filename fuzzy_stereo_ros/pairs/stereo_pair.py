@@ -45,6 +45,26 @@ class Projection(NamedTuple):
     cx: float
     cy: float
 
+    def points(self, depth, out=None):
+        """
+        Return the points of all pixels in the optical frame: x right, y down, z forward, metres.
+
+        depth: float32 (R, C), metres; the point is NaN where it is NaN or infinite.
+        out: float32 (R, C, 3 or more) whose first three values of each pixel are written, or None
+        for a new array (R, C, 3).
+        """
+        rows, columns = depth.shape
+        out = np.empty((rows, columns, 3), np.float32) if out is None else out
+        x, y, z = (out[:, :, axis] for axis in range(3))
+        np.copyto(z, depth)
+        np.copyto(z, np.nan, where=np.isinf(depth))
+        across = (np.arange(columns) - self.cx) / self.fx
+        down = (np.arange(rows) - self.cy) / self.fy
+        with np.errstate(over='ignore'):    # x and y may become infinite
+            np.multiply(z, across.astype(np.float32), out=x)
+            np.multiply(z, down.astype(np.float32)[:, np.newaxis], out=y)
+        return out
+
 
 @dataclass(frozen=True)
 class Calibration:
@@ -63,6 +83,25 @@ class Calibration:
     offset: float
     left: Projection
     remarks: tuple = ()
+
+    def depth(self, disparity):
+        """
+        Return the depth of disparities, as REP 118 defines it: float32 (R, C), metres.
+
+        disparity: float32 (R, C), px, NaN = invalid. Invalid pixels stay NaN; where the disparity
+        is not above the offset, the depth is infinite. Without a baseline all is NaN.
+        """
+        if not self.baseline:
+            return np.full_like(disparity, np.nan)
+        depth = disparity - np.float32(self.offset)
+        with np.errstate(divide='ignore', over='ignore'):
+            np.divide(np.float32(self.focal * self.baseline), depth, out=depth)
+        np.copyto(depth, np.inf, where=depth < 0)       # also the -inf of a disparity of -0.0
+        return depth
+
+    def points(self, disparity):
+        """Return the points of disparities of the left image, as `Projection.points`."""
+        return self.left.points(self.depth(disparity))
 
     def cut(self, first_row, first_column):
         """Return the calibration after both images are cut above a row and left of a column."""

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
-from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, INVALID_GREY, write_whole
+from fuzzy_stereo_ros.matching.colours import INVALID_GREY
+from fuzzy_stereo_ros.pairs.image_files import in_eight_bits, write_whole
 import numpy as np
 
 PANEL_SUFFIXES = ('.png', '.pdf', '.svg')

@@ -7,7 +7,6 @@ from pathlib import Path
 import sys
 
 import cv2
-from fuzzy_stereo_ros.pairs.calibration import depth_of, write_points
 from fuzzy_stereo_ros.pairs.image_files import check_place, in_eight_bits
 import numpy as np
 
@@ -120,8 +119,7 @@ def points_of(disparity, image, calibration, camera):
     disparity: float32 (R, C), px, NaN = invalid. image: uint8 (R, C) or (R, C, 3) BGR.
     calibration: a Calibration. camera: Projection of the camera that the disparities belong to.
     """
-    points = np.empty((*disparity.shape, 3), np.float32)
-    write_points(depth_of(disparity, calibration), camera, points)
+    points = camera.points(calibration.depth(disparity))
     every = math.ceil(math.sqrt(disparity.size / MOST_POINTS))
     there = np.zeros(disparity.shape, bool)
     there[::every, ::every] = (

@@ -10,8 +10,7 @@ import cv2
 from drawn_messages import (
     BENT_INFOS, COLUMNS, FILES, FORMATS, IMAGES, INFOS, jpeg, png, ROWS)
 from fuzzed import examples
-from fuzzy_stereo_ros.pairs.calibration import (
-    content_of, depth_of, millimetres_of, read_calibration)
+from fuzzy_stereo_ros.pairs.calibration import content_of, millimetres_of, read_calibration
 from fuzzy_stereo_ros.pairs.messages import MOST_PIXELS, PIXELS_PER_BYTE, read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, SCALES
 from fuzzy_stereo_ros.pairs.point_clouds import fill_points
@@ -75,7 +74,7 @@ def filled(pair):
     disparity[0, 0] = np.nan
     match = made_match(disparity)
     config = SimpleNamespace(min_disparity=0, disparities=16, fill=False, algorithm='realtime')
-    depth = depth_of(match.disparity, pair.calibration)
+    depth = pair.calibration.depth(match.disparity)
     fill_image(image_stand_in(), millimetres_of(depth), pair, '16UC1')
     fill_camera_info(camera_info_stand_in(), pair)
     for size in (0.0, 0.05):

@@ -4,6 +4,7 @@
 from dataclasses import fields, replace
 import json
 import os
+from pathlib import Path
 import re
 import subprocess
 import sys
@@ -14,7 +15,9 @@ from fuzzy_stereo_ros.commands import match as match_command
 from fuzzy_stereo_ros.commands.command_line import commands, main
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
-from fuzzy_stereo_ros.pairs.disparity_files import read_disparity, write_disparity
+from fuzzy_stereo_ros.matching.match import Camera
+from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
+from fuzzy_stereo_ros.pairs.disparity_files import read_depth, read_disparity, write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_image
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config, option_name
 from fuzzy_stereo_ros.parameters.table import written
@@ -124,6 +127,26 @@ def test_the_picture_shows_the_disparities_in_colours(folder):
     assert (picture[invalid] == picture[invalid][:1]).all()
 
 
+@pytest.mark.parametrize('suffix, step', [('.pfm', 0), ('.npy', 0), ('.png', 1)])
+def test_match_writes_confidence_depth_and_points_of_the_same_match(
+        folder, pair, suffix, step, capsys):
+    camera = centred_calibration(100.0, 0.5, 2.0, 48, 80)
+    assert main(match_arguments(
+        confidence=f'sure{suffix}', depth=f'depth{suffix}', points='points.ply', focal=100.0,
+        baseline=0.5, offset=2.0)) == 0
+    match = StereoMatcher(MatcherConfig(disparities=DISPARITIES)).match(
+        pair.left, pair.right, camera=Camera(*camera.left, camera.offset))
+    sure = read_image('sure.png') / 255 if step else read_disparity(f'sure{suffix}')
+    assert np.abs(sure - match.confidence).max() <= step / 510 + 1e-7
+    depth = match.depth(camera)
+    if step:        # millimetres
+        depth[~(depth < 65.5355)] = np.nan
+    np.testing.assert_allclose(read_depth(f'depth{suffix}'), depth, atol=step * 5.1e-4)
+    points = Path('points.ply').read_bytes()
+    assert f'element vertex {np.isfinite(match.depth(camera)).sum()}'.encode() in points
+    assert f'depth{suffix}: depth' in capsys.readouterr().out
+
+
 def test_json_holds_the_figures_and_nothing_else_is_printed(folder, pair, capsys):
     truth = {'ground_truth': 'truth.pfm', 'mask': 'visible.png'}
     assert main([*match_arguments(**truth, picture='picture.png'), '--json']) == 0
@@ -195,6 +218,13 @@ BAD_INPUT = {
     'truth without scale': (match_arguments(ground_truth='left.png'), 'the grey levels of one'),
     'a mask of another size': (match_arguments(ground_truth='truth.pfm', mask='small.png'),
                                'small.png is 79x48'),
+    'points of another suffix': (match_arguments(points='points.npy', focal=9, baseline=1),
+                                 'points are written as .ply'),
+    'depth without a camera': (match_arguments(depth='depth.pfm'),
+                               '--depth needs a camera: give --camera-info, or --focal and'),
+    'points of the right image': (match_arguments(points='points.ply', focal=100, baseline=1,
+                                                  reference='right'),
+                                  '--points is of the left image; leave out --reference'),
     'a mask alone': (match_arguments(mask='visible.png'), '--mask needs --ground-truth'),
     'a scale alone': (match_arguments(ground_truth_scale=4),
                       '--ground-truth-scale needs --ground-truth'),

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Disparities into metres: depth, millimetres and points in space."""
-from fuzzy_stereo_ros.pairs.calibration import depth_of, disparity_of, millimetres_of, write_points
+from fuzzy_stereo_ros.pairs.calibration import disparity_of, millimetres_of
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
 from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
@@ -36,14 +36,13 @@ def plain_depth(disparity, calibration):
 
 def points_of(depth, left, words=3):
     points = np.full((*depth.shape, words), -7, np.float32)
-    write_points(depth, left, points)
-    return points
+    return left.points(depth, points)
 
 
 @given(DISPARITIES, CALIBRATIONS)
 def test_depth_is_focal_length_times_baseline_by_the_corrected_disparity(disparity, calibration):
     given_disparity = disparity.copy()
-    depth = depth_of(disparity, calibration)
+    depth = calibration.depth(disparity)
     assert depth.dtype == np.float32
     np.testing.assert_allclose(depth, plain_depth(disparity, calibration), rtol=3e-7)
     np.testing.assert_array_equal(disparity, given_disparity)
@@ -54,7 +53,7 @@ def test_depth_is_focal_length_times_baseline_by_the_corrected_disparity(dispari
     (0.0, -3.0, np.inf), (-1e-42, 0.0, np.inf), (-2.0, -1.0, 200.0), (-2.0, -2.0, np.inf),
     (4.0, 3.0, np.inf), (4.0, 8.0, 50.0), (4.0, np.nan, np.nan)])
 def test_depth_is_infinite_where_a_valid_pixel_is_too_far(offset, disparity, depth):
-    found = depth_of(np.full((3, 11), disparity, np.float32), made_calibration(offset))
+    found = made_calibration(offset).depth(np.full((3, 11), disparity, np.float32))
     np.testing.assert_array_equal(found, np.full((3, 11), depth, np.float32))
 
 
@@ -71,7 +70,7 @@ def test_millimetres_are_rounded_and_zero_where_there_are_none(depth, millimetre
 
 @given(DISPARITIES, CALIBRATIONS)
 def test_millimetres_are_the_depth_to_half_of_one(disparity, calibration):
-    depth = depth_of(disparity, calibration)
+    depth = calibration.depth(disparity)
     millimetres, exact = millimetres_of(depth), 1000 * depth.astype(np.float64)
     there = exact <= 65535
     assert not millimetres[~there].any()
@@ -81,7 +80,7 @@ def test_millimetres_are_the_depth_to_half_of_one(disparity, calibration):
 @given(DISPARITIES, CALIBRATIONS)
 def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration):
     left = calibration.left
-    points = points_of(depth_of(disparity, calibration), left).astype(np.float64)
+    points = points_of(calibration.depth(disparity), left).astype(np.float64)
     corrected = disparity - np.float32(calibration.offset)
     seen = corrected > 0
     rows, columns = np.nonzero(seen)
@@ -96,7 +95,7 @@ def test_a_point_is_seen_at_its_pixel_with_its_disparity(disparity, calibration)
 @given(DISPARITIES, CALIBRATIONS)
 def test_there_is_a_point_exactly_where_the_corrected_disparity_is_positive(
         disparity, calibration):
-    points = points_of(depth_of(disparity, calibration), calibration.left)
+    points = points_of(calibration.depth(disparity), calibration.left)
     seen = disparity - np.float32(calibration.offset) > 0
     np.testing.assert_array_equal(np.isfinite(points), np.repeat(seen[:, :, None], 3, axis=2))
     assert np.isnan(points[~seen]).all()

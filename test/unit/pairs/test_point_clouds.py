@@ -3,7 +3,6 @@
 """Matches into point clouds, on stand-ins and on ROS's own messages."""
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.pairs.calibration import depth_of
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.point_clouds import fill_points, one_of_each_voxel
 from hypothesis import given, strategies as st
@@ -138,7 +137,7 @@ def test_a_stride_leaves_every_so_many_th_point_of_the_whole_cloud():
 def test_points_beyond_the_largest_depth_are_left_out_and_no_others():
     disparity, left = scene()
     near = read_field(filled_points(disparity, left, points_max_depth=2.0), 'z')
-    depth = depth_of(disparity, make_pair(disparity.shape).calibration)
+    depth = make_pair(disparity.shape).calibration.depth(disparity)
     np.testing.assert_array_equal(near, np.where(depth <= 2, depth, np.float32(np.nan)))
 
 

@@ -7,7 +7,7 @@ import struct
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
-from fuzzy_stereo_ros.pairs.calibration import depth_of, millimetres_of, read_calibration
+from fuzzy_stereo_ros.pairs.calibration import millimetres_of, read_calibration
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.result_messages import (
     DISPARITY_STEP, fill_camera_info, fill_compressed, fill_disparity, fill_image)
@@ -124,8 +124,8 @@ def test_depth_of_a_verged_pair_is_that_of_its_disparity_message(values, thousan
     offset = thousandths / 1000
     sent = filled([values], offset)
     disparity = read_values(sent.image)
-    depth = fill_image(image_stand_in(), depth_of(
-        np.float32([values]), make_pair((1, len(values)), offset).calibration),
+    depth = fill_image(image_stand_in(), make_pair(
+        (1, len(values)), offset).calibration.depth(np.float32([values])),
         make_pair((1, len(values))), '32FC1')
     expected = np.full(disparity.shape, np.inf)
     np.divide(sent.f * sent.t, disparity, out=expected, where=disparity > 0, dtype=np.float64)
@@ -194,5 +194,5 @@ def test_messages_of_ros_are_filled():
     info = fill_camera_info(sensor_messages.CameraInfo(), pair)
     assert list(info.p[:4]) == [200, 0, 50, 0]
     depth = fill_image(sensor_messages.Image(), millimetres_of(
-        depth_of(match.disparity, pair.calibration)), pair, '16UC1')
+        pair.calibration.depth(match.disparity)), pair, '16UC1')
     assert (read_image(depth) == round(1000 * 24 / 7)).all()

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from bench.datasets import CALIBRATION, KITTI_DRIVE, read_camera
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
-from fuzzy_stereo_ros.pairs.image_files import colour_disparity
 from fuzzy_stereo_ros.pairs.messages import read_image, stamp_of
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.result_messages import fill_disparity, ResultMessages

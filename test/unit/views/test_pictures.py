@@ -3,7 +3,8 @@
 """Pictures show what they are given, invalid pixels included."""
 import os
 
-from fuzzy_stereo_ros.pairs.image_files import colour_disparity, INVALID_GREY, read_image
+from fuzzy_stereo_ros.matching.colours import colour_disparity, INVALID_GREY
+from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from fuzzy_stereo_ros.views.pictures import write_panel
 import numpy as np

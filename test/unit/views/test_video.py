@@ -6,7 +6,8 @@ import subprocess
 import sys
 
 import cv2
-from fuzzy_stereo_ros.pairs.image_files import colour_disparity, in_eight_bits
+from fuzzy_stereo_ros.matching.colours import colour_disparity
+from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
 from fuzzy_stereo_ros.views.video import CODECS, HEAD, PANEL, side_by_side, VideoFile, VideoSink
 from matched_scene import DISPARITIES, made_matched
