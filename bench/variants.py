@@ -19,9 +19,10 @@ from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
-from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
+from fuzzy_stereo_ros.matching.realtime.frames import NothingInherited
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
 from fuzzy_stereo_ros.matching.realtime.possibility import View
+from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 import numpy as np
 
 _BITS = 8           # of a byte plane: steps of a membership
@@ -77,18 +78,6 @@ class NoNoise:
         """Measure nothing."""
 
 
-def without_previous_best(warm_start, pool, state, half):
-    """Return no prior from the previous best."""
-
-
-class NothingComesOver(FrameEvolution):
-    """No evolution from frame to frame: each frame starts with a new chromosome of planes."""
-
-    def inherit(self, pool, previous, history):
-        """Take nothing that has evolved before."""
-        return super().inherit(pool, None, history)
-
-
 class NoEvidence:
     """No evidence of the images alone: a region moves where that is fitter."""
 
@@ -141,13 +130,13 @@ REALTIME = (
     Variant('noise ignored', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
     Variant('previous frames averaged, no previous best',
-            stages=RealtimeStages(previous_best=without_previous_best, frames=NothingComesOver),
+            stages=RealtimeStages(previous_best=WarmStart.no_prior, frames=NothingInherited),
             still=False, part='previous best'),
     Variant('previous frames averaged, no previous best as prior',
-            stages=RealtimeStages(previous_best=without_previous_best), still=False,
+            stages=RealtimeStages(previous_best=WarmStart.no_prior), still=False,
             part='previous best'),
     Variant('previous frames averaged, no evolution from frame to frame',
-            stages=RealtimeStages(frames=NothingComesOver), still=False, part='previous best'),
+            stages=RealtimeStages(frames=NothingInherited), still=False, part='previous best'),
     Variant(NOT_FOLLOWED, stages=RealtimeStages(camera=CameraNotFollowed), still=False),
     Variant("the paper's possibility, three grey classes",
             stages=RealtimeStages(describe=describe_by_grey_classes), timed=False),

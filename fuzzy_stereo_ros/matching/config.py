@@ -57,7 +57,7 @@ class MatcherConfig:
         0.0, 0.0, 3600000.0, 'ms',
         'time in which the planes of the previous frame evolve further; 0 is one generation '
         'on a fixed share of the picture, and only then are results the same on every run '
-        '(realtime)')
+        '(realtime by scanlines)')
     still_interval: int = _number(
         4, 1, 1000, 'frames',
         'of a scene in which nothing has moved for 32 frames, one in so many is matched; those '
@@ -78,6 +78,10 @@ class MatcherConfig:
     algorithm: str = _choice(
         'realtime', ('realtime', 'quality', 'paper'),
         'genetic algorithm, by the name of its profile')
+    search: str = _choice(
+        'scanlines', ('scanlines', 'propagation'),
+        'how the best chromosome is found at full size: by scanline passes, or by genes of the '
+        'half-size one around each pixel, quicker and less exact (realtime)')
     mutation_rate: float = _number(
         0.4, 0.0, 1.0, '',
         'share of the children that mutate (paper); in its literal reading the share of the '
@@ -142,6 +146,9 @@ class MatcherConfig:
 
 PROFILES = {
     'realtime': {},
+    'fast': {
+        'search': 'propagation',
+    },
     'quality': {
         'warm_start': False,
         'population': 1,

@@ -12,7 +12,7 @@ from repository import ROOT
 
 PROGRAM = str(ROOT / 'test' / 'support' / 'match_in_guarded_memory.py')
 KINDS = '4' if is_long() else '1'       # of images
-PROFILES = pytest.mark.parametrize('profile', ['realtime', 'quality', 'paper'])
+PROFILES = pytest.mark.parametrize('profile', ['realtime', 'fast', 'quality', 'paper'])
 BOTH_SIDES = pytest.mark.parametrize('where', ['before', 'behind'])
 # The tests of kernels against their twins; those of whole matches are in the program's sizes.
 KERNEL_TESTS = sorted(str(file) for file in (ROOT / 'test' / 'unit' / 'matching').glob('test_*.py')

@@ -121,7 +121,7 @@ demo._play = tell_and_play""")
     (['--rate', 'nan'], '--rate is nan; allowed are numbers above 0'),
     (['--picture', 'none/demo.png'], 'there is no such folder'),
     (['--picture', 'demo.docx'], 'allowed are .png, .pdf, .svg'),
-    (['--profile', 'fast'], "invalid choice: 'fast'"),
+    (['--profile', 'instant'], "invalid choice: 'instant'"),
     (['--elite', '2'], 'elite is 2.0; allowed are numbers'),
     (['--reference', 'right'], 'unrecognized arguments: --reference right'),
 ])

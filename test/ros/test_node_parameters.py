@@ -71,7 +71,7 @@ def test_a_change_that_is_not_allowed_changes_nothing(bench):
 
 @pytest.mark.parametrize('change, reason', [
     ({'disparity_range': 0}, 'disparity_range out of range'),
-    ({'profile': 'fast'}, "profile is 'fast'; allowed are "),
+    ({'profile': 'instant'}, "profile is 'instant'; allowed are "),
     ({'algorithm': 'luck'}, "algorithm is 'luck'; allowed are realtime, quality, paper"),
     ({'queue_size': 3}, 'read-only parameter: queue_size'),
     ({'confidence_threshold': 'high'}, 'Wrong parameter type'),

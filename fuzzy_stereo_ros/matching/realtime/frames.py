@@ -258,6 +258,14 @@ class FrameEvolution:
         grid.mark_taken(exchange.cells, exchange.taken, evolved, genes.evolved)
 
 
+class NothingInherited(FrameEvolution):
+    """No evolution from frame to frame: each frame starts with a new chromosome of planes."""
+
+    def inherit(self, pool, previous, history):
+        """Take nothing that has evolved before."""
+        return super().inherit(pool, None, history)
+
+
 def _proposes_planes(random):
     """Return whether the generation of a `Random` proposes planes, instead of crossing."""
     return random.child(0).uniform(1)[0] < MUTATION

@@ -21,11 +21,12 @@ from fuzzy_stereo_ros.matching.match import Match
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
-from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution
+from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInherited
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
 from fuzzy_stereo_ros.matching.realtime.operators import Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import View
+from fuzzy_stereo_ros.matching.realtime.propagation import Propagation
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
 from fuzzy_stereo_ros.matching.realtime.views import Views
@@ -40,6 +41,8 @@ class Stages(NamedTuple):
     """
     The stages that can be exchanged, as the ablation does (bench/variants.py).
 
+    search: called with the `CensusPossibility` of full images and TILE, returns what searches
+    the chromosome at full size, see Scanlines
     noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
     describe: called with a `View` and a range of rows, writes the features of its pixels
     previous_best: called as `WarmStart.prior_of_previous`, returns the prior of the previous best
@@ -54,6 +57,7 @@ class Stages(NamedTuple):
     see MovingCamera
     """
 
+    search: Callable = Scanlines
     noise: Callable = NoiseEstimate
     describe: Callable = View.describe
     previous_best: Callable = WarmStart.prior_of_previous
@@ -62,6 +66,13 @@ class Stages(NamedTuple):
     mutation: Callable | None = WeakRegions
     frames: Callable = FrameEvolution
     camera: Callable = MovingCamera
+
+
+# by MatcherConfig.search
+STAGES = {
+    'scanlines': Stages(),
+    'propagation': Stages(search=Propagation, previous_best=WarmStart.no_prior, vote=None,
+                          mutation=None, frames=NothingInherited)}
 
 
 class RealtimeMatcher:
@@ -76,23 +87,24 @@ class RealtimeMatcher:
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
-        self._config, self._stages = config, stages or Stages()
+        self._config, self._stages = config, stages or STAGES[config.search]
         self._evolution_ms = config.evolution_ms
         self.pool = ThreadPool(config.threads)
         self._views = Views(config, rows, columns, TILE, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         if self._stages.vote is not None:
             self._plain = self._stages.vote(self._views, config.min_disparity)
-        self._scanlines = Scanlines(self._views.full, TILE)
+        self._search = self._stages.search(self._views.full, TILE)
         self._warm_start = WarmStart(
             rows, columns, config.disparities, config.min_disparity, self._stages.camera)
-        labels_type = self._scanlines.chosen.labels.dtype
+        labels_type = self._search.chosen.labels.dtype
         self._refinement = Refinement(
-            columns, config.disparities, labels_type, self._scanlines.bands)
+            columns, config.disparities, labels_type, self._search.bands,
+            self._search.by_membership)
         self._fitness = CensusFitness(
-            self._views.full, self._refinement.validity, self._scanlines.chosen.target)
+            self._views.full, self._refinement.validity, self._search.chosen.target)
         self.population = Population(
-            config.population, self._fitness, self._scanlines.chosen.labels)
+            config.population, self._fitness, self._search.chosen.labels)
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(self._views.full, rows, columns)
         self._durations = Durations()
@@ -122,15 +134,16 @@ class RealtimeMatcher:
         half = self._half_size.search(pool, self._views.inside, self._views.full.left.grey)
         if self._stages.vote is not None:
             self._half_size.mutate(pool, self._plain, self._views.inside)
-        self._half_size.write_windows(pool, self._scanlines.windows)
+        if self._search.windows is not None:
+            self._half_size.write_windows(pool, self._search.windows)
         previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         watch.lap('coarse')
-        chosen = self._scanlines.search(
-            pool, self._scanlines.windows, half.prior, previous_prior,
-            partial(self._refinement.check, self._scanlines.chosen, self._views.inside, config))
-        watch.lap('scanlines')
+        chosen = self._search.search(
+            pool, self._search.windows, half.prior, previous_prior,
+            partial(self._refinement.check, self._search.chosen, self._views.inside, config))
+        watch.lap(self._search.stage)
         validity = self._refinement.reject_speckles(
-            pool, self._scanlines.bands, chosen, config,
+            pool, self._search.bands, chosen, config,
             partial(self.population.fill, chosen.labels, self._refinement.validity))
         self._fitness.set_pair(self._views.inside)
         self.population.initialise(pool, chosen.labels, validity)
@@ -187,7 +200,7 @@ class RealtimeMatcher:
         half = self._views.half.left
         grown = self._regions.grow(self.pool, half.luminance, self._half_size.weak)
         mutant = self._regions.mutant(
-            self.pool, grown, self._scanlines.chosen, self._refinement.validity,
+            self.pool, grown, self._search.chosen, self._refinement.validity,
             self._config.disparities, self._views.inside, population.genes[population.best],
             Random((self._config.seed,)))
         population.accept(self.pool, self._crossover, random, mutant)

@@ -77,8 +77,13 @@ class Refinement:
     of the best chromosome
     """
 
-    def __init__(self, columns, disparities, labels_type, bands):
-        """Allocate for images of so many columns, labels of a type, and bands of all rows."""
+    def __init__(self, columns, disparities, labels_type, bands, by_membership=True):
+        """
+        Allocate for images of so many columns, labels of a type, and bands of all rows.
+
+        by_membership: whether there is a membership median
+        """
+        self._by_membership = by_membership
         rows = bands[-1][2]
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
         self._bands, self._disparities = bands, disparities
@@ -131,7 +136,7 @@ class Refinement:
 
     def smooth(self, pool, labels, chromosome, grey):
         """
-        Return the membership median, then a 5 x 5 median, of a chromosome: (R, C) labels.
+        Return the membership median, if any, then a 5 x 5 median, of a chromosome: (R, C) labels.
 
         labels: (R, C), which `validity` belongs to. Genes that evolution has changed are not
         measured matches: like filled ones they have no confidence.
@@ -143,13 +148,16 @@ class Refinement:
             rows, median = len(labels), self._median
             first, last = widened(band, MEDIAN // 2 + filling.RADIUS, rows)
             reject_changed(labels, chromosome, self.validity, self.final_validity, first, last)
-            filling.pad_map(chromosome, columns, self._padded, first, last)
-            filling.pad_map(grey, columns, self._padded_grey, first, last)
-            filling.membership_median(
-                self._padded, self._padded_grey, ALIKE, bits, columns, median,
-                self._members[band[0]], *widened(band, MEDIAN // 2, rows))
-            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, median[:, :columns],
-                        self._labels, band)
+            found = chromosome
+            if self._by_membership:
+                filling.pad_map(chromosome, columns, self._padded, first, last)
+                filling.pad_map(grey, columns, self._padded_grey, first, last)
+                filling.membership_median(
+                    self._padded, self._padded_grey, ALIKE, bits, columns, median,
+                    self._members[band[0]], *widened(band, MEDIAN // 2, rows))
+                found = median[:, :columns]
+            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,
+                        band)
         pool.each(smooth_band, self._bands)
         return self._labels
 

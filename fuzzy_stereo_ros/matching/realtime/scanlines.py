@@ -41,8 +41,20 @@ def prior_of(labels, weights, disparities, *rows):
     return Prior(labels, weights, np.concatenate(table).astype(np.uint8), reach)
 
 
+def chosen_of(possibility):
+    """Return memory for what is chosen of a possibility: a `Chosen`."""
+    rows, columns = possibility.rows, possibility.columns
+    return Chosen(
+        np.zeros((rows, columns), gene_type(possibility.disparities)),
+        np.zeros((rows, columns), np.int8), *(
+            np.zeros((rows, width), np.uint8)
+            for width in (columns, columns, possibility.right.columns)))
+
+
 class Scanlines:
     """Scanline optima for one image size: memory, ranges of labels, and the chosen labels."""
+
+    stage, by_membership = 'scanlines', True
 
     def __init__(self, possibility, tile):
         """
@@ -59,10 +71,7 @@ class Scanlines:
         height, kept = min(tile, rows), min(1 + -(-OVERLAP // tile), tiles[0])
         self._scratch, self._memory = zip(*(
             _scratch(columns, target_columns, self.most_blocks, height, kept) for _ in self.bands))
-        self.chosen = Chosen(
-            np.zeros((rows, columns), gene_type(possibility.disparities)),
-            np.zeros((rows, columns), np.int8), *(
-                np.zeros((rows, width), np.uint8) for width in (columns, columns, target_columns)))
+        self.chosen = chosen_of(possibility)
         self.windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)),
                                np.zeros(tiles[0], np.int64))
         self.no_prior = prior_of(

@@ -160,6 +160,11 @@ class WarmStart:
         """
         return float(np.mean(1 / self._averaging.tiles[0].ages))**0.25
 
+    def no_prior(self, pool, state, half):
+        """Return a prior without weight, None in a first frame: only pictures come over."""
+        self.prior_of_previous(pool, None, half)
+        return None if state is None else self._prior
+
     def prior_of_previous(self, pool, state, half):
         """
         Return the prior from the previous best of a state, None where it is not used.

@@ -190,7 +190,7 @@ BAD_INPUT = {
     'no output': (['match', 'left.png'], 'required: RIGHT'),
     'an abbreviation': ([*match_arguments(), '--pict', 'a.png'], 'unrecognized arguments'),
     'an unknown option': (match_arguments(frobnicate=3), 'unrecognized arguments: --frobnicate'),
-    'an unknown profile': (match_arguments(profile='fast'), "invalid choice: 'fast'"),
+    'an unknown profile': (match_arguments(profile='instant'), "invalid choice: 'instant'"),
     'no number': (match_arguments(disparities='many'), "'many' is no whole number, nor auto"),
     'out of range': (match_arguments(elite=2), 'elite is 2.0; allowed are numbers from 0'),
     'NaN': (match_arguments(elite='nan'), 'elite is nan; allowed are numbers'),
@@ -330,7 +330,7 @@ def test_the_process_ends_with_the_code_and_without_a_traceback(folder):
     command = [sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line']
     good = subprocess.run([*command, *match_arguments()], capture_output=True, text=True)
     assert (good.returncode, good.stderr) == (0, '')
-    bad = subprocess.run([*command, *match_arguments(profile='fast')], capture_output=True,
+    bad = subprocess.run([*command, *match_arguments(profile='instant')], capture_output=True,
                          text=True)
     assert bad.returncode == 2 and 'Traceback' not in bad.stderr
 

@@ -4,12 +4,12 @@
 from dataclasses import replace
 
 from bench.speed import with_noise
-from bench.variants import NothingComesOver
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
+from fuzzy_stereo_ros.matching.realtime.frames import NothingInherited
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_matches import wrong
@@ -205,7 +205,7 @@ def test_a_frame_of_another_scene_inherits_nothing():
 
 
 def test_without_evolution_from_frame_to_frame_no_plane_is_inherited():
-    stages = Stages(frames=NothingComesOver)
+    stages = Stages(frames=NothingInherited)
     alone, other = still(CONFIG)[1].state, still(CONFIG, stages=stages)[1].state
     np.testing.assert_array_equal(alone.pictures, other.pictures)
     assert alone.own.evolved.any() and not other.own.evolved.any()

@@ -49,7 +49,7 @@ class Prior(NamedTuple):
 
 
 @inlined
-def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
+def raw_costs(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
     """
     Return the costs of as many candidates of a pixel as there are lanes: census and gradient.
 
@@ -66,7 +66,7 @@ def _raw(target, candidate, stride, target_slopes, slope_at, code, slope, cuts):
 
 @inlined
 def cuts_of(search, vector):
-    """Return what the costs are cut by, as vectors like another: see _raw."""
+    """Return what the costs are cut by, as vectors like another: see raw_costs."""
     return (splat_like(vector, search.census_cut), splat_like(vector, search.slope_cut),
             splat_like(vector, 255 * (search.near_weight - 1)))
 
@@ -136,8 +136,8 @@ def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, prio
     """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
     kind = cuts[0]
     code, slope = _codes_of(kind, codes, code_at, width)
-    cost = _raw(search.target_census, candidate, search.target_stride, search.target_slopes,
-                slope_at, code, slope, cuts)
+    cost = raw_costs(search.target_census, candidate, search.target_stride, search.target_slopes,
+                     slope_at, code, slope, cuts)
     return add(cost, add(
         load_like(kind, search.half_table, load_word(priors, prior_at) + offset),
         load_like(kind, search.previous_table, load_word(priors, prior_at + width) + offset)))
@@ -183,7 +183,7 @@ def raw_row(search, row, blocks, costs, at, codes):
         code, slope = _codes_of(cuts[0], codes, column, columns)
         for block in range(blocks):
             label = LANES * block
-            store(costs, at, _raw(
+            store(costs, at, raw_costs(
                 target, row * 3 * stride + pointed + label, stride, target_slopes,
                 row * stride + pointed + label, code, slope, cuts))
             at += LANES
