@@ -101,7 +101,6 @@ def test_the_options_of_frames_before_and_of_a_deadline_do_not_exist(folder, cap
 
 
 BAD_INPUT = {
-    'no disparities': (words_for(disparities=None), 'required: --disparities'),
     'a picture that exists': (words_for(picture='there.png'),
                               '--picture is there.png, which exists; give --overwrite'),
     'a folder': (words_for('--overwrite', picture='folder.png'), 'is a folder; name a file'),
