@@ -82,7 +82,6 @@ setup(
         ],
         'test': ['hypothesis>=6.90,<7', 'psutil>=5.9,<8', 'pytest>=7.4,<9',
                  'pytest-timeout>=2.2,<3', 'scikit-image>=0.22,<1'],
-        'view': ['rerun-sdk>=0.23,<1'],
     },
     zip_safe=False,
     entry_points={

@@ -21,7 +21,7 @@ from fuzzy_stereo_ros.replay.frames import opened_recording
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
     NO_BAG, OPTIONAL_RESULTS, READING, ReplayOptions, RESULTS, SEGMENT_PAIRS, SYNCHRONISING,
-    USUAL_RESULTS, VIEWER, WARM_PAIRS)
+    USUAL_RESULTS, WARM_PAIRS)
 from fuzzy_stereo_ros.replay.report import (
     end_sentence, figures_of, no_pair_sentence, ProgressBar, sentences)
 from fuzzy_stereo_ros.replay.segments import match_in_segments, opened_cluster
@@ -35,7 +35,7 @@ LEFT_BEHIND = ''     # said with what was matched
 HELP = 'match the pairs of a bag, of folders of images, or of a video'
 DESCRIPTION = (
     'Match every pair of a recording as the node does. Write a bag of disparities with a\n'
-    'coloured preview, files or a video, or show it in the Rerun viewer. A recording is\n\n'
+    'coloured preview, files or a video. A recording is\n\n'
     '  bags           ROS 1 .bag; ROS 2 .mcap, .db3 or a folder. The topics of the cameras are\n'
     '                 found by type and name (left and right, infra1 and infra2, cam0 and cam1),\n'
     '                 their camera_info in the same namespace\n'
@@ -66,8 +66,8 @@ def add_arguments(parser):
                              f'--format {NO_BAG} and without --files')
     parser.add_argument('--format', dest='storage', choices=(*FORMATS, NO_BAG),
                         default=FORMATS[0],
-                        help=f'storage of the bag; {NO_BAG}: no bag, only --files, --video and '
-                             f'--view; default: {FORMATS[0]}')
+                        help=f'storage of the bag; {NO_BAG}: no bag, only --files and --video; '
+                             f'default: {FORMATS[0]}')
     parser.add_argument('--with', dest='results', choices=OPTIONAL_RESULTS, nargs='+', default=[],
                         help=f"topics to write besides {' and '.join(USUAL_RESULTS)}: "
                              f"{', '.join(OPTIONAL_RESULTS)}")
@@ -79,8 +79,8 @@ def add_arguments(parser):
                              '(inf) or png (16 bits as KITTI, 0); DIR/calibration.json has what '
                              'turns disparities into metres')
     parser.add_argument('--overwrite', action='store_true',
-                        help='replace what an earlier replay wrote to DIR, and the files of '
-                             '--video and --view')
+                        help='replace what an earlier replay wrote to DIR, and the file of '
+                             '--video')
     parser.add_argument('--resume', action='store_true',
                         help='continue after the last pair that an interrupted replay wrote to '
                              'DIR, with the same options; a few earlier pairs are matched again '
@@ -99,16 +99,13 @@ def add_arguments(parser):
     cameras = parser.add_argument_group('which cameras')
     cameras.add_argument('--left', metavar='TOPIC', help='images of the left camera')
     cameras.add_argument('--right', metavar='TOPIC', help='images of the right camera')
-    views = parser.add_argument_group('videos and viewers')
-    views.add_argument('--video', metavar='FILE',
+    video = parser.add_argument_group('video')
+    video.add_argument('--video', metavar='FILE',
                        help=f"{' or '.join(CODECS)}: image, disparity and confidence side by "
                             'side, a frame for each pair')
-    views.add_argument('--video-rate', metavar='NUMBER', type=float,
+    video.add_argument('--video-rate', metavar='NUMBER', type=float,
                        help='frames per second; default: the rate of the first stamps, so that '
                             'the video is as long as the recording')
-    views.add_argument('--view', metavar='FILE.rrd', nargs='?', const=VIEWER,
-                       help='show image, disparity, confidence and points in the Rerun viewer, '
-                            'or write a file for it; needs rerun-sdk')
     add_camera_options(parser)
     add_node_options(parser, 'how messages become pairs', (*SYNCHRONISING, *READING))
     add_node_options(parser, 'depth and points2', RESULTS)
@@ -129,8 +126,8 @@ def add_arguments(parser):
 
 def replay_options(arguments):
     """Return the ReplayOptions of parsed arguments; raises ValueError as these do."""
-    same_names = ('output', 'rate', 'storage', 'video', 'video_rate', 'view', 'overwrite',
-                  'resume', 'left', 'right', 'start', 'duration', 'every', 'workers', 'scheduler')
+    same_names = ('output', 'rate', 'storage', 'video', 'video_rate', 'overwrite', 'resume',
+                  'left', 'right', 'start', 'duration', 'every', 'workers', 'scheduler')
     lists = 'bags', 'results', 'keep', 'files'
     return ReplayOptions(
         config=matcher_config(arguments),
@@ -170,13 +167,13 @@ def run(arguments, stream, progress_stream=None):
             stats = _match_all(options, source, outputs, bar)
         if not stats.matched:
             _check_no_pairs(bags.names, options, outputs, source, stats)
-        figures = {'output': options.output, 'video': options.video, 'view': options.view,
+        figures = {'output': options.output, 'video': options.video,
                    'topics': source.topics._asdict(), 'calibration': source.calibration,
                    'losses': bags.losses, 'reach': stats.calibration and reach(
                        options.config.min_disparity, options.config.disparities,
                        stats.calibration.scaled(1 / options.settings['scale'])),
                    **figures_of(stats, source.synchroniser, bags.begin)}
-        where = ', '.join(filter(None, (options.output, *options.views)))
+        where = ', '.join(filter(None, (options.output, options.video)))
         stream.write((json.dumps(figures, indent=2) if arguments.json else
                       f"{where}: {sentences(figures, options.settings['approximate_sync'])}")
                      + '\n')

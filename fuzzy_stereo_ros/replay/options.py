@@ -14,7 +14,6 @@ from fuzzy_stereo_ros.parameters.table import OUTPUTS
 USUAL_RESULTS = 'disparity', 'preview'      # every bag has these
 OPTIONAL_RESULTS = tuple(word for word in OUTPUTS if word not in USUAL_RESULTS)
 NO_BAG = 'none'
-VIEWER = 'the Rerun viewer'
 SYNCHRONISING = ('queue_size', 'approximate_sync', 'approximate_sync_tolerance_seconds',
                  'cache_camera_info')
 READING = 'rectify', 'crop', 'scale'
@@ -32,9 +31,9 @@ class ReplayOptions:
     {node parameter: value} of SYNCHRONISING, READING and RESULTS. output: folder, None = no
     folder. storage: of the bag, or NO_BAG. results: words of OPTIONAL_RESULTS. keep: names of
     topics to copy, () = all topics, None = none. files: suffixes of disparity files. video: file.
-    video_rate: frames per second. view: file, or VIEWER. left, right: names of image topics.
-    start, duration: s. every: match only each N-th pair. workers: number of processes. scheduler:
-    address of a Dask scheduler. camera_info to principal_point: arguments of `given_calibration`.
+    video_rate: frames per second. left, right: names of image topics. start, duration: s. every:
+    match only each N-th pair. workers: number of processes. scheduler: address of a Dask
+    scheduler. camera_info to principal_point: arguments of `given_calibration`.
     rate: Frames per second, None = as they are stamped.
     """
 
@@ -48,7 +47,6 @@ class ReplayOptions:
     files: tuple[str, ...] = ()
     video: str | None = None
     video_rate: float | None = None
-    view: str | None = None
     overwrite: bool = False
     resume: bool = False
     left: str | None = None
@@ -67,7 +65,7 @@ class ReplayOptions:
 
     def __post_init__(self):
         self._check_outputs()
-        self._check_views()
+        self._check_video()
         if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0):
             raise ValueError(f'--duration is {self.duration:g}; allowed are numbers above 0')
         for name in ('every', 'workers'):
@@ -107,11 +105,6 @@ class ReplayOptions:
         return {f'/{topic}' for topic in topics_of(self.bag_results)}
 
     @property
-    def views(self):
-        """Names of the video and of the Rerun file or viewer, where they are asked for."""
-        return [name for name in (self.video, self.view) if name is not None]
-
-    @property
     def in_segments(self):
         """Whether workers match segments, instead of this process one pair after the other."""
         return self.workers is not None or self.scheduler is not None
@@ -127,9 +120,8 @@ class ReplayOptions:
 
     def _check_outputs(self):
         if not self.can_be_resumed:
-            if not self.views:
-                raise ValueError(f'--format {NO_BAG} leaves no output; give --files, --video or '
-                                 '--view')
+            if self.video is None:
+                raise ValueError(f'--format {NO_BAG} leaves no output; give --files or --video')
             if self.resume:
                 raise ValueError('--resume continues a bag or --files; there is neither')
         elif self.output is None:
@@ -145,16 +137,14 @@ class ReplayOptions:
             raise ValueError('--files png holds 0 to 255 px, but min_disparity and disparities go '
                              'beyond that: give npy or pfm')
 
-    def _check_views(self):
-        if self.video_rate is not None and self.video is None:
-            raise ValueError('--video-rate needs --video')
-        for name in ('video', 'view'):
-            path = getattr(self, name)
-            if path in (None, VIEWER):
-                continue
-            if self.resume:
-                raise ValueError(f'--resume cannot continue {path}; leave out --{name}, or start '
-                                 'over with --overwrite')
-            if Path(path).exists() and not self.overwrite:
-                raise ValueError(f'--{name} is {path}, which exists; give another file, or '
-                                 '--overwrite')
+    def _check_video(self):
+        if self.video is None:
+            if self.video_rate is not None:
+                raise ValueError('--video-rate needs --video')
+            return
+        if self.resume:
+            raise ValueError(f'--resume cannot continue {self.video}; leave out --video, or start '
+                             'over with --overwrite')
+        if Path(self.video).exists() and not self.overwrite:
+            raise ValueError(f'--video is {self.video}, which exists; give another file, or '
+                             '--overwrite')

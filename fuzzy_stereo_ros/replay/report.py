@@ -139,7 +139,7 @@ def _remedy(approximate):
 
 def end_sentence(stats, outputs, options, begin):
     """Return a sentence: why a replay ended early, and how far it got; outputs: closed."""
-    where = options.output if options.can_be_resumed else ' and '.join(options.views)
+    where = options.output if options.can_be_resumed else options.video
     pairs, log_time = outputs.written, outputs.log_time
     far = f"{number_of(pairs, 'pair')} {'was' if pairs == 1 else 'were'} written to {where}"
     if outputs.bag_sink is not None:
@@ -156,4 +156,4 @@ def end_sentence(stats, outputs, options, begin):
         return f'{options.output} cannot be created: {text_of(stats.error)}'
     if options.can_be_resumed or isinstance(stats.error, DamagedBag):
         return f'{text_of(stats.error)}; {far}'
-    return text_of(stats.error)     # a video or recording that failed does not exist
+    return text_of(stats.error)     # a video that failed does not exist

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The sinks of a replay: a bag, files, a video, the Rerun viewer; and the folder they write to.
+The sinks of a replay: a bag, files, a video; and the folder they write to.
 
 A sink has add(matched, log_time), called with each MatchedPair in the order of the bag, and
 close(), called in any case. All calls come from the thread that made the sink. An OSError, as of a
@@ -18,9 +18,8 @@ from fuzzy_stereo_ros.bags.writing import BagWriter, Messages, METADATA, SUFFIXE
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_json, remove, write_whole
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY, ResultMessages, topics_of
-from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, VIEWER, WARM_PAIRS
+from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from fuzzy_stereo_ros.replay.source import rejection_of
-from fuzzy_stereo_ros.views.rerun_view import RerunSink
 from fuzzy_stereo_ros.views.video import RATES, VideoSink
 
 CALIBRATION = 'calibration.json'
@@ -41,10 +40,10 @@ class Outputs:
 
     def __init__(self, options, source, copies):
         """
-        Check the folder of ReplayOptions and open the views; creates no other output yet.
+        Check the folder of ReplayOptions and open the video; creates no other output yet.
 
         source: ReplaySource. copies: CopiedMessages or None.
-        Raises ValueError if the folder cannot be used, and as `opened_views`.
+        Raises ValueError if the folder cannot be used, and as `opened_video`.
         """
         self.config, self.sinks, self.bag_sink = options.scaled_config, None, None
         self.path = None if options.output is None else Path(options.output)
@@ -62,7 +61,7 @@ class Outputs:
         if self.path is not None:
             self._check()
         self._last = deque(maxlen=WARM_PAIRS + (SEGMENT_PAIRS if options.in_segments else 0))
-        self._views = opened_views(options, source)
+        self._video = opened_video(options, source)
 
     def write(self, matched, log_time):
         """
@@ -128,7 +127,7 @@ class Outputs:
             # After the files: for --resume a pair is written when the bag has it.
             self.bag_sink = BagSink(self.path, self._options, self._copies)
             self.sinks.append(self.bag_sink)
-        self.sinks += self._views
+        self.sinks += self._video
 
     def _clear(self):
         """Remove what replays write and nothing else; last RECORD, which allows it."""
@@ -185,23 +184,20 @@ def _read_progress(path):
     return map(tuple, found)
 
 
-def opened_views(options, source):
+def opened_video(options, source):
     """
-    Return the sinks of --video and --view; a file is created with the first pair.
+    Return the sink of --video in a list, [] without; the file is created with the first pair.
 
     options: ReplayOptions. source: the ReplaySource, whose stamps give the rate of a video.
-    Raises ValueError if a file cannot be written, or rerun-sdk or a display is missing.
+    Raises ValueError if the file cannot be written.
     """
-    views = []
-    if options.video is not None:
-        rate, config = options.video_rate, options.scaled_config
-        if rate is None:
-            rate = min(max(source.rate(), RATES[0]), RATES[1])
-        views.append(VideoSink(options.video, rate, config.min_disparity,
-                               config.min_disparity + config.disparities - 1))
-    if options.view is not None:
-        views.append(RerunSink(None if options.view == VIEWER else options.view))
-    return views
+    if options.video is None:
+        return []
+    rate, config = options.video_rate, options.scaled_config
+    if rate is None:
+        rate = min(max(source.rate(), RATES[0]), RATES[1])
+    return [VideoSink(options.video, rate, config.min_disparity,
+                      config.min_disparity + config.disparities - 1)]
 
 
 class BagSink:

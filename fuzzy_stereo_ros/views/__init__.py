@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures, videos and Rerun recordings of matches and of evolutions."""
+"""Pictures and videos of matches and of evolutions."""

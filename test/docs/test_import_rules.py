@@ -19,7 +19,7 @@ ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_brid
                         r'|\w+_(msgs|srvs)$')
 # Files that import ROS, or stand on those that do: nobody else imports them.
 ROS_FILES = 'node', 'bench/demo', 'bench/live'
-INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'pandas', 'rerun', 'rosbags',
+INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'pandas', 'rosbags',
                               'yaml'})
 
 

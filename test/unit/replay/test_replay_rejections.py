@@ -140,7 +140,7 @@ def test_a_part_that_is_not_in_the_bag_is_rejected(rejected):
 
 def test_outputs_that_make_no_sense_are_rejected(rejected):
     assert rejected('bag', options=['--format', 'none']) == (
-        '--format none leaves no output; give --files, --video or --view')
+        '--format none leaves no output; give --files or --video')
     assert rejected('bag', options=['--format', 'none', '--files', 'npy', '--keep']) == (
         '--keep copies topics into a bag, but --format none writes none; leave one of the two out')
     options = ['--format', 'none', '--files', 'npy', '--with', 'points2']

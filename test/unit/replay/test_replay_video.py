@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo replay --video` and `--view` show every pair; their files are whole or not."""
+"""`fuzzy-stereo replay --video` shows every pair; the file is whole or not there."""
 import os
 import signal
-import sys
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
@@ -15,11 +14,9 @@ from made_bags import (
     write_torn_bag)
 import numpy as np
 import pytest
-from recordings import needed_rerun, rows_of
 from replayed import clean_rejection, INTERRUPTED, rejection, replay, RESTRICTED, run
 
 TIMES = 4       # that a narrow picture is repeated in a frame
-ENTITIES = 'rig/camera', 'rig/camera/image', 'rig/points', 'disparity', 'confidence'
 
 
 @pytest.fixture
@@ -28,12 +25,6 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_bag(tmp_path / 'bag')
     return tmp_path
-
-
-@pytest.fixture
-def rerun(monkeypatch):
-    """Need rerun-sdk."""
-    return needed_rerun(monkeypatch)
 
 
 @pytest.fixture
@@ -128,25 +119,18 @@ def test_a_bag_needs_a_folder(folder, capsys):
     assert names_in(folder) == {'bag'}
 
 
-def test_files_that_cannot_be_written_so_are_rejected(rejected, monkeypatch):
+def test_files_that_cannot_be_written_so_are_rejected(rejected):
     assert rejected('--video', 'video.mov') == (
         "video.mov has the suffix '.mov'; allowed are .mp4, .avi")
-    assert rejected('--view', 'out.bag') == "out.bag has the suffix '.bag'; allowed is .rrd"
     assert rejected('--video', 'none/video.mp4') == (
         'none/video.mp4 cannot be written: there is no folder none')
-    assert rejected('--view', 'none/out.rrd') == (
-        'none/out.rrd cannot be written: there is no folder none')
     assert rejected('--video', 'video.mp4', '--video-rate', 0).startswith(
         'the rate of video.mp4 is 0.0; allowed are numbers')
     assert rejected('--video-rate', 10) == '--video-rate needs --video'
-    monkeypatch.setitem(sys.modules, 'rerun', None)
-    for view in (['--view', 'out.rrd'], ['--view']):
-        assert rejected(*view).endswith(
-            'needs rerun-sdk, which is not installed (about 170 MB): pip install rerun-sdk')
 
 
-@pytest.mark.parametrize(('option', 'name'), [('--video', 'video.avi'), ('--view', 'out.rrd')])
-def test_an_existing_file_is_neither_lost_nor_continued(rejected, folder, option, name):
+def test_an_existing_file_is_neither_lost_nor_continued(rejected, folder):
+    option, name = '--video', 'video.avi'
     (folder / name).write_text('the one before')
     assert rejected(option, name) == (
         f'{option} is {name}, which exists; give another file, or --overwrite')
@@ -157,10 +141,10 @@ def test_an_existing_file_is_neither_lost_nor_continued(rejected, folder, option
     assert (folder / name).read_text() == 'the one before'
 
 
-@pytest.mark.parametrize(('option', 'name'), [('--video', 'video.avi'), ('--view', 'out.rrd')])
-def test_a_folder_is_never_replaced_by_a_file(rejected, folder, option, name):
-    (folder / name).mkdir()
-    assert rejected(option, name, '--overwrite') == f'{name} is a folder; name a file'
+def test_a_folder_is_never_replaced_by_a_file(rejected, folder):
+    (folder / 'video.avi').mkdir()
+    assert rejected('--video', 'video.avi', '--overwrite') == (
+        'video.avi is a folder; name a file')
 
 
 def test_a_video_is_replaced_where_that_is_asked_for(folder):
@@ -242,25 +226,3 @@ def test_a_missing_encoder_is_reported_and_the_bag_is_complete(folder, capsys, m
                              f'{(STEP * (len(found) - 1) + 3) / 1e9:.3f} s into the bag')
     assert 0 < len(found) < 6
     assert names_in(folder) == {'bag', 'out'}
-
-
-def test_a_recording_for_the_viewer_holds_every_pair(folder, rerun):
-    assert replay('bag', options=['--view', 'out.rrd', '--format', 'none'], output='unused') == 0
-    rows = rows_of(folder / 'out.rrd')
-    assert {entity: rows[entity] for entity in ENTITIES} == dict.fromkeys(ENTITIES, 6)
-    assert replay('bag', options=['--view', 'out.rrd']) == 2
-    assert replay('bag', options=['--view', 'out.rrd', '--overwrite', '--every', 2]) == 0
-    assert rows_of(folder / 'out.rrd')['disparity'] == 3
-    assert names_in(folder) == {'bag', 'out.rrd', 'out', 'unused'}
-
-
-def test_a_replay_without_pairs_leaves_no_recording(rejected, rerun):
-    assert 'none of 6 pairs could be matched' in rejected(
-        '--view', 'out.rrd', '--keep', disparities=200)
-
-
-def test_the_viewer_is_rejected_where_there_is_no_display(rejected, rerun, monkeypatch):
-    monkeypatch.setattr(sys, 'platform', 'linux')
-    for name in ('DISPLAY', 'WAYLAND_DISPLAY'):
-        monkeypatch.delenv(name, raising=False)
-    assert 'there is no display; write a file .rrd' in rejected('--view')
