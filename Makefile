@@ -43,15 +43,11 @@ pyenv_pythons := $(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/*/bin)
 empty :=
 space := $(empty) $(empty)
 
-# Those that wheels bring kernels for; elsewhere the first start compiles them.
-processors := $(if $(filter x86_64,$(shell uname -m)),x86-64-v3 x86-64-v4)
-
-.PHONY: help demo wheel test test-all test-rest soak fuzz benchmark matrix docs lint clean
+.PHONY: help demo test test-all test-rest soak fuzz benchmark matrix docs lint clean
 
 help:
 	@echo 'make demo   the node on a real stereo sequence: a table and a picture'
 	@echo "            make demo DEMO_ARGS='--profile paper --population 40 --generations 10'"
-	@echo 'make wheel  into dist, with compiled kernels: the first start compiles nothing'
 	@echo 'make test   ruff, flake8, pep257, then the tests that take minutes in all'
 	@echo 'make test-all  every test, nodes, processes, builds, fuzz and soak in short among them'
 	@echo "            make test-all PYTEST_ARGS='test/ros/test_stereo_node.py -x'"
@@ -75,12 +71,6 @@ help:
 
 demo: $(package_installed)
 	$(python) -m bench.demo $(DEMO_ARGS)
-
-# Built with what is installed: kernels fit the numba that has compiled them.
-wheel: $(package_installed)
-	FUZZY_STEREO_PROCESSORS='$(processors)' $(python) -m pip wheel --quiet --no-deps \
-		--no-build-isolation --wheel-dir dist .
-	@ls dist/*.whl
 
 # Two processes that compile the same kernels take as long as one: they are compiled before.
 test: lint

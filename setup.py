@@ -2,47 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package the node and the matcher; package.xml is where name, version and the like are said."""
 from glob import glob
-import os
-from pathlib import Path
-import shutil
-import subprocess
-import sys
-import tempfile
 from xml.etree import ElementTree
 
 from setuptools import Distribution, find_packages, setup
-from setuptools.command.build_py import build_py
 
 manifest = ElementTree.parse('package.xml').getroot()
 package_name = manifest.findtext('name')
 maintainer = manifest.find('maintainer')
-
-
-# Processors, by LLVM's names, for which a wheel brings compiled kernels: see `make wheel`.
-processors = os.environ.get('FUZZY_STEREO_PROCESSORS', '').split()
-compiling = f"""
-from {package_name}.matching import MatcherConfig, PROFILES
-from {package_name}.matching.compiling import compile_kernels
-for profile in PROFILES:
-    compile_kernels(MatcherConfig.from_profile(profile))
-"""
-
-
-class BuildWithKernels(build_py):
-    """Copies the modules, and compiles their kernels for `processors`."""
-
-    def run(self):
-        super().run()
-        package = Path(self.build_lib, package_name).absolute()
-        brought = package / 'matching' / 'kernels' / 'brought'
-        shutil.rmtree(brought, ignore_errors=True)
-        with tempfile.TemporaryDirectory() as cache:
-            for processor in processors if not self.editable_mode else ():
-                subprocess.run([sys.executable, '-c', compiling], check=True, cwd=cache, env={
-                    **os.environ, 'PYTHONPATH': str(package.parent), 'NUMBA_CACHE_DIR': cache,
-                    'NUMBA_CPU_NAME': processor, 'NUMBA_CPU_FEATURES': ''})
-            for folder in Path(cache).glob(f'{package_name}/kernels_*'):
-                shutil.copytree(folder, brought / folder.name)
 
 
 class DistributionWithDataFiles(Distribution):
@@ -50,14 +16,9 @@ class DistributionWithDataFiles(Distribution):
     def has_data(self):
         return self.has_data_files()
 
-    # A wheel with machine code is of one version of Python and one kind of machine.
-    def has_ext_modules(self):
-        return bool(processors)
-
 
 setup(
     distclass=DistributionWithDataFiles,
-    cmdclass={'build_py': BuildWithKernels},
     name=package_name,
     version=manifest.findtext('version'),
     description=manifest.findtext('description'),

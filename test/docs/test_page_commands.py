@@ -32,8 +32,6 @@ import written_scenes
 SHORT_FORMS = {
     'make demo': 'test_demo.py::'
                  'test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture',
-    'make wheel': 'test_build.py::'
-                  'test_a_wheel_with_kernels_gives_a_disparity_in_5_s_and_compiles_nothing',
     'make benchmark': 'test_suites.py::'
                       'test_a_suite_runs_in_its_short_form_and_fills_its_section',
     'make soak': 'test_soak.py::test_in_a_short_soak_every_promise_is_kept',

@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Archive and wheel are built and work in a clean folder; colcon; the matrix of versions."""
 import ast
-import json
 import os
 import shutil
 import subprocess
 import sys
 import tarfile
-import time
 from xml.etree import ElementTree
 import zipfile
 
@@ -16,23 +14,8 @@ from aarch64 import compare
 from packaging.requirements import Requirement
 from packaging.version import Version
 from pages import commands, ROOT, text_of
-from processors import has_level
 import pytest
 
-FIRST_DISPARITY = """
-import json, time
-import fuzzy_stereo_ros
-from fuzzy_stereo_ros.matching import StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.compiled import remarks
-from fuzzy_stereo_ros.synthetic.scenes import make_pair
-import numpy as np
-pair, matcher = make_pair(480, 640, 64), StereoMatcher()
-valid = np.isfinite(matcher.match(pair.left, pair.right).disparity).mean()
-seen = time.monotonic()
-matcher.warm_up(480, 640)
-print(json.dumps({'code': fuzzy_stereo_ros.__file__, 'seen': seen, 'valid': valid,
-                  'remarks': remarks()}))
-"""
 NOT_COPIED = {'build', 'dist', 'docs', 'install', 'log', 'test'}
 
 
@@ -125,30 +108,6 @@ def test_installed_into_a_clean_folder_the_command_runs_and_tells_its_version(pr
     printed = subprocess.run([prefix / 'bin' / 'fuzzy-stereo', '--help'], check=True, text=True,
                              capture_output=True, env=environment, cwd=tmp_path).stdout
     assert 'match two images' in printed
-
-
-@pytest.mark.skipif(not has_level('x86-64-v3'), reason='not a processor that wheels are for')
-@pytest.mark.timeout(1200)
-def test_a_wheel_with_kernels_gives_a_disparity_in_5_s_and_compiles_nothing(archives, tmp_path):
-    source = unpack(archives[0], tmp_path)
-    wheel = built('wheel', source, tmp_path, FUZZY_STEREO_PROCESSORS='x86-64-v3')
-    tag = f'cp{sys.version_info[0]}{sys.version_info[1]}'
-    assert f'-{tag}-{tag}-' in wheel.name
-    (packages,) = installed(wheel, tmp_path / 'prefix').glob('**/site-packages')
-    shutil.rmtree(source)
-    home = tmp_path / 'home'
-    home.mkdir()
-    variables = {**os.environ, 'PYTHONPATH': str(packages), 'HOME': str(home),
-                 'NUMBA_CACHE_DIR': str(home / 'cache')}
-    begun = time.monotonic()
-    told = json.loads(run('-c', FIRST_DISPARITY, env=variables, cwd=home))
-    assert told['code'].startswith(str(packages))
-    assert told['seen'] - begun < 5
-    assert told['valid'] > 0.5
-    assert told['remarks'] == []
-    assert [path for path in home.rglob('*') if path.is_file()] == []
-    assert [path.name for path in packages.rglob('kernels_*') if not path.is_relative_to(
-        packages / 'fuzzy_stereo_ros' / 'matching' / 'kernels' / 'brought')] == []
 
 
 NEEDS_COLCON = pytest.mark.skipif(

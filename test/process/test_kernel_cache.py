@@ -15,7 +15,6 @@ import fuzzy_stereo_ros.matching.kernels as kernels
 from fuzzy_stereo_ros.matching.kernels import compiled
 from mounted import as_stranger, mounting, READ_ONLY
 import numba
-from processors import has_level
 import pytest
 
 SOURCES = Path(kernels.__file__).parent
@@ -155,41 +154,6 @@ def test_what_is_compiled_beside_the_code_and_can_be_replaced_there_is_not_read_
         package, tmp_path):
     run(package)
     assert run(package, NUMBA_CACHE_DIR=tmp_path / 'cache')['hits'] == 0
-
-
-def bring(package, tmp_path, **variables):
-    """Put what a process compiles into the place of what comes with a wheel."""
-    told = run(package, NUMBA_CACHE_DIR=tmp_path / 'built', **variables)
-    shutil.copytree(told['folder'], package / 'brought' / Path(told['folder']).name)
-    return package / 'brought' / Path(told['folder']).name
-
-
-@pytest.mark.skipif(not has_level('x86-64-v3'), reason='not a processor that wheels are for')
-def test_kernels_that_came_with_the_package_for_a_kind_of_processor_are_read(package, tmp_path):
-    folder = bring(package, tmp_path, NUMBA_CPU_NAME='x86-64-v3', NUMBA_CPU_FEATURES='')
-    told = run(package, NUMBA_CACHE_DIR=tmp_path / 'cache')
-    assert (told['result'], told['hits'], told['remarks']) == (2, 1, [])
-    told = run(package, 0.5, NUMBA_CACHE_DIR=tmp_path / 'cache')
-    assert (told['result'], told['hits']) == (2.5, 0)
-    (remark,) = told['remarks']
-    assert remark.startswith('the package came with kernels for ' + folder.name[8:])
-    assert run(package, 0.5, NUMBA_CACHE_DIR=tmp_path / 'cache')['remarks'] == []
-
-
-@pytest.mark.skipif(platform.machine() != 'x86_64', reason='names processors of x86-64')
-def test_kernels_that_came_for_other_processors_or_versions_are_not_read_which_is_told(
-        package, tmp_path):
-    folder = bring(package, tmp_path, NUMBA_CPU_NAME='x86-64-v3', NUMBA_CPU_FEATURES='')
-    least = {'NUMBA_CPU_NAME': 'x86-64', 'NUMBA_CPU_FEATURES': ''}
-    for name, variables in (('processor', least), ('version', {})):
-        told = run(package, NUMBA_CACHE_DIR=tmp_path / name, **variables)
-        (remark,) = told['remarks']
-        assert (told['result'], told['hits']) == (2, 0)
-        assert (f'here is {Path(told["folder"]).name[8:]} on x86_64: what is not among them'
-                in remark)
-        if folder.exists():
-            folder.rename(folder.with_name('kernels_cpython-39_numba-0.1_0'))
-    assert 'kernels for cpython-39_numba-0.1_0, ' in remark
 
 
 @pytest.fixture

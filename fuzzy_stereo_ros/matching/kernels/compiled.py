@@ -14,7 +14,6 @@ import gc
 import hashlib
 import os
 from pathlib import Path
-import platform
 import shutil
 import sys
 import tempfile
@@ -31,7 +30,6 @@ NAME = 'fuzzy_stereo_ros'
 KEPT = 8        # folders in a place: of other sources, other versions of Python and numba
 PROBE = bytes(1 << 16)      # a full disk still takes files without content
 SOURCES = Path(__file__).parent
-BROUGHT = SOURCES / 'brought'       # what a wheel has, see `make wheel`
 
 
 class Folders(NamedTuple):
@@ -40,13 +38,11 @@ class Folders(NamedTuple):
 
     kept: a Path to write to, None where none is writable. readable: more Paths to read from.
     warning: a sentence on what the lack of a folder costs, '' where there is one.
-    on_compiling: a sentence for when a kernel is found in none of them, or ''.
     """
 
     kept: Path | None
     readable: tuple
     warning: str
-    on_compiling: str
 
 
 def choose_folders():
@@ -54,15 +50,14 @@ def choose_folders():
     Return the Folders of this process; make the first one, and remove those long not used.
 
     It is in NUMBA_CACHE_DIR, else beside the kernels, else in the user's cache. The others that
-    cannot be written to, and the one that came with the package, are read.
+    cannot be written to are read.
     """
     wanted = [Path(numba.config.CACHE_DIR) / NAME] if numba.config.CACHE_DIR else []
     places = [*wanted, SOURCES / '__pycache__', *_user_cache()]
     name = folder_name()
     folders = [place.absolute() / name for place in places]
-    readable = (*(folder for folder in folders
-                  if folder.is_dir() and not os.access(folder, os.W_OK)),
-                *filter(Path.is_dir, [BROUGHT / name]))
+    readable = tuple(folder for folder in folders
+                     if folder.is_dir() and not os.access(folder, os.W_OK))
     denied = []
     for place, folder in zip(places, folders):
         try:
@@ -74,11 +69,11 @@ def choose_folders():
         _remove_older(folder)
         return Folders(folder, readable, '' if not (wanted and denied) else
                        f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({denied[0]}): they '
-                       f'are kept in {place}', _unlike_brought())
+                       f'are kept in {place}')
     warning = ('no folder for compiled kernels can be written to '
                f"({', '.join(denied)}): they are compiled at each start, which takes up to 60 s; "
                'set NUMBA_CACHE_DIR to a folder that can be')
-    return Folders(None, readable, *(('', warning) if readable else (warning, '')))
+    return Folders(None, readable, warning)
 
 
 def make_folder(folder):
@@ -100,15 +95,6 @@ def folder_name():
             f'{digest.hexdigest()[:16]}')
 
 
-def _unlike_brought():
-    """Return a sentence on why kernels that came with the package do not fit here, or ''."""
-    brought = ', '.join(sorted(path.name.split('_', 1)[1] for path in BROUGHT.glob('kernels_*')))
-    return brought and (
-        f'the package came with kernels for {brought}, default profiles and processors from '
-        f"x86-64-v3 on; here is {folder_name().split('_', 1)[1]} on {platform.machine()}: what "
-        'is not among them is compiled once')
-
-
 def _user_cache():
     """Return the user's cache for this package in a list, which is empty where there is none."""
     named = os.environ.get('XDG_CACHE_HOME', '')
@@ -128,11 +114,6 @@ def _remove_older(folder):
     for other in sorted(ages, key=ages.get)[KEPT:]:
         shutil.rmtree(other, ignore_errors=True)
 
-
-# What processors have, by LLVM's names, for which wheels bring kernels; the best comes first.
-_V3 = {'avx2', 'bmi', 'bmi2', 'f16c', 'fma', 'lzcnt', 'movbe'}
-LEVELS = {'x86-64-v4': _V3 | {'avx512bw', 'avx512cd', 'avx512dq', 'avx512f', 'avx512vl'},
-          'x86-64-v3': _V3}
 
 _remarks, _noted, _prepare = deque(), set(), []
 
@@ -182,8 +163,8 @@ class KeptKernel(NullCache):
         context.refresh()
         found = self._found(signature, context)
         if found is None:
-            if self._folders.on_compiling:
-                note(self._folders.on_compiling)
+            if self._folder is None:
+                note(self._folders.warning)
             if _prepare:
                 _prepare.pop()()
                 found = self._found(signature, context)
@@ -193,7 +174,7 @@ class KeptKernel(NullCache):
         """Cache the code of a signature, or note why that cannot be done."""
         if self._folder is None or compiled.library.has_dynamic_globals:
             return
-        file = self._file(self._folder, signature, *compiled.codegen.magic_tuple())
+        file = self._file(self._folder, signature, compiled.codegen)
         try:
             file.flush()        # what is there may be damaged
             file.save(signature, compiled._reduce())
@@ -203,30 +184,25 @@ class KeptKernel(NullCache):
                  'NUMBA_CACHE_DIR to another folder')
 
     def _found(self, signature, context):
-        """Return the cached code of a signature for this processor, or its best level, or None."""
-        triple, *processor = context.codegen().magic_tuple()
-        has = set(processor[1].replace('+', '').split(','))
-        processors = [processor, *([level, ''] for level, needed in LEVELS.items()
-                                   if needed <= has)]
+        """Return the cached code of a signature for this processor, or None."""
         for folder in filter(None, (self._folder, *self._folders.readable)):
-            for one in processors:
-                # Whatever is there and damaged is compiled and replaced; it may raise anything.
-                with suppress(Exception):
-                    kept = self._file(folder, signature, triple, *one).load(signature)
-                    if kept is not None:
-                        return CompileResult._rebuild(context, *kept)
+            # Whatever is there and damaged is compiled and replaced; it may raise anything.
+            with suppress(Exception):
+                kept = self._file(folder, signature, context.codegen()).load(signature)
+                if kept is not None:
+                    return CompileResult._rebuild(context, *kept)
         return None
 
-    def _file(self, folder, signature, triple, processor, features):
-        """Return numba's index and data files for a signature and a processor."""
-        about = repr((signature, triple, processor, features)).encode()
+    def _file(self, folder, signature, codegen):
+        """Return numba's index and data files for a signature and the processor of codegen."""
+        about = repr((signature, *codegen.magic_tuple())).encode()
         name = f'{self._name}-{hashlib.sha256(about).hexdigest()[:16]}'
         return IndexDataCacheFile(str(folder), name, None)
 
 
 _folders = choose_folders()
 FOLDER = _folders.kept
-if _folders.warning:
+if _folders.warning and (FOLDER or not _folders.readable):      # else what is read may suffice
     note(_folders.warning)
 
 
