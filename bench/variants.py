@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
+from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.paper import operators
-from fuzzy_stereo_ros.matching.paper.inheritance import Inheritance
-from fuzzy_stereo_ros.matching.paper.matcher import Stages as PaperStages
+from fuzzy_stereo_ros.matching.paper.matcher import PaperState, Stages as PaperStages
 from fuzzy_stereo_ros.matching.paper.population import Lineage
 from fuzzy_stereo_ros.matching.paper.possibility import GREY_CENTRES, membership
 from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
@@ -271,9 +271,9 @@ PAPER_OPERATORS = (
 class BestInherited(Inheritance):
     """The next frame gets the fittest chromosome alone, in all places of the population."""
 
-    def next_state(self, genes, confidence, config):
+    def next_state(self, labels, confidence, own, config):
         """Return the FrameState of the fittest."""
-        return super().next_state(genes[:1].copy(), confidence, config)
+        return super().next_state(labels, confidence, PaperState(own.genes[:1].copy()), config)
 
 
 class InPlace(Inheritance):
@@ -291,10 +291,10 @@ class NotAveraged(Inheritance):
 
     def average(self, pool, state, camera):
         """Compare the pictures with the previous ones, and undo what is averaged."""
-        views = self.left, self.right
-        own = [(view.luminance.copy(), view.grey.copy()) for view in views]
+        pictures = *self.views, *self._channels
+        own = [(view.luminance.copy(), view.grey.copy()) for view in pictures]
         inherited = super().average(pool, state, camera)
-        for view, (luminance, grey) in zip(views, own):
+        for view, (luminance, grey) in zip(pictures, own):
             view.luminance[:], view.grey[:] = luminance, grey
         return inherited
 

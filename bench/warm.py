@@ -7,6 +7,7 @@ Cold means that the matcher forgets the previous frame before each one, but keep
 measured: these are of the cameras, and would be counted as of the warm start. Also the error over
 the frames of a scene that stays or pans.
 """
+from functools import partial
 from typing import NamedTuple
 
 from bench.datasets import MADE, MADE_SEEDS, window
@@ -16,7 +17,7 @@ from bench.request import counted, figures_of_sequence, report_of
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
-from fuzzy_stereo_ros.evaluation.matchers import Ours
+from fuzzy_stereo_ros.evaluation.matchers import fastest, Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np
 import pandas as pd
@@ -35,6 +36,8 @@ SLOW = (8, 0.01), (8, 0.02), (8, 0.05), (5, 0.02), (5, 0.05), (5, 0.1)
 SLOW_NOISE, SLOW_BLUR, SLOW_FRAMES, SLOW_SCORED = 2.0, 1.5, 40, 4     # from frame 4 on
 OUTLIER = 2.0       # px from which an error is no bias
 QUALITY = 'quality, one frame without noise'
+QUALITY_KIND, QUALITY_FRAMES, QUALITY_SHOWN = 'still, noise 1.5', 8, (2, 5, 8)
+QUALITY_DRIVES = 'KITTI drive', 'KITTI drive, noise 3', 'made, drive', 'made, object appears'
 # {matcher: (colour, mark, words)}
 MARKS = {BASELINE: (ORANGE, '^', 'OpenCV 3WAY tuned'),
          COLD: (LIGHT_BLUE, 's', 'ours, cold: each frame alone'),
@@ -60,6 +63,8 @@ def run(request):
     measured = request.each(sequences, 'warm', lambda sequence: measure(sequence, request))
     walked = request.each(walks(request, scenes), 'over frames', lambda one: walk(request, one))
     slow = request.each(slow_ones(request), 'slow', lambda one: approach(one, request))
+    quality = request.each(courses_of_quality(request, scenes, sequences), 'quality',
+                           follow_quality)
     settings = {
         'ours': f'{request.ours.description}, filled; cold: the frame before is forgotten, '
                 'the rows measured are kept',
@@ -77,7 +82,8 @@ def run(request):
         'object appears': 'the frame in which it is there for the first time and the next',
     }
     return report_of('warm', 'Warm start', settings,
-                     [*tables(measured), slow_table(slow), frames_table(walked)],
+                     [*tables(measured), slow_table(slow), frames_table(walked),
+                      quality_table(quality)],
                      [*skipped, *missing],
                      {'warm.svg': draw_warm, 'over_frames.svg': draw_over_frames})
 
@@ -214,6 +220,61 @@ def frames_table(walked):
     found[QUALITY] = found.groupby('scene')[QUALITY].transform('first')
     errors = counted(found).groupby(['group', 'kind'], sort=False).mean(numeric_only=True)
     return Table.of(f'{OVER_FRAMES}, percent', errors.set_axis(map(', '.join, errors.index)))
+
+
+def courses_of_quality(request, scenes, sequences):
+    """Return what the profile `quality` is measured on: a `Walk` of each other scene, drives."""
+    still = walks(request, scenes, [QUALITY_KIND])
+    return [*still[:4], *still[5::2], *(one for one in sequences if one.group in QUALITY_DRIVES)]
+
+
+def follow_quality(course):
+    """
+    Match the frames of a `Walk` or a sequence by `quality`; return a dict of figures.
+
+    frame N: error in percent, last: of the last frame; cold, clean: of the last frame alone, as
+    it is and without noise; flicker: percent of pixels that change by more than 1 px between the
+    last two frames; time / cold: processor time of the last frame by that of the cold one
+    """
+    walking = isinstance(course, Walk)
+    scene = course.scene if walking else course
+    frames = window(scene, *KINDS[QUALITY_KIND], QUALITY_FRAMES) if walking else list(
+        scene.read())
+    matchers = [Ours('quality', 'quality').matcher(scene.disparities, warm_start=warm)
+                for warm in (True, False)]
+    kind = f'{scene.group}, {course.kind}' if walking else course.group
+    found, maps = {'kind': kind, 'scene': scene.path}, ([], [])
+    for number, known in enumerate(frames, 1):
+        last, milliseconds = number == len(frames), [None, None]
+        for side, matcher in enumerate(matchers):
+            if side and number < len(frames) - 1:
+                continue
+            match, milliseconds[side] = fastest(partial(
+                matcher.match, known.left, known.right, camera=getattr(course, 'camera', None)),
+                1, processor=True)
+            maps[side].append(match.disparity)
+        if walking and number in QUALITY_SHOWN:
+            found[f'frame {number}'] = bad_percent(maps[0][-1], known, scene.limit)
+        if last:
+            found['last'], found['cold'] = (
+                bad_percent(several[-1], known, scene.limit) for several in maps)
+            found['time / cold'] = milliseconds[0] / milliseconds[1]
+    if walking:
+        clean = scene.read()
+        found['clean'] = bad_percent(matchers[1].match(clean.left, clean.right).disparity, clean,
+                                     scene.limit)
+        for name, several in zip(('flicker', 'flicker, cold'), maps):
+            found[name] = 100 * float(np.mean(abs(several[-1] - several[-2]) > 1))
+    return found
+
+
+def quality_table(measured):
+    """Return the table of a list of figures of `follow_quality`."""
+    means = counted(pd.DataFrame(measured), 'kind', 'scene').groupby('kind', sort=False).mean(
+        numeric_only=True)
+    return Table.of('Profile quality over frames: error and flicker, percent', means,
+                    'Cold: the last frame alone; clean: the scene without noise; last: with the '
+                    'frames before.')
 
 
 def draw_warm(tables):

@@ -268,8 +268,6 @@ def _state(record, arrays):
         raise ValueError('the stamp of the state is not a number')
     config = _config('parameters of the state', record['config'])
     kind = ALGORITHMS[config.algorithm].state_type
-    if kind is None:
-        raise ValueError(f'the state is of {config.algorithm}, where frames hand on nothing')
     numbers = _checked('own', record['own'], {
         name: int for name, of_kind in kind.__annotations__.items() if of_kind is int})
     return restored(kind, arrays, numbers, stamp=record['stamp'], frame=record['frame'],

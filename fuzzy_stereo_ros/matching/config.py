@@ -51,8 +51,8 @@ class MatcherConfig:
     align_rows: bool = _switch(
         True, 'undo the offset between the rows of both images, as it is measured')
     warm_start: bool = _switch(
-        True, 'begin with what the previous frame found: its best chromosome, or all of its '
-        'population (realtime and paper)')
+        True, 'average the pictures over frames, and begin with what the previous frame found: '
+        'its best chromosome, or in paper all of its population')
     evolution_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
         'time in which the planes of the previous frame evolve further; 0 is one generation '
@@ -74,7 +74,8 @@ class MatcherConfig:
         1, 1, 1000, '', 'number of chromosomes; in realtime two at most')
     generations: int = _number(
         1, 0, 1000000, '', 'largest number of generations in one frame; realtime adds one of '
-        'the planes of the previous frame (warm_start)')
+        'the planes of the previous frame (warm_start), and quality runs one where it begins with '
+        'the map of the previous frame')
     algorithm: str = _choice(
         'realtime', ('realtime', 'quality', 'paper'),
         'genetic algorithm, by the name of its profile')
@@ -150,7 +151,6 @@ PROFILES = {
         'search': 'propagation',
     },
     'quality': {
-        'warm_start': False,
         'population': 1,
         'generations': 4,
         'algorithm': 'quality',

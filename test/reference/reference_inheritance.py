@@ -23,5 +23,7 @@ def inherit(before, origins, lowest, scale, highest, fresh):
             row, column = np.unravel_index(origins[place], origins.shape)
             disparity = float(before[row, column]) + lowest
             nearer = max(np.dot(scale, (column, row, 1, disparity)), 0.05)
-            genes[place] = int(np.clip(np.floor(disparity / nearer - lowest + 0.5), 0, highest))
+            moved = disparity / nearer - lowest
+            whole = genes.dtype != np.float32
+            genes[place] = np.clip(np.floor(moved + 0.5) if whole else moved, 0, highest)
     return genes

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching import Match, MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.beyond import MARGIN
 from fuzzy_stereo_ros.matching.evolution import Generation
 from fuzzy_stereo_ros.matching.over_frames.state import (
-    CameraState, FrameState, LONGEST_GAP_NS, NO_CAMERA)
+    CameraState, FrameState, LONGEST_GAP_NS, NO_CAMERA, NO_COLOURS)
 from fuzzy_stereo_ros.matching.realtime.moved_prior import NOTHING
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState
@@ -175,6 +175,7 @@ def saved_pairs(draw):
             values(np.uint16, 2, rows, columns),
             values(np.float32, 2, 1, -(-columns // 16), elements=st.integers(1, 8)),
             values(np.float32, 2, 2, 1, -(-columns // 16), elements=st.integers(0, 9)),
+            draw(st.sampled_from((NO_COLOURS, values(np.uint16, 6, rows, columns)))),
             camera, own,
             draw(st.one_of(st.none(), STAMPS, st.integers(1, 9).map(lambda ns: pair.stamp - ns))),
             draw(st.integers(0, 99)), replace(config, seed=draw(st.integers(0, 9))))

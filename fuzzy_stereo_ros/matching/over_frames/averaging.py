@@ -142,7 +142,8 @@ class Averaging:
             tiles.drifts[:] = 0
         self.ages_of_both[:] = 1
         pictures = np.empty((2, *self._size), np.uint16)
-        self._blend(pool, views, pictures, pictures)
+        self.blend(pool, views, (0, 1), pictures, pictures)
+        self.pictures = pictures
 
     def average(self, pool, views, history, search=True):
         """
@@ -160,7 +161,7 @@ class Averaging:
             self.shift = self._motion.between(pictures[0], views[0].luminance)
         if any(self.shift):
             for tiles, before, drift, shift in zip(
-                    self.tiles, ages, drifts, self._shifts()[:, 1]):
+                    self.tiles, ages, drifts, self.shifts[:, 1]):
                 for values, moved in zip((before, *drift), (
                         tiles.ages_then[1], *tiles.drifts_then[1])):
                     move_ages(values, *shift, moved)
@@ -174,16 +175,18 @@ class Averaging:
         self.ages_of_both[:] = self.tiles[0].ages
         if labels is not None:
             self._reject_drifting(labels)
-        self._blend(pool, views, pictures, np.empty_like(pictures))
+        self.pictures = np.empty_like(pictures)
+        self.blend(pool, views, (0, 1), pictures, self.pictures)
 
-    def _shifts(self):
-        """Return the shifts of each view, of tiles that stay and that move: down, right; int64."""
+    @property
+    def shifts(self):
+        """The shifts of each view, of tiles that stay and that move: down, right; int64."""
         down, right = self.shift
         return np.array([[(0, 0), (down, right)], [(0, 0), (down, -right)]], np.int64)
 
     def _choose(self, pool, views, history, number):
         """Compare the tiles at the last of some shifts; return the shares of unchanged ones."""
-        shifts = self._shifts()[:, number - 1]
+        shifts = self.shifts[:, number - 1]
 
         def compare(band):
             for tiles, view, picture, shift in zip(self.tiles, views, history.pictures, shifts):
@@ -205,7 +208,7 @@ class Averaging:
 
     def _reject_alike(self, pool, views, history):
         """Take out the tiles that changed alike in both views: what moves there is texture."""
-        (left, right), shifts, labels = self.tiles, self._shifts(), history.labels
+        (left, right), shifts, labels = self.tiles, self.shifts, history.labels
         pool.each(lambda band: changes_alike(
             *(view.luminance for view in views), history.pictures, labels, self._offset, shifts[0],
             left.differences, left.choices, self._alike, *band[1:]), self.bands)
@@ -220,19 +223,25 @@ class Averaging:
             add_drifts(tiles.differences, tuple(RULES), tiles.choices, tiles.drifts_then,
                        tiles.drifts)
             reject_drifting(tuple(RULES), tiles.choices, tiles.ages, tiles.drifts)
-        ages_of_both(self.ages, labels, self._offset, self._shifts()[0], self.tiles[0].choices,
+        ages_of_both(self.ages, labels, self._offset, self.shifts[0], self.tiles[0].choices,
                      self.ages_of_both)
 
-    def _blend(self, pool, views, before, after):
-        shifts = self._shifts()
-        limits = [np.maximum(LIKE * tiles.sizes, 1) for tiles in self.tiles]
+    def blend(self, pool, pictures, sides, before, after, louder=1.0):
+        """
+        Average pictures with those before where the views are averaged.
+
+        pictures: `Picture`s of the left or right view, by sides: 0 or 1; before, after: uint16
+        (N, R, C), after is written; louder: their noise by that of the luminance
+        """
+        shifts = self.shifts
+        limits = [np.maximum(np.float32(LIKE * louder) * tiles.sizes, 1) for tiles in self.tiles]
 
         def blend_band(band):
-            for side, (tiles, view) in enumerate(zip(self.tiles, views)):
-                blend(view.luminance, view.grey, before[side], shifts[side], tiles.choices,
-                      tiles.ages, limits[side], after[side], band[1], band[2])
+            for side, picture, old, new in zip(sides, pictures, before, after):
+                tiles = self.tiles[side]
+                blend(picture.luminance, picture.grey, old, shifts[side], tiles.choices,
+                      tiles.ages, limits[side], new, band[1], band[2])
         pool.each(blend_band, self.bands)
-        self.pictures = after
 
 
 def _quiet(by_tile):

@@ -36,6 +36,17 @@ class CameraMotion(NamedTuple):
     forward: np.ndarray
     back: np.ndarray
 
+    def mirrored_right(self, columns, offset):
+        """
+        Return `forward` for pixels of the mirrored right image.
+
+        columns: of the image; offset: cx of the left image minus that of the right one
+        """
+        mirror = np.eye(4)
+        mirror[0] = -1, 0, columns - 1 + offset, 1
+        whole = np.vstack([self.forward, (0, 0, 0, 1)])
+        return (mirror @ whole @ np.linalg.inv(mirror))[:3]
+
 
 def between(before, now, labels, validity, lowest, camera):
     """

@@ -26,8 +26,8 @@ class MovingCamera:
 
     description: how the camera moved, '' where no camera is given; milliseconds: time to find out;
     motion: the `CameraMotion`, None where the camera was not followed; lowest: px, the disparity
-    of label 0; moved: float32 (r, c), labels of cells, and source: int32 (r, c), where they were,
-    see warp.move_labels
+    of label 0; offset: px, of the principal points; moved: float32 (r, c), labels of cells, and
+    source: int32 (r, c), where they were, see warp.move_labels
     """
 
     def __init__(self, rows, columns, min_disparity):
@@ -55,7 +55,8 @@ class MovingCamera:
             self.description = IN_PLACE
             return False
         watch = Stopwatch()
-        self.lowest, before = self._min_disparity - camera.offset, previous.camera
+        self.lowest, self.offset = self._min_disparity - camera.offset, camera.offset
+        before = previous.camera
         self.motion, self.description = between(
             before.half_grey, half_grey, before.cells, before.cell_validity, self.lowest, camera)
         if self.motion is not None:
@@ -65,13 +66,17 @@ class MovingCamera:
         self.milliseconds = watch.times['motion']
         return self.motion is not None
 
-    def pictures(self, previous):
-        """Return the pictures and ages of a FrameState, warped to this frame."""
+    def warped(self, previous, others=(), sides=()):
+        """
+        Return the pictures and ages of a FrameState, and other pictures, warped to this frame.
+
+        others: uint16 (N, R, C), of the left or the mirrored right view, by sides: 0 or 1
+        """
         closed = np.where(self.moved < 0, cv2.medianBlur(self.moved, HOLE), self.moved)
         view = numbers(_of_centres(self.motion.back))
         warp.to_right(closed, self._shift, self._right)
         pictures = np.empty_like(previous.pictures)
-        ages = np.empty_like(previous.ages)
+        ages, moved = np.empty_like(previous.ages), np.empty_like(others)
         for side, labels in enumerate((closed, self._right)):
             self._pool.each(lambda band, labels=labels, side=side: warp.look_back(
                 labels, self.lowest, view, self._shift, bool(side), self._columns, self._rows,
@@ -80,10 +85,13 @@ class MovingCamera:
             if side:        # mirrored, as the picture is
                 across, down = (np.ascontiguousarray(found[:, ::-1]) for found in (
                     self._shape[1] - 1 - across, down))
-            cv2.remap(previous.pictures[side], across, down, cv2.INTER_LINEAR,
-                      dst=pictures[side], borderMode=cv2.BORDER_CONSTANT)
+            for before, after, of in ((previous.pictures[side], pictures[side], side),
+                                      *zip(others, moved, sides)):
+                if of == side:
+                    cv2.remap(before, across, down, cv2.INTER_LINEAR, dst=after,
+                              borderMode=cv2.BORDER_CONSTANT)
             ages[side] = _ages_at(previous.ages[side], across, down)
-        return pictures, ages
+        return pictures, ages, moved
 
     @property
     def known(self):

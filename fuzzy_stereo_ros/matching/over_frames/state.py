@@ -40,6 +40,8 @@ class CameraState(NamedTuple):
             raise ValueError('the state has cells out of range')
 
 
+COMMON = 'pictures', 'ages', 'drifts', 'colours'        # arrays of all profiles
+NO_COLOURS = np.zeros((0, 0, 0), np.uint16)
 NO_CAMERA = CameraState(*(np.zeros((0, 0), kind) for kind in (np.uint8, np.float32, np.uint8)))
 
 
@@ -50,7 +52,8 @@ class FrameState:
 
     pictures: uint16 (2, R, C), luminance of both views, averaged, the right one mirrored; ages:
     float32 (2, tile rows, tile columns), of how many frames; drifts: float32 (2, 2, tile rows,
-    tile columns), of each view, see add_drifts; camera: a `CameraState`; own: what
+    tile columns), of each view, see add_drifts; colours: uint16 (N, R, C), channels of the views,
+    averaged, NO_COLOURS where they are grey or not compared; camera: a `CameraState`; own: what
     the profile adds, a tuple of arrays and numbers, with the methods of `CameraState`, and `after`
     as below; stamp: ns or None; frame: its number; config: the MatcherConfig.
     """
@@ -58,6 +61,7 @@ class FrameState:
     pictures: np.ndarray
     ages: np.ndarray
     drifts: np.ndarray
+    colours: np.ndarray
     camera: CameraState
     own: Any
     stamp: int | None
@@ -85,7 +89,7 @@ class FrameState:
 
     def arrays(self):
         """Return {name: array} of all its arrays."""
-        return {'pictures': self.pictures, 'ages': self.ages, 'drifts': self.drifts,
+        return {**{name: getattr(self, name) for name in COMMON},
                 **self.camera._asdict(), **_parted(self.own)[0]}
 
     def numbers(self):
@@ -102,6 +106,8 @@ class FrameState:
         tiles = tuple(-(-side // TILE) for side in shape)
         layout = {'pictures': (np.uint16, (2, *shape)), 'ages': (np.float32, (2, *tiles)),
                   'drifts': (np.float32, (2, 2, *tiles)),
+                  'colours': (np.uint16, (len(self.colours), *shape) if np.size(self.colours)
+                              else (0, 0, 0)),
                   **self.camera.layout(shape, labels), **self.own.layout(shape, labels)}
         for name, array in self.arrays().items():
             check_array(f'{name} of the state', array, *layout[name])
@@ -122,7 +128,7 @@ def restored(kind, arrays, numbers, **others):
     """
     found = dict(arrays)
     camera = {name: found.pop(name) for name in CameraState._fields if name in found}
-    common = {name: found.pop(name) for name in ('pictures', 'ages', 'drifts') if name in found}
+    common = {name: found.pop(name) for name in COMMON if name in found}
     return FrameState(**common, camera=CameraState(**camera), own=kind(**found, **numbers),
                       **others)
 

@@ -16,10 +16,10 @@ from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
     fill_random_genes, scatter_random_genes)
 from fuzzy_stereo_ros.matching.match import Match
+from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fitness import (
     inside, LiteralFitness, NEAR, UniformFitness)
-from fuzzy_stereo_ros.matching.paper.inheritance import Inheritance, PaperState
 from fuzzy_stereo_ros.matching.paper.population import Population
 from fuzzy_stereo_ros.matching.paper.possibility import FULL
 import numpy as np
@@ -32,6 +32,39 @@ RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
 MUCH = 0.02         # share of unseen cells from which the most possible map is a chromosome
 UNSETTLED = 8.0     # share of confidence that is lost by growth of the fitness, for small shares
+
+
+class PaperState(NamedTuple):
+    """
+    What the profile adds to a `FrameState`.
+
+    genes: uint16 (P, R, C), the population, the fittest chromosome first
+    """
+
+    genes: np.ndarray
+
+    @property
+    def labels(self):
+        """The fittest map: uint16 (R, C)."""
+        return self.genes[0]
+
+    @property
+    def maps(self):
+        """The maps that are moved to find where cells were: (1, R, C), of the left view."""
+        return self.genes[:1]
+
+    def after(self, gap_ns):
+        """Return it for a frame that comes so much later."""
+        return self
+
+    def layout(self, shape, labels):
+        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
+        return {'genes': (np.uint16, (len(self.genes), *shape))}
+
+    def check(self, labels):
+        """Raise ValueError for a number that kernels, which check no index, cannot use."""
+        if not self.genes.size or (self.genes >= labels).any():
+            raise ValueError('the state has genes out of range')
 
 
 class Stages(NamedTuple):
@@ -98,9 +131,9 @@ class PaperMatcher:
             inherited = inheritance.average(self.pool, previous, camera)
         watch.lap('pictures')
         self._fitness.set_pair(self.pool, inheritance.luminances, inheritance.greys,
-                               inheritance.colours)
+                               *inheritance.colours)
         watch.lap('possibility')
-        self._initialise(random.child(0), inherited)
+        self._initialise(random.child(0), previous.own.genes if inherited else None)
         watch.lap('seeds')
         history = evolve(self.population, self._operators, random, budget, observe)
         watch.lap('generations')
@@ -109,7 +142,8 @@ class PaperMatcher:
         state = None
         if self._config.warm_start:
             order = operators.fittest_first(self.population.totals)
-            state = inheritance.next_state(self.population.genes[order], confidence, self._config)
+            genes = self.population.genes[order]
+            state = inheritance.next_state(genes[0], confidence, PaperState(genes), self._config)
             watch.lap('handing_on')
         return Match(disparity, confidence, history, watch.times, inherited,
                      inheritance.motion), state
@@ -136,16 +170,19 @@ class PaperMatcher:
         return np.maximum(possible - others, 0) * comparable / np.maximum(
             possible, np.float32(1 / FULL))
 
-    def _initialise(self, random, inherited):
+    def _initialise(self, random, before):
         """
         Write the initial population: inherited, random maps, or the most possible one.
 
         Where the previous frame did not show much of this one, the most possible map takes the
         place of the least fit chromosome: crossover takes its regions where they are fitter.
+
+        before: uint16 (P, R, C), the population of the previous frame, the fittest first, where a
+        smaller one counts again and again; None where nothing is inherited
         """
         population, config, inheritance = self.population, self._config, self._inheritance
         population.reset()
-        at_random = config.initial_population == 'random'
+        inherited, at_random = before is not None, config.initial_population == 'random'
         unseen = inheritance.unseen if inherited else 0.0
         if unseen > 0 or not (inherited or at_random):
             self._fitness.most_possible(self._most_possible)
@@ -155,7 +192,7 @@ class PaperMatcher:
         def initialise(slot, thread):
             genes, key = population.genes[slot], random.child(slot).key
             if inherited and slot < heirs:
-                inheritance.inherit(slot, most_possible, genes)
+                inheritance.inherit(before[slot % len(before)], most_possible, genes)
             elif at_random and not inherited:
                 fill_random_genes(key, config.disparities, genes)
             else:

@@ -138,22 +138,6 @@ def class_levels(luminance):
     return np.stack([np.clip(np.rint(level), 0, 255).astype(np.uint8) for level in levels])
 
 
-def eight_bit_colours(image, left_shift):
-    """
-    Return an image as colours of 8 bits: uint8 (R, C, 3); a grey one in all channels.
-
-    left_shift: by which it became 16 bits of luminance, see over_frames.pictures
-    """
-    if image.ndim == 2:
-        image = np.stack([image] * 3, axis=-1)
-        left_shift -= 2     # the sum of the weights of the channels is 4
-    lost = 6 - left_shift
-    if lost == 0:
-        return np.minimum(image, 255).astype(np.uint8)
-    image = image.astype(np.uint32)
-    return np.minimum(image >> lost if lost > 0 else image << -lost, 255).astype(np.uint8)
-
-
 def uniform_membership(sigma=UNIFORM_SIGMA):
     """Return Eq. 1 about a colour, by squared distance / 4, down to LEAST_UNIFORM: float32."""
     last = int(-2 * sigma**2 * np.log(LEAST_UNIFORM) / 4)

@@ -3,11 +3,11 @@
 """
 The profile `quality`: `QualityMatcher.match` is one pair, a line a stage.
 
-Genes are planes, and both views of a pair evolve. Scanlines give each view a dense seed; planes
-fitted around its pixels are the first chromosome, those of the map of `realtime` the second where
-there is one. Mutants are planes of segments and tiles; fusion by a minimum cut takes those that
-are fitter, unless the images are evidence against them. Where the views disagree, a match counts
-little.
+Genes are planes, and both views of a pair evolve. Scanlines give each view a dense seed, whose
+parent is the map of the previous frame, moved, or that of `realtime`; planes fitted around its
+pixels are the first chromosome, those of the parent the second where there is one. Mutants are
+planes of segments and tiles; fusion by a minimum cut takes those that are fitter, unless the
+images are evidence against them. Where the views disagree, a match counts little.
 """
 from collections.abc import Callable
 from typing import NamedTuple
@@ -17,6 +17,7 @@ from fuzzy_stereo_ros.matching.crossover import Cut
 from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.match import Match, mirrored
+from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
@@ -26,7 +27,44 @@ from fuzzy_stereo_ros.matching.quality.seed import (
     costs_of_pixels, realtime_matches, ScanlineSeed)
 import numpy as np
 
+BRIGHTNESS = np.float32(1 / 64)      # of luminance, 16 bits, to the sum of four grey levels
+LEAST_AGE = 5        # frames averaged from which a map of noisy pictures is a parent
+MUCH = 0.5           # share of unseen cells from which a frame begins anew
 ROOT = 16        # edges are measured in 16 * root of a colour, whose noise is the same everywhere
+
+
+class QualityState(NamedTuple):
+    """
+    What the profile adds to a `FrameState`.
+
+    disparities: float32 (2, R, C), px from 0, the fittest map of the left and of the mirrored
+    right view
+    """
+
+    disparities: np.ndarray
+
+    @property
+    def labels(self):
+        """The left map in whole px: uint16 (R, C)."""
+        return np.rint(self.disparities[0]).astype(np.uint16)
+
+    @property
+    def maps(self):
+        """The maps that are moved to find where cells were: (2, R, C)."""
+        return self.disparities
+
+    def after(self, gap_ns):
+        """Return it for a frame that comes so much later."""
+        return self
+
+    def layout(self, shape, labels):
+        """Return {name: (dtype, shape)} of the arrays, for images of a shape."""
+        return {'disparities': (np.float32, (2, *shape))}
+
+    def check(self, labels):
+        """Raise ValueError for a number that kernels, which check no index, cannot use."""
+        if not ((self.disparities >= 0) & (self.disparities <= labels - 1)).all():
+            raise ValueError('the state has disparities out of range')
 
 
 class Stages(NamedTuple):
@@ -51,29 +89,44 @@ class QualityMatcher:
     """
     The stages of one image size.
 
-    population: the `Population` of the last pair; state_type: frames hand on nothing
+    population: the `Population` of the last pair; state_type: of what it adds to a `FrameState`
     """
 
-    state_type = None
+    state_type = QualityState
 
     def __init__(self, config, rows, columns, stages=None):
         """Allocate nothing yet: each pair allocates its memory, and frees that of the last."""
         self._config, self._shape = config, (rows, columns)
         self._stages, self.pool = stages or Stages(), ThreadPool(config.threads)
+        self._inheritance = Inheritance(config, rows, columns, seen=2, least_age=LEAST_AGE)
         self.population = None
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
         """
-        Match a pair; return the `Match`, and None: no frame starts from the previous one.
+        Match a pair; return the `Match`, and the `FrameState` for the next one.
 
-        left, right: uint8 or uint16 (R, C) or (R, C, 3); previous, camera: not used;
-        random, budget, observe: as `evolve` takes them
+        left, right: uint8 or uint16 (R, C) or (R, C, 3); previous: the previous frame's
+        FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
+        that may have moved, or None
         """
-        watch = Stopwatch()
+        watch, inheritance, inherited = Stopwatch(), self._inheritance, False
         self.population = None
-        pairs = (left, right), (mirrored(right), mirrored(left))
+        inheritance.read(self.pool, left, right)
+        if self._config.warm_start:
+            inherited = (inheritance.average(self.pool, previous, camera)
+                         and inheritance.unseen < MUCH)
+        watch.lap('pictures')
+        left, right = zip(inheritance.colours, (
+            luminance * BRIGHTNESS for luminance in inheritance.luminances))
+        pairs = (left, right), tuple(tuple(map(mirrored, image)) for image in (right, left))
         found = realtime_matches(self._config, pairs, random)
-        starts = self._starts(pairs, found, budget)
+        maps = [match.disparity - np.float32(self._config.min_disparity) for match in found]
+        if inherited:
+            budget = budget.limited_to(0)       # one generation
+            for side, (before, fresh) in enumerate(zip(previous.own.disparities, maps)):
+                maps[side] = np.empty_like(fresh)
+                inheritance.inherit(before, fresh, maps[side], side)
+        starts = self._starts(pairs, maps, budget, inherited)
         watch.lap('seeds')
         if not starts[0].complete:      # the deadline is past: the best so far
             return Match(*without_uncertain(self._config, found[0].disparity,
@@ -89,7 +142,15 @@ class QualityMatcher:
         disparity, confidence = refine(self.pool, self._config, self.population, seed,
                                        random.child(0))
         watch.lap('refinement')
-        return Match(disparity, confidence, history, watch.times, False), None
+        state = None
+        if self._config.warm_start:
+            disparities = np.stack([view.disparities(view.members[self.population.best])
+                                    for view in self.population.views])
+            state = inheritance.next_state(disparities[0], confidence, QualityState(disparities),
+                                           self._config)
+            watch.lap('handing_on')
+        return Match(disparity, confidence, history, watch.times, inherited,
+                     inheritance.motion), state
 
     def possibility_of(self, chromosome):
         """Return how possible the matches of a map of labels are: float32 (R, C), 0 to 1."""
@@ -122,11 +183,16 @@ class QualityMatcher:
         self.population.tools.release()
         return self.fittest()
 
-    def _starts(self, pairs, found, budget):
-        """Return the `Start`s of both views, given their `Match`es of the profile `realtime`."""
-        scanlines, lowest = ScanlineSeed(self._config, *self._shape), self._config.min_disparity
-        return [scanlines.find(*pair, match.disparity - np.float32(lowest), budget.in_time)
-                for pair, match in zip(pairs, found)]
+    def _starts(self, pairs, maps, budget, inherited):
+        """
+        Return the `Start`s of both views.
+
+        maps: float32 (R, C), px from 0, their parents; inherited: whether those of the previous
+        frame: then the right map, which only judges the left one, is taken as it is
+        """
+        scanlines = ScanlineSeed(self._config, *self._shape)
+        return [scanlines.find(*pair, parent, budget.in_time, not (side and inherited))
+                for side, (pair, parent) in enumerate(zip(pairs, maps))]
 
     def _initial_population(self, starts, volume):
         """Return the population of a pair: planes around the pixels of both seeds."""
@@ -138,7 +204,7 @@ class QualityMatcher:
             fitness = PlaneFitness(*self._shape, self._config.disparities, stages.flat)
             fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
             views.append(View(self.pool, fitness, colour, segments_of(roots), tools))
-            maps.append([local_planes(self.pool, (start.seed.surface, start.realtime)[place % 2],
+            maps.append([local_planes(self.pool, (start.seed.surface, start.parent)[place % 2],
                                       colour) for place in range(self._config.population)])
         population = Population(views, tools, lowest, stages.trusted)
         population.update_trust([start.seed.surface for start in starts])

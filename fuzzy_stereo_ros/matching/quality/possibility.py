@@ -11,7 +11,6 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_costs
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
-from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 import numpy as np
 
 CENSUS_RADIUS, CENSUS_BITS = 2, 24
@@ -157,23 +156,11 @@ def _code_planes(model):
     return -(-CENSUS_BITS * len(model.blurs) // 16)
 
 
-def colour_and_luminance(image, scale, shift):
+def moved(image, shift):
     """
-    Return an image as uint8 (R, C, 3) and as float32 (R, C), B + 2 G + R, finer than 8 bits.
+    Return an image moved to the right by `shift` columns, its border repeated.
 
-    image: uint8 or uint16, (R, C) or (R, C, 3); scale: brings it to 8 bits; shift: columns to
-    move it to the right, its border repeated
+    image: (colour, luminance), uint8 (R, C, 3) and float32 (R, C), B + 2 G + R, finer than 8 bits
     """
-    columns = image.shape[1]
-    if shift != 0:
-        image = image[:, np.clip(np.arange(columns) - shift, 0, columns - 1)]
-    colour = np.repeat(image[..., np.newaxis], 3, axis=2) if image.ndim == 2 else image
-    luminance = (colour @ np.float32([1, 2, 1])) * np.float32(scale)
-    if scale != 1:
-        colour = np.minimum(np.rint(colour * np.float32(scale)), 255).astype(np.uint8)
-    return np.ascontiguousarray(colour), luminance
-
-
-def eight_bit_scale(left, right):
-    """Return the factor that brings a pair of images to grey levels of 8 bits."""
-    return 2.0**(luminance_shift(left, right) - (6 if left.ndim == 3 else 8))
+    columns = np.arange(image[1].shape[1])
+    return tuple(np.take(part, columns - shift, 1, mode='clip') for part in image)

@@ -3,9 +3,10 @@
 """
 The seed of the profile `quality`: a dense map of each view, crossed from scanline optima.
 
-Not in the paper. The parent is the map of the profile `realtime`. Its children are scanline optima
-that are biased towards it everywhere, only where texture is weak, or not at all. Partition
-crossover gives the first child the fitter regions of the others, by the fitness of surface.py.
+Not in the paper. The parent is the map of the previous frame, or of the profile `realtime`. Its
+children are scanline optima that are biased towards it everywhere, only where texture is weak, or
+not at all. Partition crossover gives the first child the fitter regions of the others, by the
+fitness of surface.py.
 """
 from typing import NamedTuple
 
@@ -14,8 +15,7 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
-from fuzzy_stereo_ros.matching.quality.possibility import (
-    colour_and_luminance, eight_bit_scale, Model)
+from fuzzy_stereo_ros.matching.quality.possibility import Model, moved
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness
 from fuzzy_stereo_ros.matching.quality.strips import pixel_costs, ScanlineStrips
 from fuzzy_stereo_ros.matching.quality.surface import DenseSurface, Steps, SurfaceFitness
@@ -67,13 +67,13 @@ class Start(NamedTuple):
     """
     The maps that the first chromosomes of a view are made of.
 
-    seed: a `Seed`; realtime: float32 (R, C), px, the map of the profile `realtime`
-    complete: whether there was time for the whole seed; else it is the map of `realtime`
+    seed: a `Seed`; parent: float32 (R, C), px, the map of the previous frame or of `realtime`
+    complete: whether there was time for the whole seed; else it is the parent
     colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1
     """
 
     seed: Seed
-    realtime: np.ndarray
+    parent: np.ndarray
     colour: np.ndarray
     weak: np.ndarray
     complete: bool
@@ -91,27 +91,23 @@ class ScanlineSeed:
         self._dense = DenseSurface(rows, columns, config.disparities)
         self._parent = np.zeros((rows, columns), np.float32)
 
-    def find(self, left, right, realtime, in_time):
+    def find(self, left, right, parent, in_time, searched=True):
         """
         Return the `Start` of a pair.
 
-        left, right: uint8 or uint16 (R, C) or (R, C, 3); realtime: float32 (R, C), px from 0, the
-        map of the profile `realtime`; in_time: returns whether the deadline is still ahead
+        left, right: (colour, luminance), see over_frames.Inheritance; parent: float32 (R, C), px
+        from 0; in_time: returns whether the deadline is still ahead; searched: whether children
+        are searched, else the seed is the parent
         """
-        lowest = self._config.min_disparity
-        self._inside = lowest, lowest + left.shape[1] - 1
-        luminance = self._set_pair(left, right)
-        seed = Seed(realtime.copy(), np.zeros(realtime.shape, np.int16),
-                    np.zeros(realtime.shape, np.uint16))
-        start = Start(seed, realtime, self._colour, weak_texture(luminance), True)
+        lowest, (self._colour, luminance) = self._config.min_disparity, left
+        self._inside = lowest, lowest + luminance.shape[1] - 1
+        seed = Seed(parent.copy(), np.zeros(parent.shape, np.int16),
+                    np.zeros(parent.shape, np.uint16))
+        start = Start(seed, parent, self._colour, weak_texture(luminance), True)
+        if not searched:
+            return start
+        self._scanlines.set_pair(left, moved(right, lowest), max(lowest, 0))
         return start._replace(complete=self._cross_children(start, in_time))
-
-    def _set_pair(self, left, right):
-        """Set a pair; return the luminance of its left image."""
-        pictures, first_inside = _pictures(self._config, left, right)
-        self._colour = pictures[0][0]
-        self._scanlines.set_pair(*pictures, first_inside)
-        return pictures[0][1]
 
     def _cross_children(self, start, in_time):
         """
@@ -121,7 +117,7 @@ class ScanlineSeed:
         """
         found, dense, fitness = self._scanlines, self._dense, self._fitness
         seed = start.seed
-        self._parent[:] = start.realtime
+        self._parent[:] = start.parent
         surface = dense.smooth(self._pool, self._parent, self._colour, PARENT_RADIUS,
                                PARENT_LIMIT).copy()
         children = []
@@ -173,23 +169,18 @@ class ScanlineSeed:
 
 def costs_of_pixels(config, pool, left, right):
     """Return the costs of the matches of a pair, without supports: uint8 (R, C, labels)."""
-    pictures, first_inside = _pictures(config, left, right)
-    return pixel_costs(pool, *pictures, config.disparities, SHARP, first_inside)
-
-
-def _pictures(config, left, right):
-    """Return (colour, luminance) of both images, and the first column of the right that exists."""
-    lowest, scale = config.min_disparity, eight_bit_scale(left, right)
-    return ((colour_and_luminance(left, scale, 0), colour_and_luminance(right, scale, lowest)),
-            max(lowest, 0))
+    lowest = config.min_disparity
+    return pixel_costs(pool, left, moved(right, lowest), config.disparities, SHARP,
+                       max(lowest, 0))
 
 
 def realtime_matches(config, pairs, random):
     """Return the `Match` of the profile `realtime` for each pair, filled."""
     matcher = RealtimeMatcher(MatcherConfig.from_profile(
         'realtime', disparities=config.disparities, min_disparity=config.min_disparity,
-        threads=config.threads, fill=True, warm_start=False), *pairs[0][0].shape[:2])
-    return [matcher.match(*pair, None, random, Budget(1, 0, 0))[0] for pair in pairs]
+        threads=config.threads, fill=True, warm_start=False), *pairs[0][0][1].shape)
+    return [matcher.match(left[0], right[0], None, random, Budget(1, 0, 0))[0]
+            for left, right in pairs]
 
 
 def weak_texture(luminance):

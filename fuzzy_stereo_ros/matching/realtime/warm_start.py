@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.motion import move_map
 from fuzzy_stereo_ros.matching.kernels.units import OUTSIDE
 from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History, STILL
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
-from fuzzy_stereo_ros.matching.over_frames.state import FrameState
+from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
@@ -137,7 +137,7 @@ class WarmStart:
                                        self._averaging.share >= STILL)
         if followed and noise > NOISY and self._averaging.share < ANOTHER:
             self._averaging.average(pool, views, History(
-                *self._moving.pictures(state), np.zeros_like(state.drifts), None), search=False)
+                *self._moving.warped(state)[:2], np.zeros_like(state.drifts), None), search=False)
             self._strengths[:] = 0      # the previous map is not in place
 
     @property
@@ -240,6 +240,6 @@ class WarmStart:
         result = new_result(before, self._averaging.tiles, match)
         averaging = self._averaging
         return FrameState(
-            averaging.pictures, averaging.ages, averaging.drifts,
+            averaging.pictures, averaging.ages, averaging.drifts, NO_COLOURS,
             self._moving.state(cells, validity),
             RealtimeState(labels.copy(), validity.copy(), *genes, *seen, *result), None, 0, config)

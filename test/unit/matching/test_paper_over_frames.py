@@ -43,19 +43,21 @@ def test_a_population_is_moved_as_by_the_twins(rows, columns, down, right, seed)
     origins_of_tiles(choices, down, right, origins)
     assert np.array_equal(origins, twins.origins_of_tiles(choices, down, right, shape))
 
-    before, fresh = random.integers(0, 30, (2, *shape)).astype(np.uint16)
-    genes, lowest = np.zeros(shape, np.uint16), random.choice((-7.25, 0.0, 4.5))
+    maps, lowest = random.uniform(0, 29, (2, *shape)), random.choice((-7.25, 0.0, 4.5))
     moving = tuple(random.normal((0, 0, 1, 0), (0.01, 0.01, 0.2, 0.02)))
-    for scale in ((0.0, 0.0, 1.0, 0.0), moving):
-        inherit(before, origins, lowest, scale, 29, fresh, genes)
-        assert np.array_equal(genes, twins.inherit(before, origins, lowest, scale, 29, fresh))
+    for kind, rounding in ((np.uint16, 0.5), (np.float32, 0.0)):
+        (before, fresh), genes = maps.astype(kind), np.zeros(shape, kind)
+        for scale in ((0.0, 0.0, 1.0, 0.0), moving):
+            inherit(before, origins, lowest, scale, 29, rounding, fresh, genes)
+            expected = twins.inherit(before, origins, lowest, scale, 29, fresh)
+            np.testing.assert_allclose(genes, expected, rtol=0 if kind == np.uint16 else 1e-6)
 
 
 def test_what_stays_in_place_keeps_its_genes():
     before = np.random.default_rng(0).integers(0, 24, (20, 30)).astype(np.uint16)
     genes = np.zeros_like(before)
     inherit(before, np.arange(600, dtype=np.int32).reshape(20, 30), -3.7, (0.0, 0.0, 1.0, 0.0),
-            23, np.zeros_like(before), genes)
+            23, 0.5, np.zeros_like(before), genes)
     np.testing.assert_array_equal(genes, before)
 
 

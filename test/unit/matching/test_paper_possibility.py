@@ -5,10 +5,9 @@ from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
     average_over_uniform, fill_chosen_possibility, fill_class_possibility, fill_grey_possibility,
     fill_largest_elsewhere, fill_planes, most_possible)
-from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import (
-    class_levels, compressed, eight_bit_colours, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table,
+    class_levels, compressed, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table,
     GREY_CENTRES, matching_possibility, membership, nearness, possibility_table,
     shared_membership, uniform_membership, very_possible_table)
 from hypothesis import given, settings, strategies as st
@@ -57,23 +56,6 @@ def test_the_possibility_of_a_chromosome_is_read_from_the_volume(shape):
     chosen = np.zeros(shape, np.uint8)
     fill_chosen_possibility(volume, chromosome, chosen)
     np.testing.assert_array_equal(chosen, reference.chosen_possibility(volume, chromosome))
-
-
-@pytest.mark.parametrize('shape', [(3, 4), (3, 4, 3)])
-@pytest.mark.parametrize('bits', range(5, 17))
-def test_colours_are_the_8_highest_used_bits_of_all_channels(bits, shape):
-    image = np.random.default_rng(bits).integers(0, 2**bits, shape).astype(np.uint16)
-    image[0] = 2**bits - 1
-    colours = eight_bit_colours(image, luminance_shift(image, image))
-    expected = np.floor(image * 2.0**(8 - bits))
-    assert colours.dtype == np.uint8
-    np.testing.assert_array_equal(colours, expected if len(shape) == 3 else np.stack(
-        [expected] * 3, axis=-1))
-
-
-def test_images_of_8_bits_are_taken_as_they_are():
-    image = np.random.default_rng(2).integers(0, 256, (4, 5, 3)).astype(np.uint8)
-    np.testing.assert_array_equal(eight_bit_colours(image, luminance_shift(image, image)), image)
 
 
 # ---- the uniform reading ----

@@ -147,7 +147,8 @@ def test_every_size_and_range_gives_a_disparity_everywhere_when_filled(
         assert match.beyond or np.isfinite(match.disparity).all()     # what is nearer is invalid
         assert np.nanmin(match.disparity) >= min_disparity
         assert np.nanmax(match.disparity) <= min_disparity + disparities - 1
-    assert match.warm == config.warm_start
+    # quality takes over no map of two frames of noise
+    assert match.warm == config.warm_start or config.algorithm == 'quality'
 
 
 # ---- what comes out ----

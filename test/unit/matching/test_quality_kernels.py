@@ -10,8 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
 from fuzzy_stereo_ros.matching.quality import strips
-from fuzzy_stereo_ros.matching.quality.possibility import (
-    colour_and_luminance, Model, SupportPossibility)
+from fuzzy_stereo_ros.matching.quality.possibility import Model, SupportPossibility
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness, SurfaceScanlines
 from fuzzy_stereo_ros.matching.quality.surface import Steps, SurfaceFitness
 from hypothesis import given, settings, strategies as st
@@ -26,7 +25,8 @@ MODEL = Model(census=7, colour=43, slope=2, gradient=12, blurs=(0.5,), longest=3
 
 def test_costs_of_pixels_in_strips_are_those_of_the_whole_image_halved(monkeypatch):
     left, right = small_pair(61, 40)[:2]
-    pair = [colour_and_luminance(image, 1.0, 0) for image in (left, right)]
+    pair = [(image, image @ np.float32([1, 2, 1])) if image.ndim == 3 else
+            (np.stack([image] * 3, -1), 4 * np.float32(image)) for image in (left, right)]
     monkeypatch.setattr(strips, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
     volume = strips.pixel_costs(ThreadPool(1), *pair, 20, MODEL._replace(rounds=2), 3)
     whole = SupportPossibility(61, 40, 20, MODEL)

@@ -28,14 +28,14 @@ def origins_of_tiles(choices, down, right, origins):
 
 
 @kernel
-def inherit(before, origins, lowest, scale, highest, fresh, genes):
+def inherit(before, origins, lowest, scale, highest, rounding, fresh, genes):
     """
     Write a chromosome: the genes of the previous one where they were, new ones elsewhere.
 
-    before: uint16 (R, C); origins: int32 (R, C); lowest: px, the disparity of gene 0; scale:
-    (a, b, c, d), the disparity of a point becomes that by a * column + b * row + c + d *
-    disparity; highest: the last gene; fresh: uint16 (R, C), genes of NEW cells; genes: uint16
-    (R, C), written
+    before: uint16 or float32 (R, C); origins: int32 (R, C); lowest: px, the disparity of gene 0;
+    scale: (a, b, c, d), the disparity of a point becomes that by a * column + b * row + c + d *
+    disparity; highest: the last gene; rounding: is added to genes; fresh: (R, C), genes of NEW
+    cells; genes: (R, C), written; both of the type of `before`
     """
     rows, columns = origins.shape
     across, down, constant, by_disparity = scale
@@ -51,4 +51,4 @@ def inherit(before, origins, lowest, scale, highest, fresh, genes):
             distance = (across * (origin % columns) + down * (origin // columns) + constant
                         + by_disparity * disparity)
             moved = disparity / max(distance, BEHIND) - lowest
-            genes[row, column] = np.uint16(min(max(moved + 0.5, 0.0), highest))
+            genes[row, column] = min(max(moved + rounding, 0.0), highest)

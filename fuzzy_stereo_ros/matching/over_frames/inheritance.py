@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the profiles `paper` and `quality` take over of the previous frame: pictures, and maps.
+
+Not in the paper, which matches one pair. Luminance and colours are averaged. A cell takes over the
+genes of where it was in the previous frame: in tiles that stayed or moved as a whole, as averaging
+has found, or by the motion of the camera; others are new.
+"""
+from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.kernels.genetic.inheritance import inherit, NEW, origins_of_tiles
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.temporal import warp
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
+from fuzzy_stereo_ros.matching.over_frames.averaging import (
+    ANOTHER, Averaging, History, STILL)
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY, numbers
+from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, Picture
+from fuzzy_stereo_ros.matching.over_frames.state import FrameState
+import numpy as np
+
+SURE = 0.5          # confidence from which a match tells how the camera moved
+IN_PLACE = 0.0, 0.0, 1.0, 0.0       # scale of a disparity that stays what it is
+LOUDER = (16 / 6)**0.5   # noise of a channel by that of B + 2 G + R, where it is independent
+CHANNELS, OF_LUMINANCE = 3, 2       # of a colour; bits that the sum of their weights takes
+
+
+class Inheritance:
+    """
+    The pictures of a pair and what they inherit from those before, of one image size.
+
+    views: a `Picture` of the left and of the mirrored right image
+    """
+
+    def __init__(self, config, rows, columns, seen=1, least_age=1):
+        """
+        Allocate for images of a size.
+
+        seen: of how many views there are colours and maps; least_age: frames that a tile of noisy
+        pictures has to be the mean of, else its cells are new: maps found in more noise are worse
+        """
+        self._least_age = least_age
+        self._highest, self._lowest = config.disparities - 1, float(config.min_disparity)
+        self._shape = rows, columns
+        self.views = [Picture(rows, columns, mirrored) for mirrored in (False, True)]
+        self._half = Picture(rows // 2, columns // 2, False)
+        self._sides = [side for side in range(seen) for _ in range(CHANNELS)]
+        self._channels = [Picture(rows, columns, side > 0) for side in self._sides]
+        self._bands = cut_bands(rows, 2)
+        self._averaging = Averaging(rows, columns, config.min_disparity)
+        self._noise = NoiseEstimate(rows, columns)
+        self._moving = MovingCamera(rows, columns, config.min_disparity)
+        self._origins = np.zeros((seen, rows, columns), np.int32)
+        self._nearest = np.zeros((rows, columns), np.float32)
+        self._before, self._scales = None, [IN_PLACE] * seen
+
+    @property
+    def luminances(self):
+        """The luminance of the left and of the right image: uint16 (R, C), views."""
+        left, right = (view.luminance[MARGIN:-MARGIN, MARGIN:view.columns + MARGIN]
+                       for view in self.views)
+        return left, right[:, ::-1]
+
+    @property
+    def greys(self):
+        """The same in grey levels of 8 bits: uint8 (R, C)."""
+        return [_upright(view) for view in self.views]
+
+    @property
+    def colours(self):
+        """The colours of the views, uint8 (R, C, 3); a grey image has it in all channels."""
+        channels = self._channels if self._coloured else [self.views[side] for side in self._sides]
+        return [np.stack([_upright(one) for one in channels[first:first + CHANNELS]], axis=-1)
+                for first in range(0, len(channels), CHANNELS)]
+
+    @property
+    def motion(self):
+        """How the camera moved, in words; '' where no camera is given."""
+        return self._moving.description
+
+    def read(self, pool, left, right):
+        """Read a pair: uint8 or uint16 (R, C) or (R, C, 3)."""
+        left_shift, images = luminance_shift(left, right), (left, right)
+        self._coloured = left.ndim == 3
+        read = [(view, image, left_shift) for view, image in zip(self.views, images)]
+        if self._coloured:
+            read += [(picture, np.ascontiguousarray(images[side][..., place % CHANNELS]),
+                      left_shift + OF_LUMINANCE)
+                     for place, (picture, side) in enumerate(zip(self._channels, self._sides))]
+
+        def read_band(band):
+            for picture, image, shift in read:
+                picture.read(image, 0, shift, *band[1:])
+        pool.each(read_band, self._bands)
+
+    def average(self, pool, state, camera):
+        """
+        Average the pictures with those of the FrameState of the previous frame, None for none.
+
+        camera: a `Camera` that may have moved, or None. Returns whether maps are inherited.
+        """
+        averaging, moving = self._averaging, self._moving
+        self.views[0].halve(self._half, 0, self._half.rows)
+        self._noise.measure(self.views[0], self._half, 0, self.views[0].rows)
+        self._noisy = self._noise.level > NOISY      # before averaging
+        number = len(self._channels) if self._coloured else 0
+        if state is None or len(state.colours) != number:
+            averaging.restart(pool, self.views)
+            state, before = None, np.empty((number, *self._shape), np.uint16)
+        else:
+            before = state.colours
+            averaging.average(pool, self.views, History(
+                state.pictures, state.ages, state.drifts, state.own.labels))
+        self.views[0].halve(self._half, 0, self._half.rows)
+        followed = moving.follow(pool, state, camera, self._half.grey[:, :self._half.columns],
+                                 averaging.share >= STILL)
+        if followed and self._noisy and averaging.share < ANOTHER:
+            pictures, ages, before = moving.warped(state, state.colours, self._sides)
+            averaging.average(pool, self.views, History(
+                pictures, ages, np.zeros_like(state.drifts), None), search=False)
+        self._colours = np.empty_like(before)
+        averaging.blend(pool, self._channels[:number], self._sides, before, self._colours,
+                        LOUDER)
+        if state is None or not (followed or averaging.share >= ANOTHER):
+            return False
+        self._find_origins(state.own.maps, followed)
+        if self._noisy and self._least_age > 1:
+            for tiles, origins in zip(averaging.tiles, self._origins):
+                young = np.repeat(tiles.ages < self._least_age, TILE, axis=1)
+                for row, line in enumerate(origins):
+                    line[young[row // TILE, :line.size]] = NEW
+        return True
+
+    def _find_origins(self, maps, followed):
+        """
+        Find where the cells of maps, (views, R, C), were.
+
+        followed: whether the motion of the camera is known
+        """
+        averaging, moving = self._averaging, self._moving
+        if followed:
+            self._lowest, columns = moving.lowest, self._shape[1]
+            views = moving.motion.forward, moving.motion.mirrored_right(columns, moving.offset)
+            self._scales = [tuple(view[2].tolist()) for view in views]
+            for labels, origins, view in zip(maps, self._origins, views):
+                warp.move_labels(labels.astype(np.float32), moving.lowest, numbers(view),
+                                 self._nearest, origins)
+            return
+        self._scales = [IN_PLACE] * len(self._origins)
+        for tiles, origins, shift in zip(averaging.tiles, self._origins, averaging.shifts[:, 1]):
+            origins_of_tiles(tiles.choices, *shift, origins)
+
+    @property
+    def unseen(self):
+        """The share of the cells that are new, in the view that has most of them."""
+        return max(float(np.mean(origins == NEW)) for origins in self._origins)
+
+    def inherit(self, before, fresh, genes, side=0):
+        """
+        Write what a map of a view inherits.
+
+        before: (R, C), the map of the previous frame; fresh: (R, C), genes of new cells; genes:
+        (R, C), written, whole numbers or float32; side: 1 for the mirrored right view
+        """
+        rounding = 0.0 if genes.dtype == np.float32 else 0.5
+        inherit(before, self._origins[side], self._lowest, self._scales[side], self._highest,
+                rounding, fresh, genes)
+
+    def next_state(self, labels, confidence, own, config):
+        """
+        Return the FrameState of this frame.
+
+        labels: (R, C), the fittest map; confidence: float32 (R, C), of it; own: what the profile
+        adds
+        """
+        cells = labels[::2, ::2][:self._half.rows, :self._half.columns].astype(np.float32)
+        averaging = self._averaging
+        return FrameState(
+            averaging.pictures, averaging.ages, averaging.drifts, self._colours,
+            self._moving.state(cells, (confidence < SURE).astype(np.uint8)), own, None, 0, config)
+
+
+def _upright(picture):
+    """Return the grey levels of a `Picture`, not mirrored: uint8 (R, C)."""
+    grey = picture.grey[:, :picture.columns]
+    return np.ascontiguousarray(grey[:, ::-1]) if picture.mirrored else grey

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The profile `quality` over frames: averaged pictures, and the map of the frame before."""
+from dataclasses import replace
+
+import cv2
+from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.match import Camera, mirrored
+from fuzzy_stereo_ros.matching.over_frames import camera_motion
+from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
+from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
+from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
+from made_matches import wrong
+import numpy as np
+import pytest
+
+ROWS, COLUMNS, DISPARITIES = 80, 112, 24
+CONFIG = MatcherConfig.from_profile('quality', disparities=DISPARITIES, threads=1, fill=True)
+CAMERA = Camera(FOCAL * 160, FOCAL * 160, 159 / 2, 129 / 2)      # of 130 x 160 pixels
+
+
+def frames(number, size=(ROWS, COLUMNS), **options):
+    return list(make_sequence(*size, DISPARITIES, number, 1,
+                              **{'noise': 2.0, 'objects': 3, 'colour': True, **options}))
+
+
+def matches_of(pairs, camera=None, matcher=None, **changes):
+    matcher = matcher or StereoMatcher(replace(CONFIG, **changes))
+    return [matcher.match(pair.left, pair.right, camera=camera) for pair in pairs], matcher
+
+
+def bits(match):
+    return match.disparity.tobytes(), match.confidence.tobytes()
+
+
+@pytest.mark.parametrize('shape', [(30, 40), (30, 40, 3)])
+@pytest.mark.parametrize('bits', [6, 8, 12, 16])
+def test_colours_are_the_8_highest_used_bits_of_all_channels(bits, shape):
+    image = np.random.default_rng(bits).integers(0, 2**bits, shape).astype(
+        np.uint8 if bits == 8 else np.uint16)
+    image[0] = 2**bits - 1
+    inheritance = Inheritance(CONFIG, *shape[:2], seen=2)
+    inheritance.read(ThreadPool(1), image, mirrored(image))
+    left, right = inheritance.colours
+    expected = np.minimum(np.floor(image * 2.0**(8 - bits) + 0.5), 255)
+    if len(shape) == 2:
+        expected = np.stack([expected] * 3, axis=-1)
+    np.testing.assert_array_equal(left, expected)
+    np.testing.assert_array_equal(right, expected[:, ::-1])
+
+
+def noisy_frames(number, sigma=3.0):
+    """Return a smooth picture, (R, C, 3), and pairs of it with noise in each channel."""
+    random = np.random.default_rng(3)
+    smooth = cv2.GaussianBlur(random.normal(size=(128, 160, 3)), None, 6.0)
+    smooth = np.interp(smooth, (smooth.min(), smooth.max()), (40, 210))
+    return smooth, [np.rint(smooth + random.normal(0, sigma, (2, *smooth.shape))).astype(np.uint8)
+                    for _ in range(number)]
+
+
+def test_noise_is_averaged_in_all_channels_and_maps_are_taken_over_once_it_is():
+    smooth, pairs = noisy_frames(LEAST_AGE + 1)
+    inheritance, pool = Inheritance(CONFIG, 128, 160, 2, LEAST_AGE), ThreadPool(1)
+    state, labels = None, np.zeros((2, 128, 160), np.float32)
+    for number, pair in enumerate(pairs, 1):
+        inheritance.read(pool, *pair)
+        inherited = inheritance.average(pool, state, None)
+        assert inherited == (number > 1)
+        if inherited:
+            assert (inheritance.unseen > 0.9) == (number < LEAST_AGE)
+        state = inheritance.next_state(labels[0], labels[0], QualityState(labels), CONFIG)
+    for colours in inheritance.colours:
+        assert (colours - smooth).std(axis=(0, 1)).max() < 0.5 * 3.0
+
+
+def test_a_still_scene_in_noise_gets_better_and_flickers_less():
+    pairs = frames(6, noise=4.0)
+    warm, _ = matches_of(pairs)
+    cold, _ = matches_of(pairs[-2:], warm_start=False)
+    assert [match.warm for match in warm] == [False, True, True, True, True, True]
+    assert wrong(warm[-1], pairs[-1]) < 0.8 * wrong(cold[-1], pairs[-1])
+    changed = [np.mean(np.abs(one[-1].disparity - one[-2].disparity) > 1) for one in (warm, cold)]
+    assert changed[0] < 0.5 * changed[1]
+    assert warm[-1].generations == 1 and cold[-1].generations == CONFIG.generations
+
+
+def test_a_map_moves_with_the_camera():
+    pairs = frames(3, (130, 160), drive=0.08, pan=2.0, noise=0)
+    followed, matcher = matches_of(pairs, CAMERA)
+    assert followed[-1].motion == camera_motion.FOLLOWED and followed[-1].warm
+    assert wrong(followed[-1], pairs[-1]) < wrong(matches_of(pairs[-1:])[0][0], pairs[-1]) + 0.3
+    inheritance, before = matcher.algorithm._inheritance, matches_of(pairs[:2], CAMERA)[1].state
+    for side, truth in enumerate(matcher.state.own.disparities):
+        moved = np.empty_like(truth)
+        inheritance.inherit(before.own.disparities[side], np.full_like(truth, -9), moved, side)
+        seen = moved >= 0
+        assert seen.mean() > 0.8
+        assert np.mean(np.abs(moved - truth)[seen] > 1) < 0.05
+
+
+def test_after_a_cut_all_begins_anew():
+    _, matcher = matches_of(frames(2, noise=0))
+    other = frames(1, noise=0)[0]
+    turned = [np.ascontiguousarray(image[::-1]) for image in other[:2]]
+    match = matcher.match(*turned)
+    assert not match.warm and match.generations == CONFIG.generations
+
+
+def test_the_same_bits_with_any_number_of_threads_and_after_being_restored():
+    pairs = frames(3, (130, 160), drive=0.08, noise=1.0)
+    expected = [bits(match) for match in matches_of(pairs, CAMERA)[0]]
+    for threads in (2, 3):
+        assert [bits(one) for one in matches_of(pairs, CAMERA, threads=threads)[0]] == expected
+    _, matcher = matches_of(pairs[:2], CAMERA)
+    matcher.state.check(DISPARITIES + 16)
+    other = StereoMatcher(CONFIG)
+    other.restore(matcher.state)
+    assert [bits(one) for one in matches_of(pairs[2:], CAMERA, other)[0]] == expected[2:]
+
+
+def test_grey_frames_after_coloured_ones_begin_anew():
+    pairs = frames(2, noise=0)
+    _, matcher = matches_of(pairs[:1])
+    grey = [np.ascontiguousarray(image[..., 1]) for image in pairs[1][:2]]
+    matcher.restore(replace(matcher.state, stamp=10))
+    match = matcher.match(*grey, stamp=20)
+    assert not match.warm
+    assert bits(match) == bits(StereoMatcher(CONFIG).match(*grey, stamp=20))
