@@ -24,8 +24,8 @@ from fuzzy_stereo_ros.evaluation.scores import (
 import numpy as np
 import pandas as pd
 
-OURS, QUALITY = 'ours', 'ours, profile quality'
-OURS_GREY, QUALITY_GREY = f'{OURS}, grey', f'{QUALITY}, grey'
+OURS, FAST, QUALITY = 'ours', 'ours, profile fast', 'ours, profile quality'
+OURS_GREY, FAST_GREY, QUALITY_GREY = (f'{name}, grey' for name in (OURS, FAST, QUALITY))
 BASELINES = *DEFAULT, *TUNED, STRICTEST     # in the order of the tables
 FINE_LIMIT = 0.5
 MUCH_WORSE = 1.5
@@ -197,6 +197,7 @@ def matched(scene, known, request):
     images = known.left, known.right
     greys, matches = [grey(image) for image in images], {}
     for name, grey_name, ours in ((OURS, OURS_GREY, request.ours),
+                                  (FAST, FAST_GREY, Ours(FAST, 'fast')),
                                   (QUALITY, QUALITY_GREY, Ours(QUALITY, 'quality'))):
         matches[name], matches[grey_name] = (
             ours.matcher(scene.disparities).match(*those) for those in (images, greys))
@@ -212,7 +213,7 @@ def tables(several, kept=()):
     """Return the tables of a list of `Measured`, one for each scene; kept: see presets.kept_of."""
     figures, reliable, confidence, nearer = (
         pd.DataFrame([row for part in parts for row in part]) for parts in zip(*several))
-    names = [OURS, OURS_GREY, QUALITY, QUALITY_GREY, *(
+    names = [OURS, OURS_GREY, FAST, FAST_GREY, QUALITY, QUALITY_GREY, *(
         baseline.name for baseline in BASELINES)]
     tuned = [name for name in names if 'tuned' in name]
     clean = figures[figures.noise == 0]

@@ -20,6 +20,7 @@ from bench.request import report_of
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.evaluation.turns import take_turns
 from fuzzy_stereo_ros.matching import MatcherConfig
@@ -34,6 +35,7 @@ THREADS = (1, 2)
 FRAMES = 4
 NOISE = 1.5  # grey levels, fresh in every frame
 OURS = FIRST, COLD, WARM = 'ours, first pair', 'ours, cold', 'ours, warm'
+FAST = 'ours, profile fast, cold'
 INTERVAL = MatcherConfig.still_interval
 LATE = 0.95         # of the turns take at most this long
 ALONE = 'of the total, what one thread does alone'
@@ -88,7 +90,8 @@ def race(request, pair, size, threads):
     frames = noisy_frames(pair, rows, columns)
     greys = [tuple(grey(image) for image in frame) for frame in frames]
     with opencv_threads(threads):
-        works = {name: _ours(request, frames, disparities, threads, name) for name in OURS}
+        works = {name: _ours(request.ours, frames, disparities, threads, name) for name in OURS}
+        works[FAST] = _ours(Ours(FAST, 'fast'), frames, disparities, threads, COLD)
         works.update((baseline.name, _baseline(baseline, greys, disparities))
                      for baseline in reversed(TUNED))
         return [{'size': f'{columns}x{rows}', 'disparities': disparities, 'threads': threads,
@@ -103,13 +106,13 @@ def noisy_frames(pair, rows, columns):
     return [tuple(with_noise(image, NOISE, random) for image in images) for _ in range(FRAMES)]
 
 
-def _ours(request, frames, disparities, threads, name, places=None):
+def _ours(ours, frames, disparities, threads, name, places=None):
     """
     Return a function that matches a frame, and returns {stage: milliseconds}.
 
     places: where helping threads run; None for the matcher's own rule
     """
-    matcher = request.ours.matcher(
+    matcher = ours.matcher(
         disparities, threads=threads, warm_start=True, still_interval=1)
     matcher.warm_up(*frames[0][0].shape[:2])
     matcher.algorithm.pool.places = places or matcher.algorithm.pool.places
@@ -168,7 +171,7 @@ def _race_table(title, turns):
 
 def _stage_table(turns):
     """Return the table of our stages: the median of each."""
-    ours = turns[turns.matcher.isin(OURS)]
+    ours = turns[turns.matcher.isin((*OURS, FAST))]
     known = 'size', 'disparities', 'threads', 'matcher', 'milliseconds', 'processor', ALONE
     stages = ours.groupby(['size', 'threads', 'matcher'], sort=False)[
         [*(name for name in turns if name not in known), ALONE]].median().T
@@ -255,9 +258,9 @@ def beside_busy_processes(request, pair, size, threads):
     frames = noisy_frames(pair, rows, columns)
     greys = [tuple(grey(image) for image in frame) for frame in frames]
     works = {f'{COLD}, {count} thread' + 's' * (count > 1):
-             _ours(request, frames, disparities, count, COLD) for count in reversed(threads)}
+             _ours(request.ours, frames, disparities, count, COLD) for count in reversed(threads)}
     if len(threads) > 1:
-        works.update((name, _ours(request, frames, disparities, threads[-1], COLD,
+        works.update((name, _ours(request.ours, frames, disparities, threads[-1], COLD,
                                   FixedPlaces(apart)))
                      for name, apart in (('helpers apart', True), ('helpers anywhere', False)))
     works[REFERENCE.name] = _baseline(REFERENCE, greys, disparities)
