@@ -11,12 +11,11 @@ from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTE
 import numpy as np
 
 APART = 3            # px from the best disparity from which another one is another one
-LOWEST = 5.0         # deviations that the best disparity must have
+LOWEST = 6.5         # deviations that the best disparity must have
 LEAD = 2.0           # deviations by which it must exceed the map
 TILTED = 2.0         # deviations that a slant must gain
 SECOND = 0.6         # of its deviations, the most that another one may have
-AGREE = 1            # px around it in which both halves of the region must have evidence
-HALF = 0.5           # of their due, that of the whole / root of 2, the least they must have
+AGREE = 1            # px by which both halves of the region may differ from it
 DECISIVE = 4.0       # deviations of a cell at which the map needs no help
 LENIENT = -2.5       # deviations by which a cell may speak for the map
 VISIBLE = 0.3        # of the pixels most seen at a disparity, those that another one needs
@@ -259,8 +258,8 @@ def judge(curves, counts, cells, places, start, stop, disparities, nearest, powe
     region; start, stop: its cells; nearest: label from which on there is evidence; power:
     float64 (BANDS,), mean square of the other view; plane: float64 (3,), of half-size x and y and
     full disparity, NaN where none is taken; figures: float64 (5,): deviations of the best
-    disparity, of the best other one, the share of its due that the weaker half has, deviations of
-    the map, and of cells in those by chance; kept: uint8 (cells,), where the plane is taken
+    disparity, of the best other one, by how much halves differ, px, deviations of the map, and of
+    cells in those by chance; kept: uint8 (cells,), where the plane is taken
     """
     number, labels = stop - start, disparities
     plane[:], figures[:] = np.nan, 0
@@ -270,26 +269,24 @@ def judge(curves, counts, cells, places, start, stop, disparities, nearest, powe
     valid = seen_by[0] > VISIBLE * seen_by[0].max()
     if not valid.any():
         return False
-    scores, deviations = np.zeros(labels), np.zeros((3, labels))
+    scores, deviations, bests = np.zeros(labels), np.zeros(labels), np.zeros(3, np.int64)
     middles, spreads = np.zeros(BANDS), np.zeros(BANDS)
-    for part in (2, 1, 0):      # the whole last: its middles and spreads stay
-        _score(totals[part], seen_by[part], valid, floors, scores, middles, spreads,
-               deviations[part])
-    halves, deviations = deviations[1:], deviations[0]
-    best, second, others = _best(deviations, nearest), -9.0, 0
+    for part in (2, 1, 0):      # the whole last: its deviations stay
+        _score(totals[part], seen_by[part], valid, floors, scores, middles, spreads, deviations)
+        bests[part] = _best(deviations, nearest)
+    best, second, others = bests[0], -9.0, 0
     for label in range(nearest, labels):
         if valid[label] and abs(label - best) > APART:
             second, others = max(second, deviations[label]), others + 1
     figures[0], figures[1] = deviations[best], second
-    around = halves[:, max(best - AGREE, 0):best + AGREE + 1]
-    figures[2] = min(around[0].max(), around[1].max()) * np.sqrt(2) / max(deviations[best], 1e-6)
+    figures[2] = max(abs(bests[1] - best), abs(bests[2] - best))
     if (others <= APART or deviations[best] < LOWEST or second > SECOND * deviations[best]
-            or figures[2] < HALF):
+            or figures[2] > AGREE):
         return False
 
     weighted, seen = np.zeros((number, labels)), np.zeros((number, labels))
-    right, down, of_map, of_plane, near = (np.zeros(number), np.zeros(number), np.zeros(number),
-                                           np.zeros(number), np.zeros(number))
+    right, down, of_map, of_plane, around = (np.zeros(number), np.zeros(number), np.zeros(number),
+                                             np.zeros(number), np.zeros(number))
     weigh(curves, counts, start, spreads, weighted, seen)
     x, y, wide, high = centres(cells, start, right, down)
     middle = (middles / spreads).sum()
@@ -300,14 +297,14 @@ def judge(curves, counts, cells, places, start, stop, disparities, nearest, powe
     if figures[0] < figures[3] + LEAD:
         return False
 
-    spread_around(of_plane, places, start, near)
+    spread_around(of_plane, places, start, around)
     usual = by_chance(weighted, valid, places, start, nearest, best)
-    figures[4] = (near * cells[start:stop, 0]).sum() / cells[start:stop, 0].sum() / usual
+    figures[4] = (around * cells[start:stop, 0]).sum() / cells[start:stop, 0].sum() / usual
     if figures[4] >= DECISIVE:
         return False
     limit = max(figures[4] - DECISIVE, LENIENT) * usual
-    spread_around(of_plane - of_map, places, start, near)
-    kept[start:stop] = near > limit
+    spread_around(of_plane - of_map, places, start, around)
+    kept[start:stop] = around > limit
     plane[0], plane[1] = found[1] / wide, found[2] / high
     plane[2] = found[0] - plane[0] * x - plane[1] * y
     return True
