@@ -75,7 +75,7 @@ def environment(threads):
             f'Python {platform.python_version()}', f'OpenCV {cv2.__version__}',
             *(f'{name} {_version(package)}' for name, package in versions.items())]),
         'threads': threads,
-        'load': f'{os.getloadavg()[0]:.1f} processes wanted to run in the last minute',
+        'load': f'load average (1 min) {os.getloadavg()[0]:.1f}',
     }
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Bands of rows, cut by the pair and never by the threads, which share work, not results."""
+"""Row bands depend on the image size only, never on the number of threads, which share them."""
 from contextlib import suppress
 import ctypes
 import os

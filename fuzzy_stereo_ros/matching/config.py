@@ -60,8 +60,8 @@ class MatcherConfig:
         '(realtime by scanlines)')
     still_interval: int = _number(
         4, 1, 1000, 'frames',
-        'of a scene in which nothing has moved for 32 frames, one in so many is matched; those '
-        'between keep its result. 1 matches every frame (realtime)')
+        'after 32 static frames match every n-th frame only, the others reuse the result; 1 '
+        'matches every frame (realtime)')
     deadline_ms: float = _number(
         0.0, 0.0, 3600000.0, 'ms',
         'no operator starts after this time, nor, in realtime, one that would end after it; 0 is '

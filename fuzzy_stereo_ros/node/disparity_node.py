@@ -270,7 +270,7 @@ class DisparityNode(Node):
                 if not self.context.ok():
                     raise       # shutting down
                 reason = error if isinstance(error, ValueError) else traceback.format_exc()
-                self._logger_of(name).error(f'what came in on {name} cannot be used: {reason}',
+                self._logger_of(name).error(f'message on {name} rejected: {reason}',
                                             throttle_duration_sec=LOG_PERIOD)
                 return arguments[-1]    # the response as it is, for a service
         return call

@@ -63,7 +63,7 @@ class ManagedDisparityNode(DisparityNode, LifecycleNode):
     on_shutdown = on_error = on_cleanup
 
     def _change_if_allowed(self, request, response):
-        """Answer a request for a transition; rclpy ends the process if the state has no such."""
+        """Answer a request for a transition; rclpy crashes on one invalid in this state."""
         asked, (_, state) = request.transition, self._state_machine.current_state
         allowed = {number: label
                    for number, label, *_ in self._state_machine.available_transitions}

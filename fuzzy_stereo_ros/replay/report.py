@@ -98,7 +98,8 @@ def sentences(figures, approximate):
         lines.append(f'to synchronise more of them, {_remedy(approximate)}')
     lines.append(
         f"{figures['pairs_per_second']:.1f} pairs/s, {figures['match_ms']:.1f} ms of matching a "
-        f"pair; {100 * figures['share_not_matching']:.1f} % of the time spent on other work")
+        f"pair; {100 * figures['share_not_matching']:.0f} % of the time went into reading "
+        'and writing')
     if figures['reach']:
         lines.append(f"searched: {figures['reach']}")
     lines += [*figures['losses'], *(f'hint: {sentence}' for sentence in figures['hints'])]

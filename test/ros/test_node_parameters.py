@@ -127,7 +127,7 @@ def test_a_request_that_rclpy_cannot_read_is_logged_and_survived(bench):
     client = bench.listener.create_client(SetParameters, '/disparity_node/set_parameters')
     unread = Parameter(name='disparity_range', value=ParameterValue(type=200))
     assert bench.answer(client, SetParameters.Request(parameters=[unread])).results == []
-    bench.node.logged('set_parameters cannot be used: 200 is not a valid Parameter.Type')
+    bench.node.logged('set_parameters rejected: 200 is not a valid Parameter.Type')
     assert bench.match(*PAIR).max_disparity == 15.0
 
 

@@ -85,7 +85,7 @@ def make_folder(folder):
 
 
 def folder_name():
-    """Return a name made of all that compiled kernels depend on but for the processor."""
+    """Return the name of the cache folder: hash of the sources, Python and numba versions."""
     digest = hashlib.sha256(repr(numba.config.BOUNDSCHECK).encode())
     for source in sorted(SOURCES.rglob('*.py')):
         content = source.read_bytes()
@@ -229,7 +229,7 @@ class _PartCompiler(Compiler):
 
 
 class _Kernel(CPUDispatcher):
-    """What numba makes of a function; kernels that call it get a part of their own code."""
+    """The dispatcher of a kernel; kernels that call it link its unfinished library."""
 
     def __init__(self, function, allocates=False, **options):
         options |= {'nopython': True, 'boundscheck': None, 'no_cfunc_wrapper': True,

@@ -5,8 +5,8 @@ The previous best, moved with the camera, as a prior of the search.
 
 Not in the paper. A moved label is checked by the pictures: the census of a point that stands still
 is the same in both frames. Where the label agrees with the half-size map, or its census agrees
-better, the search relies on it, the more the longer the label has survived. Points that move by
-themselves fail this check.
+better, the search relies on it; its weight grows with the frames that it survived. Points that
+move by themselves fail this check.
 """
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands

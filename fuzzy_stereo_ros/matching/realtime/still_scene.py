@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A scene that stands still is searched in one frame of a few; the others keep its result.
+A static scene is searched every n-th frame; the others reuse the result.
 
 Not in the paper. Once nothing has changed for so long that noise is averaged away and planes have
 evolved, another search finds what the last one found. A frame in which anything changed is

@@ -4,8 +4,8 @@
 Fusion of two parents by a minimum cut: what surrounds the maximum flow, found by growing trees.
 
 A choice x in {0, 1}^n costs sum alone_i x_i - sum weight_ij x_i x_j, weights not below 0. A cell
-that gains by itself is taken at once, one that does not gain with all of its neighbours is left;
-either may decide its neighbours. Twice the cost of the others is
+that gains by itself is taken at once, one that cannot gain even with all of its neighbours is
+rejected; each decision may settle neighbours. Twice the cost of the others is
 sum (2 alone_i - sum_j weight_ij) x_i + sum weight_ij |x_i - x_j|, whose least value is a cut.
 
 The flow is found after Boykov and Kolmogorov, An experimental comparison of min-cut/max-flow

@@ -6,7 +6,7 @@ What genes that are planes cost: the plane (a, b, c) of a pixel is its disparity
 Not in the paper, whose genes are whole disparities. A gene is measured over a support that
 follows its own plane (Bleyer et al., PatchMatch stereo, 2011), and by how much the planes of
 neighbours differ at both of them (Olsson et al., In defense of 3D-label stereo, 2013). A region
-moves to another plane only where what is seen of it does not speak against that.
+changes its plane only if its visible matches get no worse.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root

@@ -19,7 +19,7 @@ import numpy as np
 def move_genes(planes, evolved, work, choices, settled, down, right, moved_planes, moved_evolved,
                moved_work, first, last):
     """
-    Move what is known of cells by a number of cells, but in tiles that stayed.
+    Shift the genes of moved tiles by a number of cells; copy those of unmoved tiles.
 
     planes: float32 (r, c, 3); evolved: uint8 (r, c), 0 where a gene follows the map; work: uint8
     (r, c); choices: int8 (tile rows, tile columns), 0 where a tile of pixels stayed; settled:
@@ -79,7 +79,7 @@ def sample_map(chromosome, labels, offsets, validity, margins, clear, down, righ
 @kernel
 def follow_map(disparities, reach, limit, mutated, evolved, planes, tangents, first, last):
     """
-    Let the genes that have not evolved follow a map; mutated cells of it have evolved.
+    Reset unevolved genes to the tangent planes of a map; its mutated cells count as evolved.
 
     The planes through the cells of the map are sloped as the neighbours `reach` cells away are.
 
@@ -199,7 +199,7 @@ def trust_visible(planes, consistent, right, begin, highest, full, little, neare
 @kernel
 def rank_regions(begin, end, row_runs, region, doubts, work, cells, doubt, worked):
     """
-    Sum up what is known of regions: int64 (N,), their cells, doubt, and proposals so far.
+    Sum cells, doubt and proposals per region: int64 (N,).
 
     begin, end, row_runs, region: runs of rows and their regions, see segments.py; doubts,
     work: uint8 (r, c)

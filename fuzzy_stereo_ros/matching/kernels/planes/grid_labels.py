@@ -3,7 +3,7 @@
 """
 From plane genes on a grid, see grid.py, to the labels of all pixels around its cells.
 
-Few pixels change in a frame: vectors look for those, and each is then looked at by itself.
+Few pixels change in a frame: SIMD finds these candidates; a scalar loop handles them.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel

@@ -106,7 +106,7 @@ _REFITS = 4          # by least squares, each to what agrees with the one before
 def find_runs(luminance, margin, weak, step, apart, overlap, begin, end, parent, row_runs, sums,
               first, last):
     """
-    Write the runs of like pixels of weak texture and join those that are like above each other.
+    Write runs of similar pixels of weak texture and merge vertically adjacent similar ones.
 
     Those of the rows first .. last are numbered from first * c on.
 

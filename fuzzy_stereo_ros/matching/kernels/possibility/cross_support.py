@@ -3,8 +3,8 @@
 """
 Means of costs over cross-shaped supports: pixels of like colour along rows and columns.
 
-After Zhang, Lu and Lafruit, Cross-based local stereo matching, 2009. Not in the paper: a pixel's
-possibility is surer where its neighbours of the same class are asked too. Sums over arms are
+After Zhang, Lu and Lafruit, Cross-based local stereo matching, 2009. Not in the paper: the
+possibility is more reliable when averaged over similar neighbours. Sums over arms are
 differences of running sums, so that long arms cost no more than short ones. Running sums may
 overflow: their differences do not.
 """

@@ -85,7 +85,7 @@ def reject_nearer(disparity, confidence, highest, counts, first, last):
 @kernel
 def reject_changed(labels, genes, validity, settled, first, last):
     """
-    Copy the validity, but reject the cells whose genes are no longer the labels that it judged.
+    Copy the validity, and invalidate cells whose gene changed by more than one label.
 
     labels, genes: (R, C); validity, settled: uint8 (R, C). A step of one is no change.
     """

@@ -4,7 +4,7 @@
 Fill rejected pixels from their row and from their column, and the membership median.
 
 Seen from the left image, something nearer hides a strip at its left, as wide as the disparity
-jumps. A rejected run that is no such strip is a mismatch: nothing says that it is background.
+jumps. A rejected run that is no such strip is a mismatch, so it is not filled as background.
 The membership median is, at a jump of disparity, the median of the neighbours of like grey: a
 fuzzy class made crisp, that of a pixel being what its 7 x 7 neighbours share in grey.
 """

@@ -81,7 +81,7 @@ LINES = 10           # that confidence is the least of
 @kernel(allocates=True)
 def certainty(sums, margins, reliance, due, validity, certain, first, last):
     """
-    Say how sure each label is by itself: how possible, and by how much the only one.
+    Compute the certainty of each label from its cost and its uniqueness margin.
 
     sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
     elsewhere is; reliance: uint8 (R, C), how much the search relied on the previous best, and

@@ -28,7 +28,7 @@ def _note(column, best, low, at, totals, labels, below, above):
 
 @inlined
 def _choose_single(search, scratch, low, width, at, size, out, penalty):
-    """Do in registers, four columns at once, what _choose_tile does for any; return how many."""
+    """Process four columns at once in registers, as _choose_tile; return the number processed."""
     costs, sums, paths, totals = scratch.costs, scratch.sums, scratch.up, scratch.labels
     jumps, labels, below, above = (scratch.across, scratch.chosen, scratch.least_below,
                                    scratch.least_above)

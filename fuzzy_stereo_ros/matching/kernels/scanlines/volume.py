@@ -44,7 +44,7 @@ class Chosen(NamedTuple):
 
 
 class Search(NamedTuple):
-    """A search, in whole numbers; what is no size or number of the model is an address."""
+    """A search; fields other than sizes and constants of the model are addresses."""
 
     rows: int
     columns: int

@@ -36,7 +36,7 @@ def _one_block(builder, vector):
 
 
 def _halves_met(builder, one, other, half):
-    """Return the smaller of each lane and that `half` lanes on, for two vectors in one."""
+    """Return the minima with the lane `half` further, of two vectors packed into one."""
     # in the order that a processor interleaves by
     pick = [start + lane for begin in range(0, LANES, 2 * half) for start in (0, LANES)
             for lane in range(begin, begin + half)]
@@ -154,8 +154,8 @@ def choose_of_target(labels, label_bytes, sums, columns, offers, target, target_
 
     All but the sizes are addresses of a row. labels: of 1 or 2 bytes; sums: uint8; offers:
     uint16, working memory; target: uint8, labels modulo 256, 0 where no pixel points; its last
-    columns are those of the pixels, any more come before them. Which of equals is the nearest is
-    told by labels modulo 256, too.
+    columns are those of the pixels, any more come before them. Ties go to the
+    larger label modulo 256.
     """
     extra = target_columns - columns
     for column in range(target_columns):

@@ -3,10 +3,9 @@
 """
 Warp a map by the motion of the camera, and compare the census of a point in two frames.
 
-Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A view is a matrix of 3 rows and 4
-columns, as a tuple of 12: what it makes of (column, row, 1, disparity) is (column, row, 1) of the
-other frame times a scale; the disparity there is the one here by that scale. Labels are
-disparities minus `lowest`.
+Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A view is a matrix P of 3 rows and
+4 columns, as a tuple of 12: P (column, row, 1, d) = s (column', row', 1) of the other frame, and
+d' = d / s. Labels are disparities minus `lowest`.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
