@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.matching.over_frames.averaging import (
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY, numbers
 from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, Picture
-from fuzzy_stereo_ros.matching.over_frames.state import FrameState
+from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
 
 SURE = 0.5          # confidence from which a match tells how the camera moved
@@ -107,7 +107,8 @@ class Inheritance:
         number = len(self._channels) if self._coloured else 0
         if state is None or len(state.colours) != number:
             averaging.restart(pool, self.views)
-            state, before = None, np.empty((number, *self._shape), np.uint16)
+            state = None
+            before = np.empty((number, *self._shape), np.uint16) if number else NO_COLOURS
         else:
             before = state.colours
             averaging.average(pool, self.views, History(

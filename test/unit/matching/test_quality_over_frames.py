@@ -125,5 +125,6 @@ def test_grey_frames_after_coloured_ones_begin_anew():
     grey = [np.ascontiguousarray(image[..., 1]) for image in pairs[1][:2]]
     matcher.restore(replace(matcher.state, stamp=10))
     match = matcher.match(*grey, stamp=20)
+    matcher.state.check(DISPARITIES + 16)
     assert not match.warm
     assert bits(match) == bits(StereoMatcher(CONFIG).match(*grey, stamp=20))
