@@ -33,6 +33,7 @@ setup(
                       'PyYAML>=5.4,<7', 'tqdm>=4.60,<5'],
     extras_require={
         'bags': ['rosbags>=0.11,<0.12'],
+        'completion': ['argcomplete>=2,<4'],
         'cluster': ['distributed>=2024.1,<2028'],
         'evaluate': ['Jinja2>=3.0,<4', 'pandas>=2.1,<4', 'tabulate>=0.9,<1'],
         'pictures': ['matplotlib>=3.6,<4'],
@@ -43,6 +44,7 @@ setup(
         ],
         'test': ['hypothesis>=6.90,<7', 'psutil>=5.9,<8', 'pytest>=7.4,<9',
                  'pytest-timeout>=2.2,<3', 'scikit-image>=0.22,<1'],
+        'video': ['av>=12,<19'],
     },
     zip_safe=False,
     entry_points={

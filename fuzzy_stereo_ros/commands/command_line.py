@@ -9,6 +9,8 @@ disk.
 """
 import argparse
 from functools import partial
+from importlib.util import find_spec
+import os
 import sys
 
 import fuzzy_stereo_ros
@@ -19,7 +21,7 @@ WITHOUT_KERNELS = 'synthesise', 'convert'
 
 def main(argv=None):
     """Run `fuzzy-stereo` and return its exit code; argv: None = arguments of the process."""
-    return run_program(_parser, argv)
+    return run_program(_completed_parser, argv)
 
 
 def commands():
@@ -30,6 +32,16 @@ def commands():
     return {'match': match, 'evolve': evolve, 'replay': replay, 'evaluate': evaluate,
             'suggest': suggest, 'benchmark': benchmark, 'synthesise': synthesise,
             'convert': convert, 'warm-up': warm_up}
+
+
+def _completed_parser():
+    """Return the parser of all commands; with argcomplete it answers the shell's Tab instead."""
+    parser = _parser()
+    if os.environ.get('_ARGCOMPLETE') and find_spec('argcomplete') is not None:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
+    return parser
 
 
 def _parser():

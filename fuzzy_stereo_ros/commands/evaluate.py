@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""`fuzzy-stereo evaluate`: measure matchers side by side on scenes with ground truth."""
+"""`fuzzy-stereo evaluate`: measure matchers side by side, with ground truth or without."""
 from contextlib import contextmanager
 from functools import partial
+from itertools import islice
 import json
 from pathlib import Path
 import sys
@@ -12,35 +13,45 @@ from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
+from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
+from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
+from fuzzy_stereo_ros.pairs.frames import are_frames, Frames
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_whole
-from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_changes
+from fuzzy_stereo_ros.pairs.pair_reader import PairReader
+from fuzzy_stereo_ros.parameters.options import (
+    add_camera_options, add_matcher_options, CAMERA, given_cameras, matcher_changes)
 from fuzzy_stereo_ros.progress import follow
 
-REPEATS, PICTURES = 3, 60
+REPEATS, PICTURES, FRAMES = 3, 60, 20
 # Truths are of the left image; maps are measured as they come and filled, cold and warm.
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'warm_start', 'threads')
 SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
 STDOUT = '-'
 
 LEFT_BEHIND = UNTOUCHED
-HELP = 'measure matchers on scenes with ground truth'
+HELP = 'measure matchers on scenes with ground truth, or on own pairs'
 DESCRIPTION = (
     'Measure matchers side by side on scenes with ground truth, and print tables as Markdown.\n\n'
     'DIR is a scene or holds scenes at any depth: Middlebury v2, 2005, 2006, 2014 and later,\n'
     'KITTI 2012 and 2015 in their official structure, left.png and right.png with a\n'
     'groundtruth.png, .pfm, .npy or .npz, and numbered frames (left_07.png, right_07.png or\n'
     'left/0007.png, right/0007.png), which are also matched as a sequence, warm and cold.\n\n'
+    'Without ground truth: a recording or two folders, as for replay, whose maps are compared by\n'
+    'density, agreement of both images, flicker and time.\n\n'
     "matchers: ours, or ours:PROFILE; opencv:bm, :sgbm, :3way or :hh4 at stereo_image_proc's\n"
     'defaults, or tuned: opencv:bm:tuned.')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo evaluate MiddEval3/trainingQ --html evaluation.html\n'
            '  fuzzy-stereo evaluate kitti2015/training --matcher ours opencv:sgbm \\\n'
-           '      --results other=results/disp_0 --csv figures.csv')
+           '      --results other=results/disp_0 --csv figures.csv\n'
+           '  fuzzy-stereo evaluate left_folder right_folder --html evaluation.html')
 
 
 def add_arguments(parser):
     """Add the arguments of `evaluate`."""
-    parser.add_argument('folders', metavar='DIR', nargs='+', help='a scene, or a folder of scenes')
+    parser.add_argument('folders', metavar='DIR', nargs='+',
+                        help='a scene, or a folder of scenes; or two folders, patterns or videos '
+                             'without ground truth')
     parser.add_argument('--matcher', metavar='NAME', nargs='*', default=list(USUAL),
                         help=f'matchers to measure; default: {" ".join(USUAL)}')
     parser.add_argument('--results', metavar='[NAME=]DIR', action='append', default=[],
@@ -71,6 +82,12 @@ def add_arguments(parser):
                          help='largest number of scenes with pictures on the page, the best and '
                               f'the worst ones; default: {PICTURES}')
     written.add_argument('--overwrite', action='store_true', help='replace files that exist')
+    own = parser.add_argument_group('pairs without ground truth')
+    own.add_argument('--frames', metavar='N', type=int, default=FRAMES,
+                     help=f'number of frames that are matched; default: {FRAMES}')
+    own.add_argument('--rectify', action='store_true',
+                     help='the images are raw: rectify them by --camera-info')
+    add_camera_options(parser)
     add_matcher_options(parser, left_out=DECIDED)
 
 
@@ -99,15 +116,22 @@ def run(arguments, stream, progress_stream=None):
     outputs = _checked_outputs(arguments)
     for name, value, lowest in (
             ('repeats', arguments.repeats, 1), ('threads', arguments.threads, 1),
-            ('disparities', arguments.searched, 1), ('pictures', arguments.pictures, 0)):
+            ('disparities', arguments.searched, 1), ('pictures', arguments.pictures, 0),
+            ('frames', arguments.frames, 1)):
         if value is not None and value < lowest:
             raise ValueError(f'--{name} is {value}; allowed are {lowest} and more')
     if arguments.truth_scale is not None and not 0 < arguments.truth_scale < float('inf'):
         raise ValueError(f'--truth-scale is {arguments.truth_scale}; allowed are numbers above 0')
     matchers = [matcher_named(name, arguments.profile, matcher_changes(arguments))
                 for name in dict.fromkeys(arguments.matcher)]
-    found = search([Path(folder) for folder in arguments.folders], arguments.truth_scale,
-                   arguments.only)
+    try:
+        found = search([Path(folder) for folder in arguments.folders], arguments.truth_scale,
+                       arguments.only)
+    except ValueError:
+        if arguments.results or not are_frames(arguments.folders):
+            raise
+        _run_without_truth(arguments, matchers, outputs, stream)
+        return
     matchers += _result_files(arguments.results, found, [each.name for each in matchers])
     if not matchers:
         raise ValueError('no matcher is named: give --matcher NAME or --results DIR')
@@ -128,6 +152,48 @@ def run(arguments, stream, progress_stream=None):
                'csv': lambda: pd.DataFrame(records, columns=COLUMNS, dtype=object).to_csv(
                    index=False, lineterminator='\n'),
                'html': lambda: page_of(report, results, gallery)}
+    for name, path in outputs.items():
+        write_whole(path, written[name]().encode())
+    stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
+
+
+def _run_without_truth(arguments, matchers, outputs, stream):
+    """Measure matchers on frames without ground truth, write the files and print the table."""
+    from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
+    from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report
+    from fuzzy_stereo_ros.evaluation.without_truth import HEADINGS, measure_without_truth
+    import pandas as pd
+
+    frames = Frames(arguments.folders)
+    images = [image.read() for image in next(frames.pairs())[1:]]
+    infos = (None, None)
+    if arguments.rectify or any(getattr(arguments, name) is not None for name in CAMERA):
+        infos, _ = given_cameras(arguments, images[0].shape[:2], '--rectify', arguments.rectify)
+    reader = PairReader(arguments.rectify)
+
+    def pairs():
+        for stamp, left, right in islice(frames.pairs(), arguments.frames):
+            yield reader.read_images((left.read(), right.read()), infos, stamp)
+
+    disparities = arguments.searched
+    if disparities is None:
+        first, count = search_range(seen_disparities(
+            [(pair.left, pair.right) for pair in islice(pairs(), PAIRS)], arguments.threads))
+        disparities = first + count
+    with opencv_threads(arguments.threads):
+        own = measure_without_truth(pairs, matchers, disparities, arguments.repeats)
+    report = Report('evaluate', f'Evaluation of {frames.name}', {
+        **environment(f'{arguments.threads} each'),
+        'frames': f'{min([*frames.counts.values(), arguments.frames])}, {disparities} disparities '
+                  + ('found in the first pairs' if arguments.searched is None else 'given'),
+        'row offset': NOT_MEASURED if own.misalignment is None else own.misalignment.sentence},
+        [own.table], own.hints)
+    frame = pd.DataFrame(own.rows, columns=['matcher', *HEADINGS[1:]])
+    in_json = json.dumps(for_json({'settings': report.settings, 'records': frame.astype(
+        object).where(frame.notna(), None).to_dict('records')}), indent=2)
+    written = {'markdown': lambda: markdown(report), 'json': lambda: in_json + '\n',
+               'csv': lambda: frame.to_csv(index=False, lineterminator='\n'),
+               'html': lambda: page_of(report, [], Gallery(0, matchers[0].name), own.pictures)}
     for name, path in outputs.items():
         write_whole(path, written[name]().encode())
     stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))

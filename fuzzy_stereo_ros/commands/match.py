@@ -11,7 +11,6 @@ import time
 from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
-from fuzzy_stereo_ros.matching.colours import colour_disparity
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
 from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
@@ -28,6 +27,7 @@ from fuzzy_stereo_ros.parameters.options import (
     USUAL_PROFILE)
 from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
+from fuzzy_stereo_ros.views.video import disparity_picture
 import numpy as np
 
 LEFT_BEHIND = UNTOUCHED
@@ -65,7 +65,8 @@ def add_arguments(parser):
                              f"any output and --saved: {' and '.join(USUAL_FILES.values())}, if "
                              'they do not exist')
     parser.add_argument('--picture', metavar='FILE',
-                        help='picture in colours: far is blue, near red, invalid grey')
+                        help='picture in colours below a legend: far is blue, near red, invalid '
+                             'grey')
     parser.add_argument('--confidence', metavar='FILE',
                         help='file of confidence, 0 to 1: .pfm, .npy or .png (0 to 255)')
     parser.add_argument('--depth', metavar='FILE',
@@ -144,9 +145,7 @@ def run(arguments, stream):
     if 'output' in outputs:
         write_disparity(outputs['output'], match.disparity)
     if 'picture' in outputs:
-        write_image(outputs['picture'], colour_disparity(
-            match.disparity, config.min_disparity,
-            config.min_disparity + config.disparities - 1))
+        write_image(outputs['picture'], disparity_picture(match.disparity))
     if 'confidence' in outputs:
         write_confidence(outputs['confidence'], match.confidence)
     if 'depth' in outputs:

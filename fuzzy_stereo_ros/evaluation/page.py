@@ -54,14 +54,18 @@ class Gallery:
             del self.shown[ranked[len(ranked) // 2]]
 
 
-def page_of(report, results, gallery):
-    """Return the HTML page of a `Report`, the `Result`s of its scenes and their `Gallery`."""
+def page_of(report, results, gallery, own=()):
+    """
+    Return the HTML page of a `Report`, the `Result`s of its scenes and their `Gallery`.
+
+    own: [(title, [(what, data URI)])] of pictures without ground truth.
+    """
     shown = [result for result in results if result.subject.path in gallery.shown]
     marked = best_and_worst(shown, gallery.ranked_by)
     html = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     limits = {one.subject.family: one.subject.limit for one in shown}
     return html.from_string(TEMPLATE.read_text(encoding='utf-8')).render(
-        report=report, gallery=gallery, shown=shown, marked=marked,
+        report=report, gallery=gallery, own=own, shown=shown, marked=marked,
         others=[one for one in shown if one not in marked.values()] if marked else [],
         without=len(results) - len(shown), raw=RAW, filled=FILLED,
         limits=', '.join(f'bad-{limit:g} of {family}' for family, limit in limits.items()),

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Write videos by OpenCV: of any frames, and of matched pairs with their maps side by side."""
+"""Write videos, by PyAV or OpenCV: of any frames, and of matched pairs with their maps."""
+from contextlib import suppress
+from fractions import Fraction
+from importlib.util import find_spec
 import os
 from pathlib import Path
 
@@ -9,7 +12,10 @@ from fuzzy_stereo_ros.matching.colours import colour_disparity, INVALID_GREY
 from fuzzy_stereo_ros.pairs.image_files import check_place, in_eight_bits
 import numpy as np
 
-CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}
+CODECS = {'.mp4': 'mp4v', '.avi': 'MJPG'}       # of OpenCV
+# Of PyAV, where it is installed: browsers play H.264 with this format of pixels.
+H264, PIXELS = 'libx264', 'yuv420p'
+QUALITY = {'crf': '18', 'preset': 'veryfast'}   # good, and no slower than matching
 RATES = 0.1, 240.0      # frames per second
 LARGEST = 4096, 2304    # width and height of a frame in px: limits of players and encoders
 PANEL = 320, 1280       # least and largest width of a panel, px
@@ -18,6 +24,7 @@ MARGIN = 8              # between texts, px
 BAR = 10                # height of a colour bar, px
 LETTERS = 0.5           # font scale of OpenCV
 WHITE = 235, 235, 235
+ENDS = 0.5, 99.5        # percentiles of disparities at the ends of the colours of a picture
 
 
 def check_video(path, rate=RATES[0]):
@@ -44,7 +51,8 @@ class VideoFile:
         """
         Prepare a file, which is created with the first frame; an existing one is replaced.
 
-        path: .mp4 (MPEG-4) or .avi (Motion JPEG). rate: frames per second.
+        path: .mp4 (H.264 by PyAV, which browsers play; without it MPEG-4) or .avi (Motion
+        JPEG). rate: frames per second.
         Raises ValueError for another suffix or rate, or if the folder does not exist.
         """
         check_video(path, rate)
@@ -91,6 +99,9 @@ class VideoFile:
         shrink = min(1.0, LARGEST[0] / columns, LARGEST[1] / rows)
         reduced = [max(1, round(side * shrink)) for side in (rows, columns)]
         self._size = tuple(side + side % 2 for side in reduced)
+        if self._path.suffix == '.mp4' and find_spec('av') is not None:
+            self._writer = _BrowserVideo(self._part, self.rate, *self._size)
+            return
         codec = CODECS[self._path.suffix]
         writer = cv2.VideoWriter(str(self._part), cv2.VideoWriter.fourcc(*codec), float(self.rate),
                                  self._size[::-1])
@@ -102,6 +113,33 @@ class VideoFile:
                              f'{codec}, or the folder is not writable; use {others}, or another '
                              'folder')
         self._writer = writer
+
+
+class _BrowserVideo:
+    """An .mp4 of H.264 by PyAV, with the methods of a cv2.VideoWriter: it reports no error."""
+
+    def __init__(self, path, rate, rows, columns):
+        import av
+
+        self._errors = OSError, av.error.FFmpegError
+        self._make = av.VideoFrame.from_ndarray
+        self._file = av.open(str(path), 'w', options={'movflags': '+faststart'})
+        self._stream = self._file.add_stream(H264, rate=Fraction(rate).limit_denominator(1000),
+                                             options=QUALITY)
+        self._stream.width, self._stream.height = columns, rows
+        self._stream.pix_fmt = PIXELS
+        self._file.start_encoding()     # creates the file
+
+    def write(self, frame):
+        """Append a frame: uint8 (R, C, 3) BGR."""
+        with suppress(*self._errors):
+            self._file.mux(self._stream.encode(self._make(frame, format='bgr24')))
+
+    def release(self):
+        """Write what is still encoded, and close the file."""
+        for finish in (lambda: self._file.mux(self._stream.encode()), self._file.close):
+            with suppress(*self._errors):
+                finish()
 
 
 def _fitted(frame, rows, columns):
@@ -145,6 +183,20 @@ def side_by_side(matched, low, high):
         (cv2.applyColorMap(confidence, cv2.COLORMAP_VIRIDIS), 'confidence', '0', '1',
          cv2.COLORMAP_VIRIDIS)]
     return np.hstack([_headed(_sized(picture), *words) for picture, *words in panels])
+
+
+def disparity_picture(disparity):
+    """
+    Return disparities in colours below a legend: uint8 (R, C, 3) BGR.
+
+    The colours are spread over the disparities that are there, but for ENDS of them.
+    disparity: float32 (R, C), px, NaN = invalid.
+    """
+    there = disparity[np.isfinite(disparity)]
+    low, high = np.percentile(there, ENDS) if there.size else (0, 1)
+    return _headed(_sized(colour_disparity(disparity, low, high)),
+                   'disparity [px], grey is invalid', f'{low:.1f}', f'{high:.1f}',
+                   cv2.COLORMAP_TURBO)
 
 
 def _sized(picture):

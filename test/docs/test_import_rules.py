@@ -19,8 +19,8 @@ ROS_MODULE = re.compile(r'(rcl|ros|rmw|launch|ament_|tf2|message_filters|cv_brid
                         r'|\w+_(msgs|srvs)$')
 # Files that import ROS, or stand on those that do: nobody else imports them.
 ROS_FILES = 'node', 'bench/demo', 'bench/live'
-INSIDE_FUNCTIONS = frozenset({'dask', 'distributed', 'matplotlib', 'pandas', 'rosbags',
-                              'yaml'})
+INSIDE_FUNCTIONS = frozenset({'argcomplete', 'av', 'dask', 'distributed', 'matplotlib', 'pandas',
+                              'rosbags', 'yaml'})
 
 
 @dataclass(frozen=True)

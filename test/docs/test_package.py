@@ -22,7 +22,7 @@ SEMANTIC = re.compile(r'(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)')
 NODES = 'disparity_node', 'managed_disparity_node', 'simulated_cameras'
 COMMANDS = {*NODES, 'fuzzy-stereo'}
 # Extras of setup.py that rosdep does not know; what needs them says so.
-OPTIONAL = {'dask', 'distributed', 'rosbags'}
+OPTIONAL = {'argcomplete', 'av', 'dask', 'distributed', 'rosbags'}
 ROSDEP_KEYS = {'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2', 'llvmlite': 'python3-numba',
                'matplotlib': 'python3-matplotlib', 'numba': 'python3-numba',
                'numpy': 'python3-numpy', 'pandas': 'python3-pandas', 'psutil': 'python3-psutil',

@@ -23,6 +23,7 @@ from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_con
 from fuzzy_stereo_ros.parameters.table import written
 from fuzzy_stereo_ros.program import Parser
 from fuzzy_stereo_ros.saved_pair import write_saved_pair
+from fuzzy_stereo_ros.views.video import HEAD
 import numpy as np
 import pytest
 from repository import ROOT
@@ -121,7 +122,8 @@ def test_match_writes_what_the_matcher_finds(folder, pair, suffix, capsys):
 def test_the_picture_shows_the_disparities_in_colours(folder):
     assert main(match_arguments(picture='picture.png')) == 0
     picture = read_image('picture.png')
-    assert picture.shape == (48, 80, 3)
+    assert picture.shape == (HEAD + 4 * 48, 4 * 80, 3)     # below a legend, as it is narrow
+    picture = picture[HEAD::4, ::4]
     invalid = np.isnan(read_disparity('out.pfm'))
     assert np.ptp(picture[~invalid].astype(int), axis=1).max() > 100
     assert (picture[invalid] == picture[invalid][:1]).all()
@@ -385,7 +387,7 @@ def test_a_saved_pair_is_matched_to_the_same_bits(
 def test_a_saved_pair_needs_no_profile_and_writes_the_given_outputs(report, capsys):
     found = figures_of(capsys, '--output', 'out.npy', '--picture', 'out.png')
     assert np.load('out.npy').tobytes() == maps(report)['disparity'].tobytes()
-    assert read_image('out.png').shape == (60, 100, 3)
+    assert read_image('out.png').shape == (HEAD + 4 * 60, 4 * 100, 3)
     assert found['profile'] is None and found['disparities'] == 24
     assert found['saved'] == {
         'folder': 'report', 'same': True, 'changed': {}, 'deadline_ms': 0.0, 'versions': [],
@@ -522,3 +524,15 @@ def test_the_command_of_the_folder_works_in_another_process(report):
         capture_output=True, text=True)
     assert words[0] == 'fuzzy-stereo' and (done.returncode, done.stderr) == (0, '')
     assert done.stdout.endswith('the same as saved, bit for bit\n')
+
+
+def test_the_shell_completes_commands_options_and_profiles(tmp_path):
+    pytest.importorskip('argcomplete', reason='the extra completion is not installed')
+    for line, words in (('fuzzy-stereo ev', {'evaluate', 'evolve'}),
+                        ('fuzzy-stereo match --rec', {'--rectify'}),
+                        ('fuzzy-stereo match --profile qua', {'quality'})):
+        answer = tmp_path / 'answer'
+        subprocess.run([sys.executable, '-m', 'fuzzy_stereo_ros.commands.command_line'], env={
+            **os.environ, '_ARGCOMPLETE': '1', 'COMP_LINE': line, 'COMP_POINT': str(len(line)),
+            '_ARGCOMPLETE_STDOUT_FILENAME': str(answer), '_ARGCOMPLETE_IFS': '\n'}, check=True)
+        assert {word.strip() for word in answer.read_text().split('\n')} == words

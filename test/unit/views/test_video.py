@@ -9,7 +9,8 @@ import cv2
 from fuzzy_stereo_ros.matching.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
-from fuzzy_stereo_ros.views.video import CODECS, HEAD, PANEL, side_by_side, VideoFile, VideoSink
+from fuzzy_stereo_ros.views.video import (
+    CODECS, disparity_picture, HEAD, PANEL, side_by_side, VideoFile, VideoSink)
 from matched_scene import DISPARITIES, made_matched
 import numpy as np
 import pytest
@@ -95,6 +96,23 @@ def test_a_video_has_its_name_when_it_is_closed_and_not_before(tmp_path, suffix)
     file.close()
 
 
+def test_a_browser_can_play_an_mp4_that_pyav_writes(tmp_path):
+    av = pytest.importorskip('av', reason='PyAV is not installed: MPEG-4 instead of H.264')
+    written(tmp_path / 'video.mp4', *map(plain, (30, 200, 90)), rate=29.97)
+    with av.open(str(tmp_path / 'video.mp4')) as found:
+        (stream,) = found.streams.video
+        assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ('h264', 'yuv420p')
+        assert float(stream.average_rate) == pytest.approx(29.97, rel=1e-3)
+    content = (tmp_path / 'video.mp4').read_bytes()
+    assert content.index(b'moov') < content.index(b'mdat')      # plays while it loads
+
+
+def test_without_pyav_an_mp4_is_written_by_opencv(tmp_path, monkeypatch):
+    monkeypatch.setattr(video, 'find_spec', lambda name: None)
+    frames, rate = written(tmp_path / 'video.mp4', plain(30), plain(200))
+    assert len(frames) == 2 and rate == 10
+
+
 def test_without_a_frame_there_is_no_file(tmp_path):
     VideoFile(tmp_path / 'video.mp4', 10).close()
     assert os.listdir(tmp_path) == []
@@ -178,6 +196,18 @@ def test_the_head_has_the_stamp_and_the_range():
         return side_by_side(made_matched(**options), low, high)[:HEAD].tobytes()
     assert head() == head()
     assert len({head(), head(stamp=1_260_000_000), head(low=1), head(high=8)}) == 4
+
+
+def test_a_picture_of_disparities_has_colours_over_what_is_there_and_a_legend():
+    disparity = np.linspace(20, 30, 400, dtype=np.float32)[np.newaxis].repeat(60, axis=0)
+    disparity[:, :40] = np.nan
+    disparity[0, -1] = 500      # a few wild ones change nothing
+    picture = disparity_picture(disparity)
+    assert picture.shape == (HEAD + 60, 400, 3) and (picture[:26] > 200).any()
+    ramp = cv2.applyColorMap(np.array([[0, 255]], np.uint8), cv2.COLORMAP_TURBO)[0].astype(int)
+    assert abs(picture[-1, 42] - ramp[0]).max() < 40 and (picture[-1, 399] == ramp[1]).all()
+    assert np.ptp(picture[-1, :40]) == 0
+    assert disparity_picture(np.full((9, 9), np.nan, np.float32)).shape[2] == 3
 
 
 def test_a_narrow_picture_is_repeated_and_a_wide_one_reduced():

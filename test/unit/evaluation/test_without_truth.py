@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What `fuzzy-stereo evaluate` measures of pairs whose disparities nobody knows."""
+import json
+from pathlib import Path
+
+from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.pairs.image_files import write_image
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
+import numpy as np
+import pytest
+
+pytest.importorskip('jinja2', reason='the extra evaluate is not installed')
+AGREE = 'agree with the right image [%]'
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in a folder with the frames of a still scene, and with frames of two scenes."""
+    monkeypatch.chdir(tmp_path)
+    for number, pair in enumerate(make_sequence(60, 120, 24, 3, seed=3, noise=3.0)):
+        for side in ('left', 'right'):
+            image = getattr(pair, side)
+            write_image(_made(side) / f'{number}.png', image)
+            noise = np.random.default_rng(number).integers(0, 255, image.shape, np.uint8)
+            write_image(_made(f'{side}_unlike') / f'{number}.png',
+                        noise if side == 'right' else image)
+    return tmp_path
+
+
+def _made(name):
+    Path(name).mkdir(exist_ok=True)
+    return Path(name)
+
+
+def records(capsys, *words):
+    capsys.readouterr()
+    assert main(['evaluate', *words, '--repeats', '1', '--json']) == 0, capsys.readouterr().err
+    return {(one['matcher'], one['start']): one
+            for one in json.loads(capsys.readouterr().out)['records']}
+
+
+def test_maps_agree_where_both_images_show_the_scene_and_not_where_they_show_two(folder, capsys):
+    matchers = ['--matcher', 'ours', 'opencv:sgbm']
+    like, unlike = (records(capsys, *names, *matchers) for names in (
+        ('left', 'right'), ('left_unlike', 'right_unlike')))
+    assert set(like) == {('ours', 'cold'), ('ours', 'warm'), ('opencv:sgbm', 'cold')}
+    for one in like.values():
+        assert one[AGREE] > 90 and one['density [%]'] > 50 and one['time [ms]'] > 0
+    assert unlike['ours', 'cold']['density [%]'] < 25
+    assert like['ours', 'warm']['confidence'] > 0.5
+    assert like['opencv:sgbm', 'cold']['confidence'] is None        # it has none
+    assert all(0 <= one['flicker [%]'] < 5 for one in like.values())        # the scene stays
+
+
+def test_a_single_pair_has_no_flicker_and_the_page_has_its_pictures(folder, capsys):
+    found = records(capsys, 'left', 'right', '--frames', '1', '--matcher', 'ours', '--html',
+                    'page.html', '--disparities', '24')
+    assert [*found] == [('ours', 'cold')] and found['ours', 'cold']['flicker [%]'] is None
+    page = (folder / 'page.html').read_text()
+    for words in ('left image', 'disparity by ours', 'confidence by ours', '24 disparities given',
+                  'None of these tells whether a disparity is right'):
+        assert words in page
+    assert page.count('data:image/webp') == 3
