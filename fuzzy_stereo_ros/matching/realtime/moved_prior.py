@@ -16,7 +16,8 @@ from fuzzy_stereo_ros.matching.over_frames.moving_camera import numbers, to_pixe
 import numpy as np
 
 AROUND = 3           # cells of a side of the square in which distances of census are summed
-UNLIKE = 8 * AROUND**2      # largest sum of a moved label that the search relies on
+# largest sum of a moved label that the search relies on: below that of chance, 12, as noise gives
+UNLIKE = 10 * AROUND**2
 LIKELIER = 4         # by which its sum must be below that of the half map where they differ
 NEAR, FLAT = 3, 3    # labels by which they may differ; largest range of labels in 3 x 3 cells
 LONGEST = 3          # largest strength, reached by labels that survived so many frames

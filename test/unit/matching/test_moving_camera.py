@@ -148,6 +148,11 @@ def test_on_a_drive_with_noise_a_third_of_the_errors_go_where_the_camera_is_know
     assert errors(frames, None) > 0.9 * cold
 
 
+def test_on_a_drive_in_little_contrast_what_noise_left_alike_is_relied_on():
+    frames = drive(6, seed=4, noise=6.0, contrast=0.3)
+    assert errors(frames, CAMERA) < 0.78 * errors(frames, None, cold=True)
+
+
 def test_objects_that_move_by_themselves_add_no_error():
     frames = drive(8, seed=2, noise=2.0, motion=4.0, objects=8)
     assert errors(frames, CAMERA) <= errors(frames, None, cold=True) + 0.1
