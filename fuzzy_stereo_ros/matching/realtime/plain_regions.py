@@ -21,58 +21,48 @@ BURNT = 254          # grey levels; burnt out from here on
 NEAREST = 3          # px; nearer, vignette, dust and patterns of the sensor match
 LEAST = 0.01         # of the picture, for a region to vote
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
-REACH = 3            # rows that a band depends on
 
 
 class Texture:
     """
     The faint texture of one view in every other row.
 
+    mask: uint8 (r, c + LANES), where the half-size view is plain, and ends: int32 (r, 2), see
+    plain_mask;
     bands: int16 (BANDS, r, ...), seen: uint16 (r, ...), where it is plain: see plain_regions
     """
 
     def __init__(self, view, half_view, behind):
         """Allocate for a view at full and at half size; behind: elements to read behind it."""
         self.view, self.half, rows = view, half_view, half_view.rows
-        columns = 2 * kernels.PAD + -(-view.columns // LANES) * LANES
+        columns = 2 * kernels.PAD + view.columns + max(behind, LANES)
         self._offset = view.columns - 2 * half_view.columns if view.mirrored else 0
-        self.steps = np.zeros((rows, half_view.columns), np.uint16)
-        self.mask = np.zeros(self.steps.shape, np.uint8)
-        self.seen = np.zeros((rows, columns + behind), np.uint16)
-        self._pictures = [np.zeros((rows, columns), np.uint16) for _ in range(5)]
-        self.bands = np.zeros((kernels.BANDS, *self.seen.shape), np.int16)
+        self.mask = np.zeros((rows, half_view.columns + LANES), np.uint8)
+        self.ends = np.zeros((rows, 2), np.int32)
+        self.seen, self._written = np.zeros((rows, columns), np.uint16), np.zeros(
+            (rows, 2), np.int64)
+        self.bands = np.zeros((kernels.BANDS, rows, columns), np.int16)
         self._totals = np.zeros((len(cut_bands(rows, kernels.ROWS)), kernels.BANDS, 3), np.int64)
 
-    def measure(self, band):
-        """Measure how plain a band of rows is, once all of the half-size view is read."""
-        kernels.flatness(self.half.luminance, self.half.columns, BURNT << 8, self.steps, *band[1:])
-
-    def mark(self, band):
-        """Mark the plain pixels of a band of rows, once all are measured."""
-        kernels.plain_mask(self.steps, int(64 * PLAIN), self.mask, *band[1:])
+    def mark(self, first, last):
+        """Mark the plain pixels of some rows, once all of the half-size view is read."""
+        kernels.plain_mask(self.half.luminance, self.half.columns, BURNT << 8, int(64 * PLAIN),
+                           self.mask, self.ends, first, last)
 
     def split(self, inside, band):
-        """Split the texture of a band into bands; inside: the columns of the view that exist."""
-        (fine, medium, coarse, *across), columns = self._pictures, self.view.columns
-        stride, mask = fine.shape[1], self.seen
-        rows, fewer = (widened(band, reach, len(mask)) for reach in (REACH, REACH - 1))
-        kernels.widen_mask(self.mask, self._offset, inside, mask, *rows)
-        kernels.every_other_row(self.view.luminance, mask, columns, fine, *rows)
-        kernels.mean_of_three(fine, mask, columns, 2, across[0], *rows)
-        kernels.mean_of_three(across[0], mask, columns, stride, medium, *fewer)
-        kernels.mean_of_three(medium, mask, columns, 4, across[1], *fewer)
-        kernels.mean_of_three(across[1], mask, columns, 2 * stride, coarse, *band[1:])
-        self._totals[band[0]] = 0
-        for number, pictures in enumerate(((fine, medium), (medium, coarse))):
-            kernels.subtract_means(*pictures, mask, columns, self.bands[number],
-                                   self._totals[band[0], number], *band[1:])
+        """
+        Split the texture of a band of rows into bands.
+
+        The rows that it depends on are marked; inside: the columns of the view that exist
+        """
+        kernels.split(self.view.luminance, self.mask, self.ends, self._offset, inside, self.bands,
+                      self.seen, self._written, self._totals[band[0]], *band[1:])
 
     def quantise(self, sums, band):
         """Quantise a band of rows, once all are split; sums: of their sizes and counts."""
-        for number, (size, count, _) in enumerate(sums):
-            self._totals[band[0], number, 2] = kernels.quantise(
-                self.bands[number], self.seen, self.view.columns,
-                max(CLIP * size // max(count, 1), LEAST_CLIP), *band[1:])
+        clips = np.array([max(CLIP * size // max(count, 1), LEAST_CLIP)
+                          for size, count, _ in sums], np.int64)
+        kernels.quantise(self.bands, self._written, clips, self._totals[band[0]], *band[1:])
 
     def sums(self):
         """Return sizes, counts and squares of each band of texture: [[int, int, int]]."""
@@ -112,10 +102,9 @@ class PlainRegions:
         prior there
         """
         left, bands = self._left, self._bands
-        pool.each(left.measure, bands)
-        pool.each(left.mark, bands)
+        pool.each(lambda band: left.mark(*band[1:]), bands)
         begin, end, parent, size, region = self._runs
-        kernels.mask_regions(left.mask, begin, end, parent, self._row_runs)
+        kernels.mask_regions(left.mask, left.ends, begin, end, parent, self._row_runs)
         number = number_regions(begin, end, parent, self._row_runs, self._least, size, region)
         if number == 0:
             return False
@@ -131,12 +120,11 @@ class PlainRegions:
     def _vote(self, pool, inside, half_labels, regions, number):
         """Return the planes of regions, which of their cells take them, and the cells' places."""
         left, right, bands = self._left, self._right, self._bands
-        pool.each(right.measure, bands)
-        pool.each(right.mark, bands)
         first, last = self._base - inside[1], self._base - inside[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
 
         def split(band):
+            right.mark(*widened(band, kernels.REACH, len(right.mask)))
             for texture, existing in zip((left, right), columns):
                 texture.split(existing, band)
         pool.each(split, bands)

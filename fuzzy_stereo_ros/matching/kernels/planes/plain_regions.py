@@ -22,62 +22,77 @@ LARGEST = 11         # of a quantised band: the sums of a cell stay below 2**15
 ROWS, COLUMNS = 8, 16    # rows (of the picture: every other one) and columns of a cell
 COUNTED = 4          # one row in so many is counted
 PLAIN = 2**16 - 1    # of a mask at full width
+REACH = 3            # rows that the means of a row reach over, above and below
+NONE = np.uint32(0xFFFFFFFF)     # which lanes of an empty part of a mask are 0
+RING = 8             # rows, at least 2 * REACH + 1
 
 
 @kernel(allocates=True)
-def flatness(luminance, columns, burnt, steps, first, last):
+def plain_mask(luminance, columns, burnt, limit, mask, ends, first, last):
     """
-    Write the largest step of a smoothed half-size picture in any direction, 1/64 grey level a px.
+    Mark the half-size pixels all of whose 3 x 3 pixels have small steps and are not burnt out.
 
-    luminance: uint16, with a margin; burnt: luminance from which a pixel is burnt out, whose step
-    is the largest; steps: uint16 (r, c)
+    A step is that of the smoothed picture in the direction of the largest, 1/64 grey level a px.
+    luminance: uint16, with a margin; burnt: luminance from which a pixel is burnt out; limit: of
+    steps; mask: uint8 (r, c + LANES); ends: int32 (r, 2), where in a row the first of the blocks
+    of LANES columns with a marked pixel begins, and where the last one ends; first, last: rows
     """
     wide = columns + 2 * MARGIN
     smooth, slope = np.empty(wide, np.int32), np.empty(wide, np.int32)
-    for row in range(first, last):
-        a, b, c, d, e = (luminance[row], luminance[row + 1], luminance[row + 2],
-                         luminance[row + 3], luminance[row + 4])
-        for column in range(wide):
-            outer, inner = np.int32(a[column]), np.int32(b[column])
-            inner_below, outer_below = np.int32(d[column]), np.int32(e[column])
-            smooth[column] = (outer + outer_below + 4 * (inner + inner_below)
-                              + 6 * np.int32(c[column]))
-            slope[column] = outer_below - outer + 2 * (inner_below - inner)
-        for column in range(columns):
-            across = (smooth[column + 4] - smooth[column]
-                      + 2 * (smooth[column + 3] - smooth[column + 1]))
-            down = (slope[column] + slope[column + 4] + 4 * (slope[column + 1] + slope[column + 3])
-                    + 6 * slope[column + 2])
-            step = min(max(abs(across), abs(down)) >> 9, 65535)
-            steps[row, column] = 65535 if c[column + MARGIN] >= burnt else step
+    steps, flat = np.empty(columns, np.uint16), np.ones((3, columns + 2), np.uint8)
+    for row in range(first - 1, last + 1):
+        flags = flat[row % 3, 1:]
+        if row < 0 or row >= len(mask):
+            flags[:columns] = 1
+        else:
+            a, b, c, d, e = (luminance[row], luminance[row + 1], luminance[row + 2],
+                             luminance[row + 3], luminance[row + 4])
+            for column in range(wide):
+                outer, inner = np.int32(a[column]), np.int32(b[column])
+                inner_below, outer_below = np.int32(d[column]), np.int32(e[column])
+                smooth[column] = (outer + outer_below + 4 * (inner + inner_below)
+                                  + 6 * np.int32(c[column]))
+                slope[column] = outer_below - outer + 2 * (inner_below - inner)
+            for column in range(columns):
+                across = (smooth[column + 4] - smooth[column]
+                          + 2 * (smooth[column + 3] - smooth[column + 1]))
+                down = (slope[column] + slope[column + 4] + 6 * slope[column + 2]
+                        + 4 * (slope[column + 1] + slope[column + 3]))
+                step = min(max(abs(across), abs(down)) >> 9, 65535)
+                steps[column] = 65535 if c[column + MARGIN] >= burnt else step
+            for column in range(columns):
+                flags[column] = steps[column] < limit
+        if row > first:
+            _mark_row(flat[0], flat[1], flat[2], mask, row - 1, columns, ends)
 
 
-@kernel(allocates=True)
-def plain_mask(steps, limit, mask, first, last):
-    """Mark the half-size pixels all of whose 3 x 3 pixels have steps below a limit: uint8."""
-    rows, columns = steps.shape
-    near = np.ones(columns + 2, np.uint8)
-    left, middle, right = near[:-2], near[1:-1], near[2:]
-    for row in range(first, last):
-        above, here, below = steps[max(row - 1, 0)], steps[row], steps[min(row + 1, rows - 1)]
-        for column in range(columns):
-            middle[column] = max(above[column], here[column], below[column]) < limit
-        line = mask[row]
-        for column in range(columns):
-            line[column] = left[column] & middle[column] & right[column]
+@inlined
+def _mark_row(one, two, three, mask, row, columns, ends):
+    """Mark where all of 3 x 3 flags are set; write the ends of what is marked."""
+    line, flags, start = mask[row], mask.reshape(-1), row * mask.shape[1]
+    for column in range(columns):
+        line[column] = (one[column] & one[column + 1] & one[column + 2]
+                        & two[column] & two[column + 1] & two[column + 2]
+                        & three[column] & three[column + 1] & three[column + 2])
+    ends[row] = columns, 0
+    for column in range(0, columns, LANES):
+        if equal_bits(load(flags, start + column), splat(np.uint8(0))) != NONE:
+            ends[row, 0] = min(ends[row, 0], column)
+            ends[row, 1] = min(column + LANES, columns)
 
 
 @kernel
-def mask_regions(mask, begin, end, parent, row_runs):
+def mask_regions(mask, ends, begin, end, parent, row_runs):
     """
     Write the runs of a mask, and join those that touch the row above.
 
-    mask: uint8 (r, c); begin, end, parent, row_runs: as of segments.find_runs
+    mask: uint8 (r, ...), ends: int32 (r, 2): see plain_mask; begin, end, parent, row_runs: as of
+    segments.find_runs
     """
     known = np.int64(0)
     above = np.int64(0)
     for row in range(mask.shape[0]):
-        line, column, columns = mask[row], np.int64(0), mask.shape[1]
+        line, column, columns = mask[row], np.int64(ends[row, 0]), np.int64(ends[row, 1])
         row_runs[row, 0] = known
         upper, stop = above, known
         above = known
@@ -101,129 +116,160 @@ def mask_regions(mask, begin, end, parent, row_runs):
         row_runs[row, 1] = known
 
 
-@kernel
-def widen_mask(mask, offset, inside, wide, first, last):
-    """
-    Spread a half-size mask over full columns from `offset` on, where they are inside.
-
-    mask: uint8 (r, c); inside: first and last column; wide: uint16 (r, ...), PLAIN or 0
-    """
-    begin = (max(inside[0] - offset, 0) + 1) // 2
-    end = max(min(mask.shape[1], (inside[1] - offset + 1) // 2), begin)
-    for row in range(first, last):
-        line, target = mask[row, begin:end], wide[row, 2 * begin + offset + PAD:]
-        for column in range(len(line)):
-            flag = np.uint16(PLAIN) * line[column]
-            target[2 * column] = flag
-            target[2 * column + 1] = flag
-
-
 @inlined
 def _none(flags):
     """Return whether no lane of a mask is set."""
-    return equal_bits(flags, splat(np.uint16(0))) == np.uint32(0xFFFFFFFF)
+    return equal_bits(flags, splat(np.uint16(0))) == NONE
 
 
-@kernel
-def every_other_row(luminance, mask, columns, picture, first, last):
+@inlined
+def _widen_row(line, ends, offset, inside, wide, full):
     """
-    Write the binomial mean of 3 x 3 pixels in every other row, a quarter, near those of a mask.
+    Spread a row of a half-size mask over full columns from `offset` on, where they are inside.
 
-    luminance: uint16 (R, ...), with a margin; mask: uint16 (r, ...), PLAIN or 0; picture: uint16
-    (r, ...)
+    full: int64 (2,), the first marked element of the wide row and the one behind the last
     """
-    source, target, flags = luminance.reshape(-1), picture.reshape(-1), mask.reshape(-1)
-    stride = luminance.shape[1]
-    for row in range(first, last):
-        for column in range(0, columns, LANES):
-            if _none(load(flags, row * mask.shape[1] + column + PAD)):
-                continue
-            sums = splat(np.uint16(2))
-            for line in range(3):
-                place = (2 * row + MARGIN - 1 + line) * stride + column + MARGIN
-                across = shift_right(add(
-                    add(shift_right(load(source, place - 1), 2),
-                        shift_right(load(source, place + 1), 2)),
-                    shift_left(shift_right(load(source, place), 2), 1)), 2)
-                sums = add(sums, shift_left(across, line & 1))
-            store(target, row * picture.shape[1] + column + PAD, shift_right(sums, 2))
+    first = max(np.int64(ends[0]), (max(inside[0] - offset, 0) + 1) // 2)
+    last = max(min(np.int64(ends[1]), (inside[1] - offset + 1) // 2), first)
+    wide[full[0]:full[1]] = 0
+    full[0], full[1] = 2 * first + offset + PAD, 2 * last + offset + PAD
+    flags, target = line[first:last], wide[full[0]:full[1]]
+    for column in range(len(flags)):
+        flag = np.uint16(PLAIN) * flags[column]
+        target[2 * column] = flag
+        target[2 * column + 1] = flag
 
 
-@kernel
-def mean_of_three(picture, mask, columns, apart, result, first, last):
+@inlined
+def _mean_of_row(luminance, place, stride, mask, picture, row, ends):
     """
-    Write the binomial mean of each pixel and those `apart` elements before and after it.
+    Write the binomial mean of 3 x 3 pixels of a row, a quarter, near those of a mask.
 
-    Others than those of the mask count as the pixel itself. picture, result: uint16 (r, ...);
-    mask: uint16 (r, ...), PLAIN or 0; apart: columns, or rows times the stride; first, last: rows
+    luminance: uint16, flat; place: of the pixel of element 0; mask, picture: uint16, flat; row:
+    where their row begins; ends: elements
     """
-    source, flags, target = picture.reshape(-1), mask.reshape(-1), result.reshape(-1)
-    stride, wide = picture.shape[1], mask.shape[1]
-    down, right = apart // stride, apart % stride
-    for row in range(first, last):
-        before = 0 if row < down else -1
-        after = 0 if row + down >= picture.shape[0] else 1
-        for column in range(PAD, columns + PAD, LANES):
-            place, flag = row * stride + column, row * wide + column
-            if _none(load(flags, flag)):
-                continue
-            here = load(source, place)
-            sums = add(splat(np.uint16(2)), shift_left(here, 2))
-            for side in (before, after):
-                if side != 0:
-                    other = subtract(load(source, place + side * apart), here)
-                    sums = add(sums, bit_and(
-                        other, load(flags, flag + side * (down * wide + right))))
-            store(target, place, shift_right(sums, 2))
+    for element in range(ends[0], ends[1], LANES):
+        if _none(load(mask, row + element)):
+            continue
+        sums = splat(np.uint16(2))
+        for line in range(3):
+            middle = place + (line - 1) * stride + element
+            across = shift_right(add(
+                add(shift_right(load(luminance, middle - 1), 2),
+                    shift_right(load(luminance, middle + 1), 2)),
+                shift_left(shift_right(load(luminance, middle), 2), 1)), 2)
+            sums = add(sums, shift_left(across, line & 1))
+        store(picture, row + element, shift_right(sums, 2))
 
 
-@kernel
-def subtract_means(fine, coarse, mask, columns, band, sums, first, last):
+@inlined
+def _mean_of_three(picture, mask, before, row, after, result, ends):
     """
-    Write the difference of two means inside a mask: int16; add its size and count to `sums`.
+    Write the binomial mean of the elements of a row with those of two others, or of itself moved.
 
-    fine, coarse: uint16 (r, ...); mask: uint16, PLAIN or 0; band: int16, as wide as the mask
+    Others than those of the mask count as the element itself. picture, mask, result: uint16, flat;
+    before, row, after: where rows begin
     """
-    one, other, flags = fine.reshape(-1), coarse.reshape(-1), mask.reshape(-1)
-    target = band.view(np.uint16).reshape(-1)
+    for element in range(ends[0], ends[1], LANES):
+        if _none(load(mask, row + element)):
+            continue
+        here = load(picture, row + element)
+        sums = add(splat(np.uint16(2)), shift_left(here, 2))
+        for other in (before + element, after + element):
+            sums = add(sums, bit_and(subtract(load(picture, other), here), load(mask, other)))
+        store(result, row + element, shift_right(sums, 2))
+
+
+@inlined
+def _subtract_row(fine, coarse, mask, row, band, target, ends, sums):
+    """Write the difference of two means of a row inside a mask; add its size to `sums`."""
     size = number = 0
-    for row in range(first, last):
-        for column in range(PAD, columns + PAD, LANES):
-            place, flag = row * fine.shape[1] + column, row * mask.shape[1] + column
-            plain = load(flags, flag)
-            if _none(plain):
-                store(target, flag, plain)
-                continue
-            difference = bit_and(subtract(load(one, place), load(other, place)), plain)
-            store(target, flag, difference)
-            size += total(minimum(difference, subtract(splat(np.uint16(0)), difference)))
-            number += total(shift_right(plain, 15))
+    for element in range(ends[0], ends[1], LANES):
+        plain = load(mask, row + element)
+        if _none(plain):
+            continue
+        difference = bit_and(subtract(load(fine, row + element), load(coarse, row + element)),
+                             plain)
+        store(band, target + element, difference)
+        size += total(minimum(difference, subtract(splat(np.uint16(0)), difference)))
+        number += total(shift_right(plain, 15))
     sums[0] += size
     sums[1] += number
 
 
-@kernel
-def quantise(band, mask, columns, clip, first, last):
+@kernel(allocates=True)
+def split(luminance, mask, ends, offset, inside, bands, seen, written, sums, first, last):
     """
-    Scale a band so that `clip` and what is beyond become LARGEST; return the sum of squares.
+    Split the texture of every other row into bands, where it is plain, from fine to coarse.
 
-    band: int16, mask: uint16, PLAIN or 0: (r, ...); clip: above LARGEST
+    Each is the difference of a mean of pixels and a wider one: of 3 x 3 pixels, then of a row's
+    pixels 2 apart and those of the rows above and below, then of twice as far ones.
+    luminance: uint16 (R, ...), with a margin; mask, ends: see plain_mask; offset: full column of
+    its first pixel; inside: first and last full column that exist; bands: int16 (BANDS, r, ...);
+    seen: uint16, the mask at full width, PLAIN or 0, in as many columns; written: int64 (r, 2),
+    elements of a row that may not be 0; sums: int64 (BANDS, 3), whose sizes and counts are written
     """
-    values, flags = band.view(np.uint16).reshape(-1), mask.reshape(-1)
-    scale, power = splat(np.uint16(2 * LARGEST * 2**15 // clip)), 0
-    for row in range(first, last):
-        for place in range(row * band.shape[1] + PAD, row * band.shape[1] + PAD + columns, LANES):
-            if _none(load(flags, place)):
-                continue
-            value = load(values, place)
-            negative = less(splat(np.uint16(2**15 - 1)), value)
-            size = subtract(bit_xor(value, negative), negative)
-            size = minimum(shift_left(size, 1), splat(np.uint16(PLAIN)))
-            size = shift_right(add(high_product(size, scale), splat(np.uint16(1))), 1)
-            size = minimum(size, splat(np.uint16(LARGEST)))
-            power += total(multiply(size, size))
-            store(values, place, subtract(bit_xor(size, negative), negative))
-    return power
+    rows, wide, stride = len(mask), bands.shape[2], luminance.shape[1]
+    source, target = luminance.reshape(-1), bands.view(np.uint16).reshape(-1)
+    # as many rows as the means reach over, one behind the other
+    rings = np.zeros((6, RING * wide), np.uint16)
+    flags, fine, across, medium, farther, coarse = (rings[0], rings[1], rings[2], rings[3],
+                                                    rings[4], rings[5])
+    full = np.zeros((RING, 2), np.int64)
+    sums[:] = 0
+    for newest in range(max(first - REACH, 0), last + REACH):
+        if newest < rows:
+            row, of_row = newest % RING * wide, full[newest % RING]
+            _widen_row(mask[newest], ends[newest], offset, inside, flags[row:row + wide], of_row)
+            _mean_of_row(source, (2 * newest + MARGIN) * stride + MARGIN - PAD, stride, flags,
+                         fine, row, of_row)
+            before, after = row - 2, row + 2
+            _mean_of_three(fine, flags, before, row, after, across, of_row)
+        near = newest - 1
+        if max(first - REACH + 1, 0) <= near < min(last + REACH - 1, rows):
+            row, of_row = near % RING * wide, full[near % RING]
+            before, after = max(near - 1, 0) % RING * wide, min(near + 1, rows - 1) % RING * wide
+            _mean_of_three(across, flags, before, row, after, medium, of_row)
+            before, after = row - 4, row + 4
+            _mean_of_three(medium, flags, before, row, after, farther, of_row)
+        mine = newest - REACH
+        if first <= mine:
+            row, of_row, place = mine % RING * wide, full[mine % RING], mine * wide
+            before = (mine - 2 if mine >= 2 else mine) % RING * wide
+            after = (mine + 2 if mine + 2 < rows else mine) % RING * wide
+            _mean_of_three(farther, flags, before, row, after, coarse, of_row)
+            begin, end = written[mine]
+            seen[mine, begin:end] = 0
+            bands[:, mine, begin:end] = 0
+            written[mine] = of_row
+            begin, end = of_row
+            seen[mine, begin:end] = flags[row + begin:row + end]
+            _subtract_row(fine, medium, flags, row, target, place, of_row, sums[0])
+            _subtract_row(medium, coarse, flags, row, target, rows * wide + place, of_row, sums[1])
+
+
+@kernel
+def quantise(bands, written, clips, sums, first, last):
+    """
+    Scale bands so that a band's clip and what is beyond become LARGEST; write sums of squares.
+
+    bands, written, sums: of split; clips: int64 (BANDS,), above LARGEST
+    """
+    values = bands.view(np.uint16).reshape(-1)
+    for band in range(BANDS):
+        scale, power = splat(np.uint16(2 * LARGEST * 2**15 // clips[band])), 0
+        for row in range(first, last):
+            start = (band * bands.shape[1] + row) * bands.shape[2]
+            for place in range(start + written[row, 0], start + written[row, 1], LANES):
+                value = load(values, place)
+                negative = less(splat(np.uint16(2**15 - 1)), value)
+                size = subtract(bit_xor(value, negative), negative)
+                size = minimum(shift_left(size, 1), splat(np.uint16(PLAIN)))
+                size = shift_right(add(high_product(size, scale), splat(np.uint16(1))), 1)
+                size = minimum(size, splat(np.uint16(LARGEST)))
+                power += total(multiply(size, size))
+                store(values, place, subtract(bit_xor(size, negative), negative))
+        sums[band, 2] = power
 
 
 @kernel
