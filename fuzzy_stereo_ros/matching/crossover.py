@@ -8,6 +8,7 @@ returns the change of cost: those below a line (the paper's), connected regions 
 al., Partition crossover, 2009), or the best of all choices, by a minimum cut (Lempitsky et al.,
 Fusion moves for Markov random field optimization, 2010).
 """
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import (
     take_below, take_regions, total_change, widest)
 from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
@@ -33,9 +34,9 @@ class Exchange:
         self.shape, self.neighbours = (rows, columns), neighbours
         size = rows * columns
         # one more: kernels write each cell, and count it only where the parents differ
-        self.all_cells = np.zeros(size + 1, np.int32)
-        self._alone, self._taken = np.zeros(size, np.int32), np.zeros(size, np.bool_)
-        self._pairs = np.zeros((size, neighbours // 2), np.int32)
+        self.all_cells = zeros(size + 1, np.int32)
+        self._alone, self._taken = zeros(size, np.int32), zeros(size, np.bool_)
+        self._pairs = zeros((size, neighbours // 2), np.int32)
         self.set_size(0)
 
     def set_size(self, number):
@@ -66,10 +67,10 @@ class Regions:
         """advantage: cost a cell by which a region must be the cheaper one to be taken."""
         self._columns, self._advantage = columns, advantage
         size = rows * columns
-        self._places = np.zeros(size, np.int32)
-        self._region = np.zeros((rows + 2) * (columns + 1) + 1, np.int32)
-        self._parent, self._size = (np.zeros(size // 2 + 2, np.int32) for _ in range(2))
-        self._change = np.zeros(size // 2 + 2, np.int64)
+        self._places = zeros(size, np.int32)
+        self._region = zeros((rows + 2) * (columns + 1) + 1, np.int32)
+        self._parent, self._size = (zeros(size // 2 + 2, np.int32) for _ in range(2))
+        self._change = zeros(size // 2 + 2, np.int64)
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""
@@ -98,14 +99,14 @@ class Cut:
         ahead = [1, wide + 1, wide, wide - 1] if neighbours == 8 else [1, wide]
         self._offsets = np.array([sign * step for step in ahead for sign in (-1, 1)])
         size, places = rows * columns + 1, (rows + 2) * wide + 1
-        self._weight = np.zeros((places, neighbours), np.int32)
+        self._weight = zeros((places, neighbours), np.int32)
         self._change, self._room, self._stamp, self._distance = (
-            np.zeros(places, np.int32) for _ in range(4))
-        self._state = np.zeros(places, np.uint8)
-        self._tree, self._parent = (np.zeros(places, np.int8) for _ in range(2))
-        self._waiting = np.zeros(places, np.bool_)
+            zeros(places, np.int32) for _ in range(4))
+        self._state = zeros(places, np.uint8)
+        self._tree, self._parent = (zeros(places, np.int8) for _ in range(2))
+        self._waiting = zeros(places, np.bool_)
         self._places, self._open, self._active, self._orphans = (
-            np.zeros(size, np.int32) for _ in range(4))
+            zeros(size, np.int32) for _ in range(4))
         self._regions = Regions(rows, columns)
 
     def __call__(self, exchange, random=None):

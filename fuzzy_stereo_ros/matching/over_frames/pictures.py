@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Images as 16-bit luminance and 8-bit grey, which frames are compared and averaged in."""
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
@@ -20,9 +21,9 @@ class Picture:
     def __init__(self, rows, columns, mirrored):
         """Allocate for an image of a size."""
         self.rows, self.columns, self.mirrored = rows, columns, mirrored
-        self.luminance = np.zeros((rows + 2 * features.MARGIN,
-                                   columns + 2 * features.MARGIN + features.SLACK), np.uint16)
-        self.grey = np.zeros((rows, columns + features.SLACK), np.uint8)
+        self.luminance = zeros((rows + 2 * features.MARGIN,
+                                columns + 2 * features.MARGIN + features.SLACK), np.uint16)
+        self.grey = zeros((rows, columns + features.SLACK), np.uint8)
 
     def read(self, image, shift, left_shift, first, last):
         """Read the rows of an image, uint8 or uint16, moved to the right by `shift` columns."""

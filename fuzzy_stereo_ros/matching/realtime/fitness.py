@@ -7,6 +7,7 @@ In the place of Eq. 3 and 4, which prefer wrong maps that point at strong edges.
 chromosome falls by the costs of its genes: matches of little possibility, jumps of disparity (less
 at edges of grey), and labels that contradict the target image.
 """
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
@@ -28,7 +29,7 @@ class CensusFitness:
         self.largest_cost = possibility.model.largest
         self._possibility = possibility     # whose features are addresses
         self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
-        self._costs = np.zeros((rows, columns), np.uint8)
+        self._costs = zeros((rows, columns), np.uint8)
         self._exchange = Exchange(rows, columns, neighbours=4)
 
     def set_pair(self, inside):

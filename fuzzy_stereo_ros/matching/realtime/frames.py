@@ -14,6 +14,7 @@ in which inherited genes are no longer fitter.
 """
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
@@ -92,29 +93,29 @@ class FrameEvolution:
         self._exchange = Exchange(*shape, 4)
         self._cut, self._regions = Cut(*shape, 4), Regions(*shape)
         self._across, self._down, self._of_map, self._current, self._proposed = (
-            np.zeros(shape, np.float32) for _ in range(5))
-        self._tangents, self._proposal = (np.zeros((*shape, 3), np.float32) for _ in range(2))
+            zeros(shape, np.float32) for _ in range(5))
+        self._tangents, self._proposal = (zeros((*shape, 3), np.float32) for _ in range(2))
         self._consistent, self._mutated, self._trusted, self._selected = (
-            np.zeros(shape, np.bool_) for _ in range(4))
+            zeros(shape, np.bool_) for _ in range(4))
         self._trust, self._labels, self._numbers, self._old, self._new, self._region = (
-            np.zeros(shape, np.int32) for _ in range(6))
-        self._doubts, self._everywhere = np.zeros(shape, np.uint8), np.ones(shape, np.uint8)
+            zeros(shape, np.int32) for _ in range(6))
+        self._doubts, self._everywhere = zeros(shape, np.uint8), np.ones(shape, np.uint8)
         self._grey_regions = GreyRegions(*shape)
-        self._parent, self._size = (np.zeros(cells + 1, np.int32) for _ in range(2))
-        self._pixels, self._excess = np.zeros(cells, np.int32), np.zeros(cells + 1, np.int64)
-        self._points, self._planes = np.zeros((3, cells), np.float32), np.zeros(
+        self._parent, self._size = (zeros(cells + 1, np.int32) for _ in range(2))
+        self._pixels, self._excess = zeros(cells, np.int32), zeros(cells + 1, np.int64)
+        self._points, self._planes = zeros((3, cells), np.float32), zeros(
             (most, 3), np.float32)
-        self._known, self._starts = np.zeros((3, most), np.int64), np.zeros(most + 1, np.int32)
-        self._chosen, self._ends = (np.zeros(most, np.int32) for _ in range(2))
-        self._nearest = [np.zeros(possibility.right.columns // 2 + 1, np.float32)
+        self._known, self._starts = zeros((3, most), np.int64), zeros(most + 1, np.int32)
+        self._chosen, self._ends = (zeros(most, np.int32) for _ in range(2))
+        self._nearest = [zeros(possibility.right.columns // 2 + 1, np.float32)
                          for _ in self._bands]
-        self._lines = np.zeros((len(self._bands), 2, 4, shape[1] + 1), np.float32)
-        self._doubted = np.zeros((len(self._bands), shape[1]), np.uint8)
+        self._lines = zeros((len(self._bands), 2, 4, shape[1] + 1), np.float32)
+        self._doubted = zeros((len(self._bands), shape[1]), np.uint8)
         self._roots = np.rint(ROOT_PARTS * np.sqrt(np.arange(256))).astype(np.int32)
         steps = np.arange(16 * ROOT_PARTS + 1) * (16 / ROOT_PARTS)
         self._by_step = np.float32(
             SMOOTH * costs.UNIT * np.maximum(np.exp(-steps / EDGE), LEAST_EDGE))
-        self.carried, self.fitness, self.converged = None, np.zeros(1), True
+        self.carried, self.fitness, self.converged = None, zeros(1), True
 
     @property
     def genes(self):

@@ -10,6 +10,7 @@ from functools import partial
 from typing import NamedTuple
 
 import cv2
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
@@ -63,12 +64,12 @@ class HalfSize:
         self._scanlines = Scanlines(possibility, TILE)
         shape = possibility.rows, possibility.columns
         labels_type = self._scanlines.chosen.labels.dtype
-        self._validity, self.weak, self._smooth = (np.zeros(shape, np.uint8) for _ in range(3))
-        self._labels, self._filled = (np.zeros(shape, labels_type) for _ in range(2))
+        self._validity, self.weak, self._smooth = (zeros(shape, np.uint8) for _ in range(3))
+        self._labels, self._filled = (zeros(shape, labels_type) for _ in range(2))
         self._speckles = Speckles(shape[1], self._scanlines.bands)
-        self._steps = np.zeros(shape, np.uint16)
-        self._prior = prior_of(np.zeros((rows, columns), gene_type(disparities)),
-                               np.zeros((rows, columns), np.uint8), disparities,
+        self._steps = zeros(shape, np.uint16)
+        self._prior = prior_of(zeros((rows, columns), gene_type(disparities)),
+                               zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
     def search(self, pool, inside, grey):

@@ -9,6 +9,7 @@ better, the search relies on it; its weight grows with the frames that it surviv
 move by themselves fail this check.
 """
 import cv2
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
@@ -31,9 +32,9 @@ class MovedPrior:
         """Allocate for images of a size; moving: the `MovingCamera`."""
         cells = rows // 2, columns // 2
         self._shape, self._bands, self._moving = (rows, columns), cut_bands(cells[0]), moving
-        self._labels = np.zeros((rows, columns), labels_type)
-        self._distances = [np.zeros(cells, np.uint8) for _ in range(2)]
-        self._strengths = np.zeros(cells, np.uint8)
+        self._labels = zeros((rows, columns), labels_type)
+        self._distances = [zeros(cells, np.uint8) for _ in range(2)]
+        self._strengths = zeros(cells, np.uint8)
         self.restart()
 
     def restart(self):

@@ -10,6 +10,7 @@ then keeps what is fitter.
 """
 from itertools import pairwise
 
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -41,9 +42,9 @@ class Population:
         fitness: the `CensusFitness` of the pairs; labels: (R, C), chromosomes are like these
         """
         self._measure = fitness
-        self.genes = np.zeros((min(size, 2), *labels.shape), labels.dtype)
-        self.fitness, self.converged = np.zeros(len(self.genes)), True
-        self._below = np.zeros(labels.shape[1], labels.dtype)
+        self.genes = zeros((min(size, 2), *labels.shape), labels.dtype)
+        self.fitness, self.converged = zeros(len(self.genes)), True
+        self._below = zeros(labels.shape[1], labels.dtype)
 
     def fill(self, labels, validity, band):
         """
@@ -85,9 +86,9 @@ class GreyRegions:
         self._bands = cut_bands(rows)
         self._edges = np.array([first for _, first, _ in self._bands])
         self._begin, self._end, self._parent, self._size, self._region = (
-            np.zeros(rows * columns, np.int32) for _ in range(5))
-        self._row_runs = np.zeros((rows, 2), np.int32)
-        self._sums = np.zeros((len(self._bands), 2, columns + 1), np.int32)
+            zeros(rows * columns, np.int32) for _ in range(5))
+        self._row_runs = zeros((rows, 2), np.int32)
+        self._sums = zeros((len(self._bands), 2, columns + 1), np.int32)
 
     def grow(self, pool, luminance, weak, step, apart, overlap, least):
         """
@@ -112,10 +113,10 @@ class WeakRegions:
         """Allocate for full images of a size, and labels of a type."""
         self._regions = GreyRegions(rows // 2, columns // 2)
         pixels, most = (rows // 2) * (columns // 2), (rows // 2) * (columns // 2) // LEAST
-        self._tally, self._starts = np.zeros((most, 3), np.int32), np.zeros(most + 1, np.int32)
-        self._points = np.zeros((3, pixels), np.float32)
-        self._planes = np.zeros((most, 3), np.float32)
-        self._mutant = np.zeros((rows, columns), labels_type)
+        self._tally, self._starts = zeros((most, 3), np.int32), zeros(most + 1, np.int32)
+        self._points = zeros((3, pixels), np.float32)
+        self._planes = zeros((most, 3), np.float32)
+        self._mutant = zeros((rows, columns), labels_type)
 
     def grow(self, pool, luminance, weak):
         """

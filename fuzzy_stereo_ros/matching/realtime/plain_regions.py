@@ -9,6 +9,7 @@ tell its disparity. A region takes the plane that its pixels vote for where thei
 that of the half-size map. It becomes a part of that map and a prior in the possibility of the full
 search, which thereby sees the same evidence. What windows can tell by themselves is left to them.
 """
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
@@ -37,12 +38,12 @@ class Texture:
         self.view, self.half, rows = view, half_view, half_view.rows
         columns = 2 * kernels.PAD + view.columns + max(behind, LANES)
         self._offset = view.columns - 2 * half_view.columns if view.mirrored else 0
-        self.mask = np.zeros((rows, half_view.columns + LANES), np.uint8)
-        self.ends = np.zeros((rows, 2), np.int32)
-        self.seen, self._written = np.zeros((rows, columns), np.uint16), np.zeros(
+        self.mask = zeros((rows, half_view.columns + LANES), np.uint8)
+        self.ends = zeros((rows, 2), np.int32)
+        self.seen, self._written = zeros((rows, columns), np.uint16), zeros(
             (rows, 2), np.int64)
-        self.bands = np.zeros((kernels.BANDS, rows, columns), np.int16)
-        self._totals = np.zeros((len(cut_bands(rows, kernels.ROWS)), kernels.BANDS, 3), np.int64)
+        self.bands = zeros((kernels.BANDS, rows, columns), np.int16)
+        self._totals = zeros((len(cut_bands(rows, kernels.ROWS)), kernels.BANDS, 3), np.int64)
 
     def mark(self, first, last):
         """Mark the plain pixels of some rows, once all of the half-size view is read."""
@@ -86,12 +87,12 @@ class PlainRegions:
         self._left = Texture(full.left, half.left, 0)
         self._right = Texture(full.right, half.right, self._labels + 1)
         self._bands = cut_bands(rows, kernels.ROWS)
-        self._runs = tuple(np.zeros(rows * columns, np.int32) for _ in range(5))
-        self._row_runs = np.zeros((rows, 2), np.int32)
+        self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(5))
+        self._row_runs = zeros((rows, 2), np.int32)
         self._least = max(int(LEAST * rows * columns), 1)
         self._cells = -(-rows // kernels.ROWS), -(-2 * columns // kernels.COLUMNS)
         self._base = full.left.columns - 1
-        self.figures = np.zeros((0, 5))
+        self.figures = zeros((0, 5))
 
     def mutate(self, pool, inside, half_labels, prior, weight):
         """

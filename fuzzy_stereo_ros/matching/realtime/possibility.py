@@ -9,6 +9,7 @@ of their 5 x 5 census and with the difference of their gradients (Zabih and Wood
 """
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility import features, sharpness
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features
@@ -52,10 +53,10 @@ class View(Picture):
         """reach: elements behind the columns that candidates of a mirrored image may reach."""
         super().__init__(rows, columns, mirrored)
         stride = columns + reach + features.SLACK
-        self.denoised, self._denoised = self.luminance, np.zeros_like(self.luminance)
-        self._smoothed = np.zeros_like(self.luminance), np.zeros_like(self.grey)
-        self.census = np.zeros((rows, 3, stride), np.uint8)
-        self.slopes = np.zeros((rows, stride), np.uint8)
+        self.denoised, self._denoised = self.luminance, zeros(self.luminance.shape, np.uint16)
+        self._smoothed = zeros(self.luminance.shape, np.uint16), zeros(self.grey.shape, np.uint8)
+        self.census = zeros((rows, 3, stride), np.uint8)
+        self.slopes = zeros((rows, stride), np.uint8)
 
     def smooth(self, band):
         """Smooth a band of rows of luminance and grey, which stay until `take_smoothed`."""
@@ -97,8 +98,8 @@ class CensusPossibility:
             *(address_of(plane) for view in (self.left, self.right)
               for plane in (view.census, view.slopes)),
             self.left.census.shape[2], self.left.slopes.shape[1], self.right.census.shape[2])
-        self.penalties = Penalties(model.small, np.zeros((rows, columns), np.uint8),
-                                   np.zeros((rows, columns), np.uint8))
+        self.penalties = Penalties(model.small, zeros((rows, columns), np.uint8),
+                                   zeros((rows, columns), np.uint8))
 
     def denoise(self, tolerance, first, last):
         """Fill the rows of both denoised images, once both views are read."""

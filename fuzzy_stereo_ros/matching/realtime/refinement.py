@@ -9,6 +9,7 @@ seldom right: they are found as by cv2.filterSpeckles, but by bands that threads
 from functools import partial
 
 import cv2
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
@@ -37,9 +38,9 @@ class Speckles:
     def __init__(self, columns, bands):
         """Allocate for images of so many columns; bands: of all rows, see `cut_bands`."""
         self._columns, rows = columns, bands[-1][2]
-        self._edges = np.zeros(len(bands), np.int64)
-        self._marks = np.zeros((len(bands), 3), np.int64)
-        self._runs = [np.zeros(rows * columns, np.int32) for _ in range(4)]
+        self._edges = zeros(len(bands), np.int64)
+        self._marks = zeros((len(bands), 3), np.int64)
+        self._runs = [zeros(rows * columns, np.int32) for _ in range(4)]
 
     def find(self, labels, validity, step, band):
         """Find the components of a band."""
@@ -88,23 +89,23 @@ class Refinement:
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
         self._bands, self._disparities = bands, disparities
         self.validity, self.final_validity = (
-            np.zeros((rows, columns), np.uint8) for _ in range(2))
+            zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(columns, bands)
-        self._padded, self._padded_grey = (np.zeros(around, labels_type) for _ in range(2))
-        self._members = [np.zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
-        self._median = np.zeros((rows, columns + 2 * LANES), labels_type)
-        self._labels = np.zeros((rows, columns), labels_type)
+        self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
+        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
+        self._median = zeros((rows, columns + 2 * LANES), labels_type)
+        self._labels = zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
-        self._fitted = np.zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
-        self._fine = np.zeros((rows, columns + LANES), fine_type)
+        self._fitted = zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
+        self._fine = zeros((rows, columns + LANES), fine_type)
         self._certain, self._around = (
-            np.zeros((rows, columns), dtype) for dtype in (np.uint16, np.int32))
+            zeros((rows, columns), dtype) for dtype in (np.uint16, np.int32))
         slopes = np.diff(RIGHT)
         self._lines = np.column_stack((
             RIGHT[:-1] - np.arange(10) * slopes,
             10 * slopes / (AROUND**2 * subpixel.CERTAIN * subpixel.NEIGHBOURS))).astype(np.float32)
-        self._agreeing = np.zeros((rows, columns), np.uint8)
-        self._rows = [np.zeros((2, columns + LANES), fine_type) for _ in self._bands]
+        self._agreeing = zeros((rows, columns), np.uint8)
+        self._rows = [zeros((2, columns + LANES), fine_type) for _ in self._bands]
 
     @property
     def fine_labels(self):

@@ -6,6 +6,7 @@ The scanline chromosome: the best map that the data of one pair give.
 Not in the paper, whose random population does not converge in the time of a frame. Four scanline
 passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, cut_by_work, OVERLAP
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
@@ -45,9 +46,9 @@ def chosen_of(possibility):
     """Return memory for what is chosen of a possibility: a `Chosen`."""
     rows, columns = possibility.rows, possibility.columns
     return Chosen(
-        np.zeros((rows, columns), gene_type(possibility.disparities)),
-        np.zeros((rows, columns), np.int8), *(
-            np.zeros((rows, width), np.uint8)
+        zeros((rows, columns), gene_type(possibility.disparities)),
+        zeros((rows, columns), np.int8), *(
+            zeros((rows, width), np.uint8)
             for width in (columns, columns, possibility.right.columns)))
 
 
@@ -72,11 +73,11 @@ class Scanlines:
         self._scratch, self._memory = zip(*(
             _scratch(columns, target_columns, self.most_blocks, height, kept) for _ in self.bands))
         self.chosen = chosen_of(possibility)
-        self.windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)),
-                               np.zeros(tiles[0], np.int64))
+        self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
+                               zeros(tiles[0], np.int64))
         self.no_prior = prior_of(
-            np.zeros((rows, columns), self.chosen.labels.dtype),
-            np.zeros((rows, columns), np.uint8), possibility.disparities)
+            zeros((rows, columns), self.chosen.labels.dtype),
+            zeros((rows, columns), np.uint8), possibility.disparities)
 
     def search(self, pool, windows=None, half_prior=None, previous_prior=None, then=None):
         """
@@ -169,7 +170,7 @@ def _scratch(columns, target_columns, blocks, height, kept):
     for name, size in sizes.items():
         places[name] = end
         end += -(-(size + _SLACK) // PAGE) * PAGE + SHIFT
-    memory = np.zeros(end + PAGE, np.uint8)
+    memory = zeros(end + PAGE, np.uint8)
     start = memory.ctypes.data + -memory.ctypes.data % PAGE
     return Scratch(height * row, kept, labels, words,
                    **{name: start + place for name, place in places.items()}), memory

@@ -11,6 +11,7 @@ not depend on the previous frame. Without noise it adds nothing, and is not used
 from dataclasses import replace
 from typing import NamedTuple
 
+from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import widened
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
@@ -102,11 +103,11 @@ class WarmStart:
         self._averaging = Averaging(rows, columns, min(min_disparity, 0))
         self._moving = camera(rows, columns, min_disparity)
         self._moved_prior = MovedPrior(rows, columns, gene_type(disparities), self._moving)
-        self._half_labels = np.zeros(half, gene_type(disparities))
-        self._trusted, self._smooth = (np.zeros(half, np.uint8) for _ in range(2))
-        nothing = np.zeros((rows, columns), self._half_labels.dtype)
-        self._moved = np.zeros_like(nothing), np.zeros((rows, columns), np.uint8)
-        self._weights = np.zeros((rows, columns), np.uint8)
+        self._half_labels = zeros(half, gene_type(disparities))
+        self._trusted, self._smooth = (zeros(half, np.uint8) for _ in range(2))
+        nothing = zeros((rows, columns), self._half_labels.dtype)
+        self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
+        self._weights = zeros((rows, columns), np.uint8)
         self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS),
                               *(MOVED_SELF_MADE * cut for cut in MOVED_CUTS)], np.uint8)
         self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
