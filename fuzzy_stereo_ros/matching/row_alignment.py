@@ -13,8 +13,8 @@ from typing import NamedTuple
 import cv2
 from fuzzy_stereo_ros.matching.kernels.possibility.row_shift import shift_rows
 from fuzzy_stereo_ros.matching.row_offsets import (
-    CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised_half, PLACES,
-    terms_at)
+    CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised_half,
+    PAIRS_OF_SWING, PLACES, terms_at)
 import numpy as np
 
 STEP, FINE = 0.1, 0.05      # px of sure offset from which rows are moved, and moved again
@@ -53,11 +53,12 @@ class Rows(NamedTuple):
         if not len(points):
             return self
         pairs = [*self._by_pair(), points.astype(np.float32)][-PAIRS:]
-        newest, before = (self._measured(some, shape) for some in (
-            pairs[-NEWEST:], pairs[:-NEWEST]))
-        if newest and before and before.swing is not None and newest.deviation(
-                before.terms) > KNOCK + CERTAIN * before.swing:
-            pairs = pairs[-NEWEST:]
+        if len(pairs) >= NEWEST + PAIRS_OF_SWING:
+            newest, before = (self._measured(some, shape) for some in (
+                pairs[-NEWEST:], pairs[:-NEWEST]))
+            if newest and before and before.swing is not None and newest.deviation(
+                    before.terms) > KNOCK + CERTAIN * before.swing:
+                pairs = pairs[-NEWEST:]
         return self._replace(points=np.concatenate([
             np.column_stack([one, np.full(len(one), number, np.float32)])
             for number, one in enumerate(pairs)]))

@@ -13,6 +13,7 @@ yaw, by which rows converge to one side.
 from typing import NamedTuple
 
 import cv2
+from fuzzy_stereo_ros.matching.kernels.possibility.feature_matches import nearest_features
 import numpy as np
 
 LIMIT = 0.5         # px of misalignment; more impairs matching
@@ -183,18 +184,11 @@ def feature_offsets(left, right, min_disparity, disparities):
                                               for image in (left, right))
     if not len(there) or not len(here):
         return np.empty((0, 3))
-    apart = there[:, None] - here
-    near = ((apart[..., 0] >= min_disparity - BEYOND) & (np.abs(apart[..., 1]) <= LARGEST)
-            & (apart[..., 0] < min_disparity + disparities + BEYOND)).astype(np.uint8)
-    matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
-    forth = matcher.match(left_bits, right_bits, near)
-    back = {one.queryIdx: one.trainIdx for one in matcher.match(
-        right_bits, left_bits, np.ascontiguousarray(near.T))}
-    pairs = [(one.queryIdx, one.trainIdx) for one in forth
-             if one.distance < ALIKE and back.get(one.trainIdx) == one.queryIdx]
-    if not pairs:
-        return np.empty((0, 3))
-    first, second = np.array(pairs).T
+    least, most = min_disparity - BEYOND, min_disparity + disparities + BEYOND - 1
+    forth, distances = _nearest(there, left_bits, here, right_bits, least, most)
+    back, _ = _nearest(here, right_bits, there, left_bits, -most, -least)
+    first = np.flatnonzero((distances < ALIKE) & (back[forth] == np.arange(len(there))))
+    second = forth[first]
     return _flow(left, right, there[first], here[second], FOUND_ERROR)
 
 
@@ -315,7 +309,17 @@ def _halved(image):
 def _features(detector, image):
     """Return features of an image, float32 (N, 2) column and row, and their uint8 (N, 32) bits."""
     found, bits = detector.detectAndCompute(_halved(image), None)
-    return np.array([2 * np.array(one.pt) + 0.5 for one in found], np.float32), bits
+    return 2 * cv2.KeyPoint.convert(found) + np.float32(0.5), bits
+
+
+def _nearest(places, bits, other_places, other_bits, lowest, highest):
+    """Return the features most like each and their distances, see `nearest_features`."""
+    nearest, distances = (np.empty(len(places), np.int32) for _ in range(2))
+    nearest_features(
+        np.ascontiguousarray(places.T), bits.view(np.uint32),
+        np.ascontiguousarray(other_places.T), other_bits.view(np.uint32),
+        *map(np.float32, (lowest, highest, LARGEST)), nearest, distances)
+    return nearest, distances
 
 
 def _confident_corners(image, confidence):
