@@ -62,12 +62,12 @@ class StereoMatcher:
             left, right = mirrored(right), mirrored(left)
             camera = camera and camera.mirrored_right(left.shape[1])
         shape = left.shape[:2]
-        aligned, rows = self._alignment.align(self.rows, left, right, camera)
-        align_ms = (time.perf_counter_ns() - started) / 1e6
+        wider = searched(self.config, shape[1])
+        algorithm, aligning = self._algorithm_of(shape, wider), time.perf_counter_ns()
+        aligned, rows = self._alignment.align(algorithm.pool, self.rows, left, right, camera)
+        align_ms = (time.perf_counter_ns() - aligning) / 1e6
         previous = self._previous(shape, stamp)
         frame = previous.frame + 1 if previous is not None and stamp is None else 0
-        wider = searched(self.config, shape[1])
-        algorithm = self._algorithm_of(shape, wider)
         match, state = algorithm.match(
             left, aligned,
             previous and replace(previous, config=searched(previous.config, shape[1])),

@@ -11,6 +11,7 @@ disparity stays that of the left image.
 from typing import NamedTuple
 
 import cv2
+from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.row_shift import shift_rows
 from fuzzy_stereo_ros.matching.row_offsets import (
     CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised_half,
@@ -80,21 +81,21 @@ class RowAlignment:
         self._lowest, self._disparities = config.min_disparity, config.disparities
         self._undoes, self._moved, self._fitted = config.align_rows, None, (None, None)
 
-    def align(self, rows, left, right, camera):
+    def align(self, pool, rows, left, right, camera):
         """
         Return the right image at the rows of the left one, and the Rows.
 
-        rows: the Rows after the previous pair; left, right: uint8 or uint16, (R, C) or (R, C, 3);
-        camera: a Camera, or None; another rig is measured anew. Where less than
-        STEP is to be undone the right image is returned as it is; else the next pair overwrites
-        the one that is returned.
+        pool: the ThreadPool; rows: the Rows after the previous pair; left, right: uint8 or uint16,
+        (R, C) or (R, C, 3); camera: a Camera, or None; another rig is measured anew. Where less
+        than STEP is to be undone the right image is returned as it is; else the next pair
+        overwrites the one that is returned.
         """
         rig = rig_of(left, camera)
         if rig != rows.rig:
             rows = Rows(rig=rig)
         if rows.pair == rows.search:
-            rows = self._searched(rows, left, right)
-        return self._shifted(right, rows.undone), rows
+            rows = self._searched(pool, rows, left, right)
+        return self._shifted(pool, right, rows.undone), rows
 
     def measured(self, rows, shape):
         """Return the Misalignment of Rows and a shape (rows, columns), None if it is unknown."""
@@ -119,13 +120,14 @@ class RowAlignment:
                                      pause=min(2 * rows.pause, LONGEST_PAUSE))
         return rows._replace(pair=pair + 1)
 
-    def _searched(self, rows, left, right):
+    def _searched(self, pool, rows, left, right):
         """Return the Rows with the offset of features, if block matching confirms it."""
         shape = left.shape[:2]
         found = feature_offsets(left, right, self._lowest, self._disparities)
         alone = Rows().with_points(found, shape)
         measured, known = alone.measured(shape), self.measured(rows, shape)
-        if measured is None or not self._confirmed(left, right, rows.undone, measured):
+        if measured is None or not self._confirmed(
+                pool, left, right, rows.undone, measured):
             return rows
         if known is not None and measured.deviation(known.terms) > KNOCK:
             rows = rows._replace(points=alone.points)
@@ -142,7 +144,7 @@ class RowAlignment:
         terms = measured.terms
         return rows._replace(undone=terms * (np.abs(PLACES @ terms).max() > STEP))
 
-    def _confirmed(self, left, right, undone, measured):
+    def _confirmed(self, pool, left, right, undone, measured):
         """Return whether half-size images match as well with a Misalignment undone as before."""
         if measured.deviation(undone) <= STEP:
             return True
@@ -152,10 +154,10 @@ class RowAlignment:
         matcher.setDisp12MaxDiff(1)
         left, lowest = normalised_half(left), 16 * (self._lowest // 2)
         fewer, more = (np.count_nonzero(matcher.compute(left, normalised_half(
-            self._shifted(right, terms))) >= lowest) for terms in (undone, measured.terms))
+            self._shifted(pool, right, terms))) >= lowest) for terms in (undone, measured.terms))
         return more >= FEWER * fewer
 
-    def _shifted(self, image, terms):
+    def _shifted(self, pool, image, terms):
         """Return an image at rows that differ by the offset of terms; as it is for none."""
         if not terms.any():
             return image
@@ -163,8 +165,10 @@ class RowAlignment:
                 image.shape, image.dtype):
             self._moved = np.empty_like(image)
         rows, channels = len(image), image.shape[2] if image.ndim == 3 else 1
-        shift_rows(image.reshape(rows, -1), channels, terms, np.float32(
-            np.iinfo(image.dtype).max), self._moved.reshape(rows, -1))
+        source, moved = image.reshape(rows, -1), self._moved.reshape(rows, -1)
+        largest = np.float32(np.iinfo(image.dtype).max)
+        pool.each(lambda band: shift_rows(source, channels, terms, largest, moved, *band[1:]),
+                  cut_bands(rows))
         return self._moved
 
     def hidden(self, rows, shape):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility.row_shift import shift_rows
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows, STEP
@@ -32,7 +33,7 @@ def shifted(image, terms):
     channels = image.shape[2] if image.ndim == 3 else 1
     moved = np.zeros_like(image)
     shift_rows(image.reshape(len(image), -1), channels, np.array(terms, np.float64),
-               np.float32(np.iinfo(image.dtype).max), moved.reshape(len(image), -1))
+               np.float32(np.iinfo(image.dtype).max), moved.reshape(len(image), -1), 0, len(image))
     return moved
 
 
@@ -201,6 +202,15 @@ def test_what_is_handed_on_gives_the_same_bits(scene):
         np.testing.assert_array_equal(first.disparity, second.disparity)
         np.testing.assert_array_equal(one.rows.points, other.rows.points)
         np.testing.assert_array_equal(one.rows.undone, other.rows.undone)
+
+
+def test_rows_are_moved_to_the_same_bits_by_any_number_of_threads():
+    image = np.random.default_rng(0).integers(0, 256, (3 * ROWS + 3, 90, 3)).astype(np.uint8)
+    assert len(cut_bands(len(image))) > 2
+    terms, expected = np.array((0.7, 0.4, -0.3, 0.2)), shifted(image, (0.7, 0.4, -0.3, 0.2))
+    for threads in (1, 2, 3):
+        moved = RowAlignment(CONFIG)._shifted(ThreadPool(threads), image, terms)
+        np.testing.assert_array_equal(moved, expected)
 
 
 def test_an_offset_that_is_not_surely_another_one_is_kept():

@@ -17,17 +17,17 @@ _TWICE, _SQUARE, _CUBE = np.float32(1.5), np.float32(2.25), np.float32(1.25)
 
 
 @kernel
-def shift_rows(image, channels, offsets, largest, moved):
+def shift_rows(image, channels, offsets, largest, moved, first_row, last_row):
     """
     Write an image whose pixel (row, column) is that at row + offset of another; borders repeat.
 
     Cubic convolution (Keys, 1981). image, moved: uint8 or uint16 (R, C * channels); offsets:
     float64 (4,), px: in the centre, and what x, y and x y add, each from -1 at the first to 1 at
-    the last column or row; largest: value of a pixel, float32
+    the last column or row; largest: value of a pixel, float32; first_row, last_row: of `moved`
     """
     rows, width = image.shape
     bottom, step = rows - 1, 2.0 / max(width - channels, 1)
-    for row in range(rows):
+    for row in range(first_row, last_row):
         y = 2.0 * row / max(bottom, 1) - 1.0
         slope = (offsets[1] + offsets[3] * y) * step
         start = row + offsets[0] + offsets[2] * y - offsets[1] - offsets[3] * y
