@@ -131,18 +131,19 @@ def _kitti(paths, contents, shape):
 
 
 def _opencv(paths, contents, shape):
-    """Read what stereoCalibrate and stereoRectify return, from one file or two of FileStorage."""
+    """
+    Read what stereoCalibrate and stereoRectify return, from one file or two of FileStorage.
+
+    Not by cv2.FileStorage, which damaged files lead to memory that is not its own.
+    """
     found = {}
     for content in contents:
-        storage = cv2.FileStorage(content, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-        names = storage.root().keys()
-        for key in names:
-            node = storage.getNode(key)
-            found[re.sub(r'[^a-z0-9]', '', key.lower())] = (
-                node.mat() if node.isMap() else np.array(
-                    [node.at(place).real() for place in range(node.size())]) if node.isSeq()
-                else node.real())
-        storage.release()
+        plain = re.sub('!!opencv(-nd)?-matrix', '', content.replace('%YAML:', '%YAML ', 1))
+        for key, value in read_yaml(plain).items():
+            if isinstance(value, dict):
+                shape_of_it = value.get('sizes') or (value['rows'], value['cols'])
+                value = np.reshape(np.array(value['data'], float), shape_of_it)
+            found[re.sub(r'[^a-z0-9]', '', str(key).lower())] = value
 
     def of(names):
         return next((found[name] for name in names if found.get(name) is not None), None)
@@ -273,10 +274,10 @@ def _camera(one, rotation, projection, shape):
 
 # From the one with the surest mark to the one with the least.
 FORMATS = (
+    Format('one or two YAML or JSON files of cv2.FileStorage (stereoCalibrate, stereoRectify)',
+           r'\A%YAML:1\.0|opencv-(nd-)?matrix', (1, 2), _opencv),
     Format('calib.txt of Middlebury 2014', r'^cam0\s*=|^doffs\s*=', (1,), _middlebury),
     Format('calib.txt or calib_cam_to_cam.txt of KITTI', r'^P(_rect_0)?[0-3]:', (1,), _kitti),
-    Format('one or two files of cv2.FileStorage (stereoCalibrate, stereoRectify)',
-           r'\A%YAML:1\.0|\A<\?xml|opencv-matrix', (1, 2), _opencv),
     Format("DepthAI's EEPROM as JSON", r'"cameraData"', (1,), _depthai),
     Format('a camchain.yaml of Kalibr', r'^cam0:', (1,), _kalibr),
     Format("the two sensor.yaml of EuRoC's left and right camera", r'^T_BS:', (2,), _euroc),

@@ -133,6 +133,14 @@ def test_kitti_has_rectified_cameras_with_a_baseline(tmp_path):
         assert read_calibration(*read_cameras([drive])).baseline == pytest.approx(0.537, abs=0.001)
 
 
+def test_a_file_of_opencv_with_projections_is_not_taken_for_one_of_kitti(tmp_path):
+    projections = {'P1': np.eye(3, 4) * 500, 'P2': np.eye(3, 4) * 500}
+    projections['P2'][0, 3] = -50
+    path = storage(tmp_path / 'rectified.yml', M1=K[0], M2=K[1], R1=np.eye(3), R2=np.eye(3),
+                   **projections)
+    assert read_calibration(*read_cameras(path, SHAPE)).baseline == pytest.approx(0.1)
+
+
 def test_raw_images_of_a_pair_are_rectified_by_match(tmp_path, monkeypatch, capsys):
     """A wall at 4 m, seen by the raw cameras, has the disparity of its depth all over."""
     monkeypatch.chdir(tmp_path)
