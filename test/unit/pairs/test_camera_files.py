@@ -158,7 +158,7 @@ def test_cameras_of_a_calibration_say_the_same_to_the_reader_of_messages():
     ('chain.yaml', 'cam0:\n  camera_model: omni\n', "camera_model is 'omni'; allowed"),
     ('calib.txt', MIDDLEBURY.replace('3997.684 0 1176', 'far 0 1176'), 'is damaged: could not'),
     ('calib.txt', MIDDLEBURY.replace('193.001', '0'), 'the baseline is 0 m'),
-    ('camera.json', '{}', "allowed are calib.txt .*, DepthAI's EEPROM as JSON")])
+    ('camera.json', '{}', "allowed are .*calib.txt .*, DepthAI's EEPROM as JSON")])
 def test_a_file_that_is_no_calibration_is_rejected_by_name_in_one_line(
         tmp_path, name, content, words):
     (tmp_path / name).write_text(content)
