@@ -29,7 +29,8 @@ import numpy as np
 
 BRIGHTNESS = np.float32(1 / 64)      # of luminance, 16 bits, to the sum of four grey levels
 LEAST_AGE = 5        # frames averaged from which a map of noisy pictures is a parent
-MUCH = 0.5           # share of unseen cells from which a frame begins anew
+LITTLE = 0.1         # share of unseen cells up to which the right map is not searched
+MUCH = 0.25          # share of unseen cells from which a frame begins anew
 ROOT = 16        # edges are measured in 16 * root of a colour, whose noise is the same everywhere
 
 
@@ -126,7 +127,7 @@ class QualityMatcher:
             for side, (before, fresh) in enumerate(zip(previous.own.disparities, maps)):
                 maps[side] = np.empty_like(fresh)
                 inheritance.inherit(before, fresh, maps[side], side)
-        starts = self._starts(pairs, maps, budget, inherited)
+        starts = self._starts(pairs, maps, budget, inherited and inheritance.unseen < LITTLE)
         watch.lap('seeds')
         if not starts[0].complete:      # the deadline is past: the best so far
             return Match(*without_uncertain(self._config, found[0].disparity,
@@ -183,15 +184,15 @@ class QualityMatcher:
         self.population.tools.release()
         return self.fittest()
 
-    def _starts(self, pairs, maps, budget, inherited):
+    def _starts(self, pairs, maps, budget, known):
         """
         Return the `Start`s of both views.
 
-        maps: float32 (R, C), px from 0, their parents; inherited: whether those of the previous
-        frame: then the right map, which only judges the left one, is taken as it is
+        maps: float32 (R, C), px from 0, their parents; known: whether the previous frame showed
+        nearly all: then the right map, which only judges the left one, is taken as it is
         """
         scanlines = ScanlineSeed(self._config, *self._shape)
-        return [scanlines.find(*pair, parent, budget.in_time, not (side and inherited))
+        return [scanlines.find(*pair, parent, budget.in_time, not (side and known))
                 for side, (pair, parent) in enumerate(zip(pairs, maps))]
 
     def _initial_population(self, starts, volume):

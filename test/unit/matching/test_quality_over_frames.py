@@ -128,3 +128,14 @@ def test_grey_frames_after_coloured_ones_begin_anew():
     matcher.state.check(DISPARITIES + 16)
     assert not match.warm
     assert bits(match) == bits(StereoMatcher(CONFIG).match(*grey, stamp=20))
+
+
+@pytest.mark.slow
+def test_where_objects_move_and_one_appears_no_error_is_added():
+    size = 240, 320, 48
+    fewer, more = (list(make_sequence(*size, 5, 2, objects=objects, motion=1.0, noise=2,
+                                      colour=True)) for objects in (4, 5))
+    pairs, config = [*fewer[1:3], more[3]], replace(CONFIG, disparities=size[2])
+    warm, cold = (matches_of(some, None, StereoMatcher(config))[0][-1]
+                  for some in (pairs, pairs[-1:]))
+    assert wrong(warm, pairs[-1]) < wrong(cold, pairs[-1]) + 0.1
