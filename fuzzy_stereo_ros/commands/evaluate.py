@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USU
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
 from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
-from fuzzy_stereo_ros.pairs.frames import are_frames, Frames
+from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_whole
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.parameters.options import (
@@ -128,7 +128,7 @@ def run(arguments, stream, progress_stream=None):
         found = search([Path(folder) for folder in arguments.folders], arguments.truth_scale,
                        arguments.only)
     except ValueError:
-        if arguments.results or not are_frames(arguments.folders):
+        if arguments.results or arguments.only or not are_pairs(arguments.folders):
             raise
         _run_without_truth(arguments, matchers, outputs, stream)
         return

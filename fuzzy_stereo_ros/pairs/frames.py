@@ -154,6 +154,12 @@ def are_frames(paths):
                for path in paths)
 
 
+def are_pairs(paths):
+    """Return whether paths are frames of two cameras."""
+    return are_frames(paths) and (
+        len(paths) > 1 or _is_video(paths[0]) or len(_layouts_of(paths[0])) == 1)
+
+
 def _layouts_of(folder):
     pairs = [tuple(Path(folder) / side for side in layout) for layout in LAYOUTS]
     return [pair for pair in pairs if all(side.is_dir() and _listed(side) for side in pair)]

@@ -290,7 +290,8 @@ def test_a_sequence_without_a_truth_has_flicker_and_time_alone(tmp_path, capsys)
     write_frames(tmp_path, frames(3))
     told = evaluated(capsys, tmp_path, '--matcher', 'ours:quality', 'opencv:3way:tuned')
     assert [(record['matcher'], record['start'], record['map']) for record in told['records']] == [
-        ('ours:quality', 'cold', AS_IT_COMES), ('ours:quality', 'cold', FILLED),
+        *(('ours:quality', start, kind) for start in ('cold', 'warm')
+          for kind in (AS_IT_COMES, FILLED)),
         ('opencv:3way:tuned', '', AS_IT_COMES), ('opencv:3way:tuned', '', FILLED)]
     for record in told['records']:
         assert record['flicker'] >= 0 and record['milliseconds'] > 0
