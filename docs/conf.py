@@ -21,7 +21,7 @@ copyright = f'2026 {author}'      # noqa: A001  Sphinx calls it so
 
 extensions = ['myst_parser', 'sphinx.ext.autodoc']
 root_doc = 'docs/index'
-include_patterns = ['*.md', 'CHANGELOG.rst', 'docs/*.md']
+include_patterns = ['*.md', 'CHANGELOG.rst', 'docs/*.md', 'docs/recipes/*.md']
 exclude_patterns = ['.*', 'build', 'docs/_build', 'fuzzy_stereo_ros', 'install', 'log', 'test']
 myst_heading_anchors = 3
 default_role = 'py:obj'     # names in the docstrings' backticks become links where they can
