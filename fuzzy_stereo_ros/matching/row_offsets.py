@@ -187,9 +187,11 @@ def feature_offsets(left, right, min_disparity, disparities):
     least, most = min_disparity - BEYOND, min_disparity + disparities + BEYOND - 1
     forth, distances = _nearest(there, left_bits, here, right_bits, least, most)
     back, _ = _nearest(here, right_bits, there, left_bits, -most, -least)
-    first = np.flatnonzero((distances < ALIKE) & (back[forth] == np.arange(len(there))))
-    second = forth[first]
-    return _flow(left, right, there[first], here[second], FOUND_ERROR)
+    # clip: a dry run of the warm-up writes any numbers
+    first = np.flatnonzero(
+        (distances < ALIKE) & (back.take(forth, mode='clip') == np.arange(len(there))))
+    return _flow(left, right, there[first], here.take(forth[first], axis=0, mode='clip'),
+                 FOUND_ERROR)
 
 
 def corner_offsets(left, right, disparity, confidence, terms=(0.0, 0.0, 0.0, 0.0)):

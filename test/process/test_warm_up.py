@@ -51,14 +51,19 @@ print(*sorted(name for name, kinds in compiled() - before))
 """
 
 
-@pytest.mark.parametrize('profile', ['realtime', 'quality'])
+# Compiled by the warm-up itself: a dry run of quality ends before its second frame.
+MISSED = {'realtime': set(), 'quality': {'changes_alike', 'origins_of_tiles'}}
+
+
+@pytest.mark.parametrize('profile', MISSED)
 def test_no_kernel_is_left_to_the_frames_of_a_camera_that_moves(profile):
     found = {}
     for how in ('dry run', 'warm-up', 'cold'):
         done = subprocess.run([sys.executable, '-c', MATCH, profile, how], cwd=ROOT, text=True,
                               capture_output=True, check=True)
         found[how] = done.stdout.split()
-    assert found['dry run'] == found['warm-up'] == []
+    assert found['warm-up'] == []
+    assert set(found['dry run']) == MISSED[profile]
     if profile == 'realtime':
         assert {'move_map', 'propose_planes', 'propose_map'} <= set(found['cold'])
 
