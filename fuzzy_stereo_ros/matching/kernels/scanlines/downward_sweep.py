@@ -11,8 +11,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, cost_ro
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
     advance, carry, clear, in_registers, step)
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import (
-    costs_and_rightwards_single, left_and_down, left_and_down_single, rightwards,
-    rightwards_single, ROWS_AT_ONCE)
+    costs_and_rightwards_four, left_and_down, left_and_down_four, rightwards, rightwards_four,
+    ROWS_AT_ONCE, TileRows)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, lowest, splat, store, subtract
 import numpy as np
@@ -54,75 +54,69 @@ def _enter_tile(paths, path, count, window, previous, labels):
 
 
 @inlined
-def _right(search, scratch, row, begin, end, low, at, size, penalty):
+def _right(search, scratch, rows, row, low, penalty):
     """Run the paths from the left through four rows of a tile."""
     if search.box > 0:
-        rightwards_single(begin, end, at, size, scratch.across, scratch.words, penalty,
-                          scratch.costs, scratch.sums, scratch.chains, scratch.chain)
+        rightwards_four(rows, penalty)
     else:
-        costs_and_rightwards_single(
-            search, row, begin, end, low, at, size, scratch.across, scratch.words, penalty,
-            scratch.costs, scratch.sums, scratch.chains, scratch.chain, scratch.codes,
-            scratch.priors)
+        costs_and_rightwards_four(search, scratch, rows, row, low, penalty)
 
 
 @inlined
-def _left(search, scratch, begin, end, start, offset, size, penalty):
-    """Run the paths from the right and from above through four rows of a tile."""
-    left_and_down_single(begin, end, start + offset, size, scratch.across, scratch.below,
-                         scratch.words, search.small, penalty, scratch.costs, scratch.sums,
-                         scratch.chains, scratch.chain, scratch.down, offset)
+def _rows_of(search, scratch, row, tile, offset):
+    """Return the TileRows of a tile whose costs lie at an offset in those of the rows."""
+    begin, end = columns_of(search, tile)
+    at = row_start(search, scratch, row) + offset
+    return TileRows(
+        begin, end, load_long(search.row_size, row // search.tile), scratch.costs + at,
+        scratch.sums + at, scratch.down + offset, scratch.words, scratch.across, scratch.below,
+        scratch.chain, scratch.chains, search.small)
 
 
 @inlined
 def sweep_rows(search, scratch, row, count):
     """Run the paths from left, right and above through `count` rows; costs of boxes are there."""
-    costs, sums, chains, path = scratch.costs, scratch.sums, scratch.chains, scratch.chain
-    across, down, stride = scratch.across, scratch.below, scratch.words
-    columns, tile_row = search.columns, row // search.tile
+    chains, chain, columns, tile_row = (
+        scratch.chains, scratch.chain, search.columns, row // search.tile)
     penalty, of_two, of_four = in_registers(search.small)
     for near in range(count):
         first = (row + near) * columns
-        repeat_bytes(search.across, first, first + columns, across, near * stride)
-        repeat_bytes(search.down, first, first + columns, down, near * stride)
-    start, size = row_start(search, scratch, row), load_long(search.row_size, tile_row)
+        repeat_bytes(search.across, first, first + columns, scratch.across, near * scratch.words)
+        repeat_bytes(search.down, first, first + columns, scratch.below, near * scratch.words)
     previous = window_of(search, tile_row, 0)
-    clear(chains, 0, 4 * path // LANES)
+    clear(chains, 0, 4 * chain // LANES)
     for tile in range(search.tile_columns):
-        begin, end = columns_of(search, tile)
         window = window_of(search, tile_row, tile)
-        _enter_tile(chains, path, count, window, previous, scratch.labels)
+        _enter_tile(chains, chain, count, window, previous, scratch.labels)
         low, blocks, offset = previous = window
-        at = start + offset
-        fast = count == ROWS_AT_ONCE and end - begin >= ROWS_AT_ONCE
+        rows = _rows_of(search, scratch, row, tile, offset)
+        fast = count == ROWS_AT_ONCE and rows.end - rows.begin >= ROWS_AT_ONCE
         if fast and blocks == 1:
-            _right(search, scratch, row, begin, end, low, at, size, penalty)
+            _right(search, scratch, rows, row, low, penalty)
         elif fast and blocks == 2:
-            _right(search, scratch, row, begin, end, low, at, size, of_two)
+            _right(search, scratch, rows, row, low, of_two)
         elif fast and blocks == 4:
-            _right(search, scratch, row, begin, end, low, at, size, of_four)
+            _right(search, scratch, rows, row, low, of_four)
         else:
             if search.box == 0:
-                cost_rows(search, row, count, begin, end, low, blocks, costs, at, size,
-                          scratch.codes, scratch.priors)
-            rightwards(blocks, begin, end, at, size, across, stride, count, search.small, costs,
-                       sums, chains, path)
-    clear(chains, 0, 4 * path // LANES)
+                cost_rows(search, row, count, rows.begin, rows.end, low, blocks, rows.costs, 0,
+                          rows.size, scratch.codes, scratch.priors)
+            rightwards(rows, blocks, count)
+    clear(chains, 0, 4 * chain // LANES)
     for tile in range(search.tile_columns - 1, -1, -1):
-        begin, end = columns_of(search, tile)
         window = window_of(search, tile_row, tile)
-        _enter_tile(chains, path, count, window, previous, scratch.labels)
-        low, blocks, offset = previous = window
-        fast = count == ROWS_AT_ONCE and end - begin >= ROWS_AT_ONCE
+        _enter_tile(chains, chain, count, window, previous, scratch.labels)
+        _, blocks, offset = previous = window
+        rows = _rows_of(search, scratch, row, tile, offset)
+        fast = count == ROWS_AT_ONCE and rows.end - rows.begin >= ROWS_AT_ONCE
         if fast and blocks == 1:
-            _left(search, scratch, begin, end, start, offset, size, penalty)
+            left_and_down_four(rows, penalty)
         elif fast and blocks == 2:
-            _left(search, scratch, begin, end, start, offset, size, of_two)
+            left_and_down_four(rows, of_two)
         elif fast and blocks == 4:
-            _left(search, scratch, begin, end, start, offset, size, of_four)
+            left_and_down_four(rows, of_four)
         else:
-            left_and_down(blocks, begin, end, start + offset, size, across, down, stride, 0,
-                          count, search.small, costs, sums, chains, path, scratch.down, offset)
+            left_and_down(rows, blocks, rows.begin, rows.end, 0, count)
 
 
 @kernel

@@ -4,14 +4,14 @@
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_long, load_short, repeat_bytes, splat_word, store_byte, store_short)
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, in_registers, step
+from fuzzy_stereo_ros.matching.kernels.scanlines.four import (
+    add_four, advance_four, first_of_four, load_four, lowest_of_four, mask_four, splat_four,
+    store_four, store_packed, unpacked, without_least)
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import in_registers, step
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import columns_of, row_start, window_of
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
-    best_label, fit_offsets, least_elsewhere, lowest_of_four, MIDDLE, NEAR, store_four, unpacked,
-    without_least)
-from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, first_equal, LANES, lanes_of, load_like, prefetch, saturating_add, splat, store,
-    subtract)
+    best_label, fit_offsets, least_elsewhere, MIDDLE, NEAR)
+from fuzzy_stereo_ros.matching.kernels.simd import LANES, lanes_of, prefetch, splat, subtract
 import numpy as np
 
 
@@ -19,89 +19,60 @@ CACHE_LINE = 64      # bytes
 
 
 @inlined
-def _note(column, best, low, at, totals, labels, below, above):
+def _note(scratch, column, best, low, totals, at):
     """Write the label of a pixel and the sums beside it; its sums are at totals + at."""
-    store_short(labels, column, low + best)
-    store_byte(below, column, load_byte(totals, at + best - 1))
-    store_byte(above, column, load_byte(totals, at + best + 1))
+    store_short(scratch.chosen, column, low + best)
+    store_byte(scratch.least_below, column, load_byte(totals, at + best - 1))
+    store_byte(scratch.least_above, column, load_byte(totals, at + best + 1))
 
 
 @inlined
-def _choose_single(search, scratch, low, width, at, size, out, penalty):
+def _choose_four(search, scratch, low, width, at, size, out, penalty):
     """Process four columns at once in registers, as _choose_tile; return the number processed."""
-    costs, sums, paths, totals = scratch.costs, scratch.sums, scratch.up, scratch.labels
-    jumps, labels, below, above = (scratch.across, scratch.chosen, scratch.least_below,
-                                   scratch.least_above)
-    least_sums, margins = search.sums + out, search.margins + out
-    one = lanes_of(penalty)
-    two, three = 2 * one, 3 * one
+    costs, sums, totals, lanes = scratch.costs, scratch.sums, scratch.labels, lanes_of(penalty)
     column = place = 0
     while column + 4 <= width:
-        for line in range(0, 4 * one, CACHE_LINE):
+        for line in range(0, 4 * lanes, CACHE_LINE):
             prefetch(costs, at - size + line)
             prefetch(sums, at - size + line)
-        path_0 = advance(load_like(penalty, paths, place),
-                         splat_word(penalty, jumps, column), penalty,
-                         load_like(penalty, costs, at))
-        path_1 = advance(load_like(penalty, paths, place + one),
-                         splat_word(penalty, jumps, column + 1), penalty,
-                         load_like(penalty, costs, at + one))
-        path_2 = advance(load_like(penalty, paths, place + two),
-                         splat_word(penalty, jumps, column + 2), penalty,
-                         load_like(penalty, costs, at + two))
-        path_3 = advance(load_like(penalty, paths, place + three),
-                         splat_word(penalty, jumps, column + 3), penalty,
-                         load_like(penalty, costs, at + three))
-        left_0, left_1, left_2, left_3 = without_least(path_0, path_1, path_2, path_3)
-        store(paths, place, left_0)
-        store(paths, place + one, left_1)
-        store(paths, place + two, left_2)
-        store(paths, place + three, left_3)
-        total_0 = saturating_add(load_like(penalty, sums, at), path_0)
-        total_1 = saturating_add(load_like(penalty, sums, at + one), path_1)
-        total_2 = saturating_add(load_like(penalty, sums, at + two), path_2)
-        total_3 = saturating_add(load_like(penalty, sums, at + three), path_3)
-        store(totals, LANES, total_0)
-        store(totals, LANES + one, total_1)
-        store(totals, LANES + two, total_2)
-        store(totals, LANES + three, total_3)
-        cheapest = lowest_of_four(total_0, total_1, total_2, total_3)
-        floor_0, floor_1, floor_2, floor_3 = unpacked(penalty, cheapest)
-        best_0 = first_equal(total_0, floor_0)
-        best_1 = first_equal(total_1, floor_1)
-        best_2 = first_equal(total_2, floor_2)
-        best_3 = first_equal(total_3, floor_3)
-        elsewhere = lowest_of_four(
-            bit_or(total_0, load_like(penalty, NEAR, MIDDLE - best_0)),
-            bit_or(total_1, load_like(penalty, NEAR, MIDDLE - best_1)),
-            bit_or(total_2, load_like(penalty, NEAR, MIDDLE - best_2)),
-            bit_or(total_3, load_like(penalty, NEAR, MIDDLE - best_3)))
-        store_four(least_sums, column, cheapest)
-        store_four(margins, column, subtract(elsewhere, cheapest))
-        _note(column, best_0, low, LANES, totals, labels, below, above)
-        _note(column + 1, best_1, low, LANES + one, totals, labels, below, above)
-        _note(column + 2, best_2, low, LANES + two, totals, labels, below, above)
-        _note(column + 3, best_3, low, LANES + three, totals, labels, below, above)
-        place += 4 * one
-        at += 4 * one
+        paths = advance_four(load_four(penalty, scratch.up, place, lanes),
+                             splat_four(penalty, scratch.across, column, 1), penalty,
+                             load_four(penalty, costs, at, lanes))
+        store_four(scratch.up, place, lanes, without_least(paths))
+        four = add_four(load_four(penalty, sums, at, lanes), paths)
+        store_four(totals, LANES, lanes, four)
+        cheapest = lowest_of_four(four)
+        best = first_of_four(four, unpacked(penalty, cheapest))
+        elsewhere = lowest_of_four(mask_four(four, NEAR, MIDDLE, best))
+        store_packed(search.sums, out + column, cheapest)
+        store_packed(search.margins, out + column, subtract(elsewhere, cheapest))
+        _note(scratch, column, best[0], low, totals, LANES)
+        _note(scratch, column + 1, best[1], low, totals, LANES + lanes)
+        _note(scratch, column + 2, best[2], low, totals, LANES + 2 * lanes)
+        _note(scratch, column + 3, best[3], low, totals, LANES + 3 * lanes)
+        place += 4 * lanes
+        at += 4 * lanes
         column += 4
     return column
 
 
 @inlined
-def _choose_tile(blocks, low, begin, end, at, costs, sums, jumps, small, paths, place, totals,
-                 labels, least_sums, margins, below, above):
-    """Move the upward paths of one tile's columns on by a row and choose their labels."""
-    penalty = splat(np.uint8(small))
+def _choose_tile(search, scratch, blocks, low, begin, end, at, out):
+    """
+    Move the upward paths of one tile's columns begin .. end on by a row and choose their labels.
+
+    at: where the costs and sums of the tile's column 0 are.
+    """
+    penalty, sums = splat(np.uint8(search.small)), scratch.sums
     for column in range(begin, end):
-        step(paths, place, blocks, splat_word(penalty, jumps, column), penalty, costs, at, sums,
-             at, False)
-        best, cheapest = best_label(sums, at, blocks)
-        store_byte(least_sums, column, cheapest)
-        store_byte(margins, column, least_elsewhere(sums, at, blocks, best) - cheapest)
-        _note(column, best, low, at, sums, labels, below, above)
-        place += LANES * blocks
-        at += LANES * blocks
+        place = LANES * blocks * column
+        step(scratch.up, place, blocks, splat_word(penalty, scratch.across, column), penalty,
+             scratch.costs, at + place, sums, at + place, False)
+        best, cheapest = best_label(sums, at + place, blocks)
+        store_byte(search.sums + out, column, cheapest)
+        store_byte(search.margins + out, column,
+                   least_elsewhere(sums, at + place, blocks, best) - cheapest)
+        _note(scratch, column, best, low, sums, at + place)
 
 
 @inlined
@@ -126,9 +97,6 @@ def _hand_over(search, at, width, low, high, scratch):
 @inlined
 def choose_tile(search, scratch, tile, first, last):
     """Choose the labels of the rows first .. last - 1 of a tile; its paths are those of `last`."""
-    costs, sums, paths, totals = scratch.costs, scratch.sums, scratch.up, scratch.labels
-    words, chosen, below, above = (scratch.across, scratch.chosen, scratch.least_below,
-                                   scratch.least_above)
     tile_row = first // search.tile
     penalty, of_two, of_four = in_registers(search.small)
     low, blocks, offset = window_of(search, tile_row, tile)
@@ -137,16 +105,13 @@ def choose_tile(search, scratch, tile, first, last):
     width, high = end - begin, min(low + LANES * blocks, search.disparities) - 1
     for row in range(last - 1, first - 1, -1):
         jumps = min(row + 1, search.rows - 1) * search.columns
-        repeat_bytes(search.down, jumps + begin, jumps + end, words, 0)
+        repeat_bytes(search.down, jumps + begin, jumps + end, scratch.across, 0)
         at, middle, out = start + (row - first) * size, 0, row * search.columns + begin
         if blocks == 1:
-            middle = _choose_single(search, scratch, low, width, at, size, out, penalty)
+            middle = _choose_four(search, scratch, low, width, at, size, out, penalty)
         elif blocks == 2:
-            middle = _choose_single(search, scratch, low, width, at, size, out, of_two)
+            middle = _choose_four(search, scratch, low, width, at, size, out, of_two)
         elif blocks == 4:
-            middle = _choose_single(search, scratch, low, width, at, size, out, of_four)
-        ahead = LANES * blocks * middle
-        _choose_tile(blocks, low, middle, width, at + ahead, costs, sums, words, search.small,
-                     paths, ahead, totals, chosen, search.sums + out, search.margins + out, below,
-                     above)
+            middle = _choose_four(search, scratch, low, width, at, size, out, of_four)
+        _choose_tile(search, scratch, blocks, low, middle, width, at, out)
         _hand_over(search, out, width, low, high, scratch)
