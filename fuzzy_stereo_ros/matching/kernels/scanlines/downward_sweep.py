@@ -54,15 +54,6 @@ def _enter_tile(paths, path, count, window, previous, labels):
 
 
 @inlined
-def _right(search, scratch, rows, row, low, penalty):
-    """Run the paths from the left through four rows of a tile."""
-    if search.box > 0:
-        rightwards_four(rows, penalty)
-    else:
-        costs_and_rightwards_four(search, scratch, rows, row, low, penalty)
-
-
-@inlined
 def _rows_of(search, scratch, row, tile, offset):
     """Return the TileRows of a tile whose costs lie at an offset in those of the rows."""
     begin, end = columns_of(search, tile)
@@ -78,7 +69,6 @@ def sweep_rows(search, scratch, row, count):
     """Run the paths from left, right and above through `count` rows; costs of boxes are there."""
     chains, chain, columns, tile_row = (
         scratch.chains, scratch.chain, search.columns, row // search.tile)
-    penalty, of_two, of_four = in_registers(search.small)
     for near in range(count):
         first = (row + near) * columns
         repeat_bytes(search.across, first, first + columns, scratch.across, near * scratch.words)
@@ -90,14 +80,13 @@ def sweep_rows(search, scratch, row, count):
         _enter_tile(chains, chain, count, window, previous, scratch.labels)
         low, blocks, offset = previous = window
         rows = _rows_of(search, scratch, row, tile, offset)
-        fast = count == ROWS_AT_ONCE and rows.end - rows.begin >= ROWS_AT_ONCE
-        if fast and blocks == 1:
-            _right(search, scratch, rows, row, low, penalty)
-        elif fast and blocks == 2:
-            _right(search, scratch, rows, row, low, of_two)
-        elif fast and blocks == 4:
-            _right(search, scratch, rows, row, low, of_four)
-        else:
+        done = 0
+        if count == ROWS_AT_ONCE and search.box > 0:
+            done = in_registers(rightwards_four, search.small, blocks, rows)
+        elif count == ROWS_AT_ONCE:
+            done = in_registers(costs_and_rightwards_four, search.small, blocks, search, scratch,
+                                rows, row, low)
+        if done == 0:
             if search.box == 0:
                 cost_rows(search, row, count, rows.begin, rows.end, low, blocks, rows.costs, 0,
                           rows.size, scratch.codes, scratch.priors)
@@ -108,14 +97,10 @@ def sweep_rows(search, scratch, row, count):
         _enter_tile(chains, chain, count, window, previous, scratch.labels)
         _, blocks, offset = previous = window
         rows = _rows_of(search, scratch, row, tile, offset)
-        fast = count == ROWS_AT_ONCE and rows.end - rows.begin >= ROWS_AT_ONCE
-        if fast and blocks == 1:
-            left_and_down_four(rows, penalty)
-        elif fast and blocks == 2:
-            left_and_down_four(rows, of_two)
-        elif fast and blocks == 4:
-            left_and_down_four(rows, of_four)
-        else:
+        done = 0
+        if count == ROWS_AT_ONCE and rows.end - rows.begin >= ROWS_AT_ONCE:
+            done = in_registers(left_and_down_four, search.small, blocks, rows)
+        if done == 0:
             left_and_down(rows, blocks, rows.begin, rows.end, 0, count)
 
 

@@ -16,10 +16,20 @@ import numpy as np
 
 
 @inlined
-def in_registers(small):
-    """Return P1 as vectors of one, two and four blocks: paths of such windows need no memory."""
+def in_registers(work, small, blocks, *arguments):
+    """
+    Return work(P1, *arguments), the number of columns done, in a window of 1, 2 or 4 blocks.
+
+    P1 is a vector of all its labels, so that paths need no memory. Return 0 for other windows.
+    """
     penalty = splat(np.uint8(small))
-    return penalty, doubled(penalty), doubled(doubled(penalty))
+    if blocks == 1:
+        return work(penalty, *arguments)
+    if blocks == 2:
+        return work(doubled(penalty), *arguments)
+    if blocks == 4:
+        return work(doubled(doubled(penalty)), *arguments)
+    return 0
 
 
 @inlined

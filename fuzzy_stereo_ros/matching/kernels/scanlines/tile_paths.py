@@ -72,8 +72,12 @@ def _fill_and_advance(path, row, index, place, search, scratch, rows, cuts, mask
 
 
 @inlined
-def costs_and_rightwards_four(search, scratch, rows, row, low, penalty):
-    """Fill the costs of four rows of a tile, from image row `row` on, and run from the left."""
+def costs_and_rightwards_four(penalty, search, scratch, rows, row, low):
+    """
+    Fill the costs of four rows of a tile, from image row `row` on, and run from the left.
+
+    penalty: P1, a vector of all labels of the window. Returns the number of columns.
+    """
     begin, far = rows.begin, search.target_stride
     prepare_costs(search, row, ROWS_AT_ONCE, begin, rows.end, low, scratch.codes, scratch.priors)
     cuts = cuts_of(search, penalty)
@@ -88,11 +92,12 @@ def costs_and_rightwards_four(search, scratch, rows, row, low, penalty):
             _fill_and_advance(paths[2], 2, index, place, search, scratch, rows, cuts, mask),
             _fill_and_advance(paths[3], 3, index, place, search, scratch, rows, cuts, mask)))
     store_four(rows.chains, 0, rows.chain, paths)
+    return rows.end - rows.begin
 
 
 @inlined
-def rightwards_four(rows, penalty):
-    """Run four rows of a tile: what rightwards does for any number of blocks, in registers."""
+def rightwards_four(penalty, rows):
+    """Do in registers what rightwards does, for four rows; return the number of columns."""
     at, paths = 0, load_four(penalty, rows.chains, 0, rows.chain)
     for column in range(rows.begin, rows.end):
         paths = advance_four(paths, splat_four(penalty, rows.across, column, rows.words), penalty,
@@ -101,6 +106,7 @@ def rightwards_four(rows, penalty):
         paths = without_least(paths)
         at += lanes_of(penalty)
     store_four(rows.chains, 0, rows.chain, paths)
+    return rows.end - rows.begin
 
 
 @kernel
@@ -118,9 +124,9 @@ def left_and_down(rows, blocks, begin, end, first, last):
 
 
 @inlined
-def left_and_down_four(rows, penalty):
+def left_and_down_four(penalty, rows):
     """
-    Run four rows of a tile: what left_and_down does for any number of blocks, in registers.
+    Do in registers what left_and_down does, for four rows; return the number of columns.
 
     Each row is a column behind the one above it, so that its downward path is in a register and
     all eight paths of a turn are independent of each other.
@@ -151,3 +157,4 @@ def left_and_down_four(rows, penalty):
     store_four(rows.chains, 0, rows.chain, paths)
     for row in range(1, 4):
         left_and_down(rows, blocks, begin, begin + row, row, row + 1)
+    return end - begin

@@ -27,7 +27,7 @@ def _note(scratch, column, best, low, totals, at):
 
 
 @inlined
-def _choose_four(search, scratch, low, width, at, size, out, penalty):
+def _choose_four(penalty, search, scratch, low, width, at, size, out):
     """Process four columns at once in registers, as _choose_tile; return the number processed."""
     costs, sums, totals, lanes = scratch.costs, scratch.sums, scratch.labels, lanes_of(penalty)
     column = place = 0
@@ -98,7 +98,6 @@ def _hand_over(search, at, width, low, high, scratch):
 def choose_tile(search, scratch, tile, first, last):
     """Choose the labels of the rows first .. last - 1 of a tile; its paths are those of `last`."""
     tile_row = first // search.tile
-    penalty, of_two, of_four = in_registers(search.small)
     low, blocks, offset = window_of(search, tile_row, tile)
     begin, end = columns_of(search, tile)
     size, start = load_long(search.row_size, tile_row), row_start(search, scratch, first) + offset
@@ -106,12 +105,8 @@ def choose_tile(search, scratch, tile, first, last):
     for row in range(last - 1, first - 1, -1):
         jumps = min(row + 1, search.rows - 1) * search.columns
         repeat_bytes(search.down, jumps + begin, jumps + end, scratch.across, 0)
-        at, middle, out = start + (row - first) * size, 0, row * search.columns + begin
-        if blocks == 1:
-            middle = _choose_four(search, scratch, low, width, at, size, out, penalty)
-        elif blocks == 2:
-            middle = _choose_four(search, scratch, low, width, at, size, out, of_two)
-        elif blocks == 4:
-            middle = _choose_four(search, scratch, low, width, at, size, out, of_four)
+        at, out = start + (row - first) * size, row * search.columns + begin
+        middle = in_registers(_choose_four, search.small, blocks, search, scratch, low, width, at,
+                              size, out)
         _choose_tile(search, scratch, blocks, low, middle, width, at, out)
         _hand_over(search, out, width, low, high, scratch)
