@@ -14,6 +14,7 @@ import os
 from pathlib import Path
 
 from bench.layers import make_layers
+from bench.streets import make_pictured_street
 from fuzzy_stereo_ros.evaluation.catalogue import (
     files_of, FRAMES, FRAMES_IN_FOLDERS, MIDDLEBURY_FOLDERS, ONE_PAIR, Scene, Sequence)
 from fuzzy_stereo_ros.evaluation.ground_truth import (
@@ -44,7 +45,7 @@ KITTI_DRIVES = (('KITTI drive', KITTI_DRIVE, ('07', '08', '09', '10')),
                 ('KITTI drive, backwards', OTHER_DRIVE, ('11', '10')))
 KITTI_DISPARITIES = 96
 CALIBRATION = 'calib.txt'
-EUROC, EUROC_DISPARITIES = 'euroc_v101_rect', 64
+EUROC, EUROC_DISPARITIES, EUROC_NOISES = 'euroc_v101_rect', 64, (0, 3, 6)
 EUROC_FRAMES = tuple(f'{number:04}' for number in range(10))
 MADE = {'rows': 240, 'columns': 320, 'disparities': 48, 'colour': True}
 MADE_CAMERA = Camera(FOCAL * MADE['columns'], FOCAL * MADE['columns'],
@@ -56,6 +57,7 @@ MADE_KINDS = {'made, moving': {'motion': 3.0},
               'made, drive': DRIVE, 'made, drive, noise 6': {**DRIVE, 'noise': 6},
               'made, drive, objects move': {**DRIVE, 'noise': 2, 'motion': 3.0}}
 MADE_SEEDS = 1, 2, 3
+PICTURED_NOISES = 0, 3, 6
 SHARP, SHARP_PANS = {'contrast': 30, 'blur': 0.3}, (1, 2, 3)     # texture as sharp as a pixel
 APPEARS = 3
 
@@ -163,6 +165,9 @@ def available_sequences(data, scenes, quick=False):
                     scored=range(FIRST_SCORED, 8),
                     camera=MADE_CAMERA if 'drive' in options else None)
           for kind, options in MADE_KINDS.items() for seed in MADE_SEEDS),
+        *(synthetic(f'made, pictured street, noise {noise}', f'seed {seed}', camera=MADE_CAMERA,
+                    read=partial(pictured, seed, noise), scored=range(FIRST_SCORED, 8))
+          for noise in PICTURED_NOISES for seed in MADE_SEEDS if find_spec('skimage')),
         *(synthetic(f'made, sharp texture, pan {pan}', f'seed {seed}', pan=pan,
                     read=partial(panning, seed, pan), scored=range(FIRST_SCORED, 10))
           for pan in SHARP_PANS for seed in MADE_SEEDS),
@@ -173,9 +178,11 @@ def available_sequences(data, scenes, quick=False):
     drives = [(f'{group}, noise {noise}' if noise else group, folder.split('/')[1], KITTI,
                KITTI_DISPARITIES, folder, FRAMES, numbers, noise)
               for noise in (0, KITTI_NOISE) for group, folder, numbers in KITTI_DRIVES]
-    drives.append(('EuRoC', 'V1_01, flicker only', MIDDLEBURY, EUROC_DISPARITIES, EUROC,
-                   FRAMES_IN_FOLDERS, EUROC_FRAMES, 0))
-    driven, skipped = [], {}
+    drives += [(f'EuRoC, noise {noise}' if noise else 'EuRoC', 'V1_01, flicker only', MIDDLEBURY,
+                EUROC_DISPARITIES, EUROC, FRAMES_IN_FOLDERS, EUROC_FRAMES, noise)
+               for noise in EUROC_NOISES]
+    driven, skipped = [], {} if find_spec('skimage') else {
+        'no scikit-image: made, pictured street': None}
     for *named, folder, layout, numbers, noise in drives:
         if data is None or not (data / folder).is_dir():
             skipped[f'no folder: {folder}'] = None      # each once
@@ -184,8 +191,8 @@ def available_sequences(data, scenes, quick=False):
             *named, partial(read_frames, data / folder, layout, numbers, noise),
             scored=range(0 if folder == EUROC else len(numbers)),
             camera=read_camera(data / folder / CALIBRATION)))
-    return [*(one for one in driven if one.group != 'EuRoC'), *found,
-            *(one for one in driven if one.group == 'EuRoC')], list(skipped)
+    still = [one for one in driven if not one.scored]
+    return [*(one for one in driven if one.scored), *found, *still], list(skipped)
 
 
 def window(scene, noise, pan, frames=WINDOW_FRAMES, seed=5):
@@ -235,6 +242,12 @@ def moving(seed, options):
     """Return eight frames of a synthetic scene whose objects move."""
     return [GroundTruthPair(*made) for made in make_sequence(
         frames=8, seed=seed, objects=5, **MADE, **options)]
+
+
+def pictured(seed, noise):
+    """Return eight frames of a drive through a street whose planes carry pictures."""
+    return [GroundTruthPair(*made) for made in make_pictured_street(
+        *list(MADE.values())[:3], 8, seed, noise=noise, **DRIVE)]
 
 
 def panning(seed, pan):

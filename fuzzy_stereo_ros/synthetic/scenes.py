@@ -83,36 +83,38 @@ def make_sequence(rows, columns, disparities, frames, seed=0, **options):
         raise ValueError(f'disparities is {disparities}; allowed are 1 to the {columns} columns')
     if not 8 <= options.bits <= 16:
         raise ValueError(f'bits is {options.bits}; allowed are 8 to 16')
-    y, x = np.mgrid[0:rows, 0:columns].astype(np.float64)
-    pan, drive = options.pan, options.drive
-    if drive:
+    if options.drive:
         for name in NOT_IN_STREET:
             if getattr(options, name):
-                raise ValueError(f'{name} is {getattr(options, name)} and drive is {drive:g}; a '
-                                 f'street has no {name}: give one of the two')
+                raise ValueError(f'{name} is {getattr(options, name)} and drive is '
+                                 f'{options.drive:g}; a street has no {name}: give one of the two')
         rig = rig_of(rows, columns, disparities, FOCAL * columns, BASELINE)
-        planes = street(rig, disparities, frames, seed, options)
+        return drive_through(rig, street(rig, disparities, frames, seed, options), frames, seed,
+                             options)
+    y, x = np.mgrid[0:rows, 0:columns].astype(np.float64)
+    pan = options.pan
+    span = (min(0.0, pan * (frames - 1)), columns + max(0.0, pan * (frames - 1)))
+    world = World(rows, columns, disparities, span, options)
+    surfaces = surfaces_of(world, seed)
+    return (_pair(partial(_view, [place(surface, frame, world) for surface in surfaces]),
+                  x + pan * frame, y, frame, seed, options) for frame in range(frames))
 
-        def drawn(frame):
-            return _drawn(partial(look, rig, planes, frame, pose(rig, frame, drive, pan)), x, y)
-    else:
-        span = (min(0.0, pan * (frames - 1)), columns + max(0.0, pan * (frames - 1)))
-        world = World(rows, columns, disparities, span, options)
-        surfaces = surfaces_of(world, seed)
 
-        def drawn(frame):
-            return _drawn(partial(_view, [place(surface, frame, world) for surface in surfaces]),
-                          x + pan * frame, y)
+def drive_through(rig, planes, frames, seed, options):
+    """Return an iterator over each `ScenePair` of a drive; planes: of `street`, which see."""
+    y, x = np.mgrid[0:rig.rows, 0:rig.columns].astype(np.float64)
+    return (_pair(partial(look, rig, planes, frame, pose(rig, frame, options.drive, options.pan)),
+                  x, y, frame, seed, options) for frame in range(frames))
 
-    def pair(frame):
-        left, right, truth, visible = drawn(frame)
-        random = np.random.default_rng([seed, 1, frame])
-        gain = 1.0 + options.flicker * np.sin(2 * np.pi * frame / 8)
-        return ScenePair(_expose(left, gain, options, random),
-                         _expose(right, gain * options.exposure, options, random),
-                         truth.astype(np.float32), visible)
 
-    return map(pair, range(frames))
+def _pair(view, x, y, frame, seed, options):
+    """Return the `ScenePair` of a frame, exposed and noisy; view, x, y: of `_drawn`."""
+    left, right, truth, visible = _drawn(view, x, y)
+    random = np.random.default_rng([seed, 1, frame])
+    gain = 1.0 + options.flicker * np.sin(2 * np.pi * frame / 8)
+    return ScenePair(_expose(left, gain, options, random),
+                     _expose(right, gain * options.exposure, options, random),
+                     truth.astype(np.float32), visible)
 
 
 def _scene_option(name, *facts, **more):

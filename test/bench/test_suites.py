@@ -5,10 +5,8 @@ import json
 import re
 from xml.etree import ElementTree
 
-from bench import datasets, warm
+from bench import datasets
 from bench.__main__ import main, SUITES
-from bench.request import Request
-import numpy as np
 import pytest
 
 PICTURES = {'accuracy': ['accuracy'], 'warm': ['warm', 'over_frames'], 'ablation': ['ablation']}
@@ -34,14 +32,6 @@ def test_a_suite_runs_in_its_short_form_and_fills_its_section(name, tmp_path, mo
     assert re.findall(r'!\[.+\]\((.+)\.svg\)', page) == PICTURES.get(name, [])
     for picture in PICTURES.get(name, []):
         assert ElementTree.parse(tmp_path / f'{picture}.svg').getroot().tag.endswith('svg')
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('contrast, speed', [(8, 0.02), (5, 0.05)])
-def test_what_comes_nearer_slowly_in_little_contrast_has_no_bias(contrast, speed):
-    found = [warm.approach(warm.Approach(contrast, speed, seed), Request())['warm'].mean()
-             for seed in warm.MADE_SEEDS]
-    assert abs(np.mean(found)) < 0.15
 
 
 @pytest.mark.parametrize(('words', 'reason'), [
