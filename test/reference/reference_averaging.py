@@ -21,12 +21,12 @@ def tiles_of(shape, tile):
 
 
 def tile_differences(now, before, down, right, tile=16, block=4):
-    """Return the differences of each tile as the kernel does: float64 (7, rows, columns)."""
+    """Return the differences of each tile as the kernel does: float64 (8, rows, columns)."""
     there = moved(before.astype(np.int64), down, right, -1)
     inside = there >= 0
     difference = np.where(inside, (now.astype(np.int64) >> 3) - (there >> 3), 0) / 32
     tiles = tiles_of(now.shape, tile)
-    found = np.zeros((7, *np.add(max(tiles), 1)))
+    found = np.zeros((8, *np.add(max(tiles), 1)))
     slopes, changes = _of_strips(difference, np.where(inside, there >> 3, 0), inside, block)
     for at, place in tiles.items():
         strips = np.s_[at[0] * tile // block:(at[0] + 1) * tile // block, place[1]]
@@ -36,6 +36,7 @@ def tile_differences(now, before, down, right, tile=16, block=4):
         if number == 0:
             found[0][at] = np.inf
             continue
+        found[(7, *at)] = (there[place][inside[place]] >> 3).sum() / 32 / number
         parts = [difference[place][part] for part in tiles_of(inside[place].shape, block).values()]
         sums = np.array([abs(part.sum()) for part in parts])
         sizes = np.array([abs(part).sum() for part in parts])
@@ -103,14 +104,14 @@ def blended(luminance, before, shifts, choices, ages, limits, tile=16):
     return found
 
 
-def chosen_tiles(differences, ages, noise, rules):
+def chosen_tiles(differences, ages, noises, rules):
     """Return the shift of each tile, -1 for none, and how old it is then."""
     choices, new_ages = np.full(ages.shape[1:], -1), np.ones(ages.shape[1:])
     for at in np.ndindex(choices.shape):
         shift = int(np.argmin(differences[(slice(None), 0, *at)]))
-        size, *blocks = differences[(shift, slice(None), *at)]
+        size, *blocks = differences[(shift, slice(4), *at)]
         mosts = (rules.white, rules.peak, rules.bump)
-        if (ages[(shift, *at)] > 0 and size <= rules.loud * noise + rules.slack
+        if (ages[(shift, *at)] > 0 and size <= rules.loud * noises[at] + rules.slack
                 and all(block <= most * size + 2 * rules.slack
                         for block, most in zip(blocks, mosts))):
             choices[at], new_ages[at] = shift, min(ages[(shift, *at)] + 1, rules.oldest)

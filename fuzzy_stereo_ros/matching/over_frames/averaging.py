@@ -4,11 +4,11 @@
 Both pictures of a pair averaged over frames, tile by tile, which removes noise.
 
 Not in the paper. Averaging pictures helps more than averaging maps: matching amplifies noise. A
-tile is averaged only where all that changed is noise: no louder than the noise of this pair, with
-block means no larger than those of white noise, and no louder in any block than elsewhere. Nor
-may it differ in the direction of a motion over frames, or alike in both views, as texture does.
-Where a camera turns, the whole picture moves by one shift, which phase correlation finds; where it
-moves otherwise, nothing is averaged.
+tile is averaged only where all that changed is noise: no louder than the noise of this pair at its
+brightness, as photons make noise, with block means no larger than those of white noise, and no
+louder in any block than elsewhere. Nor may it differ in the direction of a motion over frames, or
+alike in both views, as texture does. Where a camera turns, the whole picture moves by one shift,
+which phase correlation finds; where it moves otherwise, nothing is averaged.
 """
 from typing import NamedTuple
 
@@ -88,7 +88,7 @@ def _even_size(size):
 class Tiles(NamedTuple):
     """A view compared with its previous picture, by tile: (tile rows, tile columns)."""
 
-    differences: np.ndarray  # float32 (2, 7, ...), by shift; see compare_tiles
+    differences: np.ndarray  # float32 (2, 8, ...), by shift; see compare_tiles
     rough: np.ndarray        # float32, second differences
     ages_then: np.ndarray    # float32 (2, ...), by shift, frames that it was the mean of
     choices: np.ndarray      # int8, the shift of the tile; -1: it changed and is not averaged
@@ -116,7 +116,7 @@ class Averaging:
         self._alike = np.zeros(shape, np.float32)
         self.ages_of_both = np.ones(shape, np.float32)
         self.tiles = [Tiles(
-            np.zeros((2, 7, *shape), np.float32), np.zeros(shape, np.float32),
+            np.zeros((2, 8, *shape), np.float32), np.zeros(shape, np.float32),
             np.zeros((2, *shape), np.float32), np.full(shape, -1, np.int8),
             np.ones(shape, np.float32), np.zeros(shape, np.float32),
             np.zeros((2, 2, *shape), np.float32), np.zeros((2, *shape), np.float32))
@@ -197,10 +197,11 @@ class Averaging:
         pool.each(compare, self.bands)
         self.noise = 0.0
         for tiles in self.tiles:
-            noise = min(_quiet(tiles.differences[:number, 0].min(axis=0)),
-                        ROUGH * _quiet(tiles.rough))
-            choose_tiles(tiles.differences[:number], tiles.ages_then, noise, tuple(RULES),
-                         tiles.choices, tiles.ages, tiles.sizes)
+            differences = tiles.differences[:number, 0].min(axis=0)
+            noise = _noise(differences, tiles.rough)
+            choose_tiles(tiles.differences[:number], tiles.ages_then,
+                         _by_brightness(noise, differences, tiles.rough, tiles.differences[0, 7]),
+                         tuple(RULES), tiles.choices, tiles.ages, tiles.sizes)
             self.noise = max(self.noise, noise)
         if history.labels is not None and self.noise > FAINT:
             self._reject_alike(pool, views, history)
@@ -242,6 +243,28 @@ class Averaging:
                 blend(picture.luminance, picture.grey, old, shifts[side], tiles.choices,
                       tiles.ages, limits[side], new, band[1], band[2])
         pool.each(blend_band, self.bands)
+
+
+def _noise(differences, rough):
+    """Return the noise of tiles by their differences and their second differences."""
+    return min(_quiet(differences), ROUGH * _quiet(rough))
+
+
+def _by_brightness(noise, differences, rough, brightness):
+    """
+    Return the noise of each tile: float32, at least that of all, more where it is brighter.
+
+    The square of noise is a line over grey levels, through the darker and the brighter tiles; that
+    of photons, the steepest there is, goes through the origin.
+    """
+    bright = brightness > brightness.mean()
+    if not bright.any():
+        return np.full_like(brightness, noise)
+    (dark, darker), (loud, brighter) = (
+        (_noise(found, rough[half])**2, brightness[half][found <= _quiet(found)].mean())
+        for half, found in ((half, differences[half]) for half in (~bright, bright)))
+    slope = min(max(loud - dark, 0) / max(brighter - darker, 1), dark / max(darker, 1))
+    return np.sqrt(np.maximum(noise**2, dark + slope * (brightness - darker)), dtype=np.float32)
 
 
 def _quiet(by_tile):

@@ -53,7 +53,7 @@ def tiles_of(shape):
 def test_the_differences_of_tiles_are_those_of_the_twin(shape, shift, step):
     now, before = pictures(shape, 1, step)
     tiles = tiles_of(shape)
-    found = np.full((7, *tiles), 99, np.float32)
+    found = np.full((8, *tiles), 99, np.float32)
     for first, last in ((0, 1), (1, tiles[0])):
         compare_tiles(padded(now), before, *shift, found, first, last)
     expected = twins.tile_differences(now, before, *shift)
@@ -78,12 +78,13 @@ def test_roughness_is_that_of_the_twin(shape):
 def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     random = np.random.default_rng(seed)
     # 0.07: no difference lies just on a rule's border, where rounding decides.
-    differences = (random.integers(0, 30, (2, 7, rows, columns)) / 4 + 0.07).astype(np.float32)
+    differences = (random.integers(0, 30, (2, 8, rows, columns)) / 4 + 0.07).astype(np.float32)
     ages = random.integers(0, RULES.oldest + 2, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))
-    choose_tiles(differences, ages, noise / 4, tuple(RULES), choices, new_ages, sizes)
-    expected = twins.chosen_tiles(differences, ages, noise / 4, RULES)
+    noises = (noise * random.uniform(0.1, 0.4, (rows, columns))).astype(np.float32)
+    choose_tiles(differences, ages, noises, tuple(RULES), choices, new_ages, sizes)
+    expected = twins.chosen_tiles(differences, ages, noises, RULES)
     np.testing.assert_array_equal(choices, expected[0])
     np.testing.assert_array_equal(new_ages, expected[1])
     np.testing.assert_array_equal(sizes, differences[:, 0].min(axis=0))
@@ -213,6 +214,12 @@ def images_of(averaging):
     """Return what both pictures show in grey levels, the right one not mirrored."""
     left, right = averaging.pictures / 256
     return left, right[:, ::-1]
+
+
+def test_noise_that_grows_with_brightness_goes_where_nothing_changes():
+    shown = np.linspace(10, 220, SIZE[1]) + (scene() - 120) / 12
+    averaging = follow([shown] * 6, np.sqrt(0.06 * shown))    # as photons do
+    assert (averaging.ages > 5).mean() > 0.9
 
 
 @pytest.mark.parametrize('noise', [1.0, 3.0, 8.0])

@@ -38,7 +38,7 @@ def changes_alike(left, right, before, labels, offset, shifts, differences, choi
     left, right: uint16, padded, luminance, the right one mirrored; before: uint16 (2, R, C), the
     pictures before; labels: (R, C), of the left picture before; offset: of disparities from
     labels, px; shifts: int64 (N, 2), down and right, of the left view; differences: float32
-    (N, 7, tile rows, tile columns), of the left view by shift, see compare_tiles; choices: int8
+    (N, 8, tile rows, tile columns), of the left view by shift, see compare_tiles; choices: int8
     (tile rows, tile columns), the shift of a tile, < 0: not compared; alike: float32 (tile rows,
     tile columns), -1 to 1, 0 where less than LEAST pixels are compared; the tile rows first ..
     last are written.

@@ -40,14 +40,14 @@ def compare_tiles(now, before, down, right, differences, first, last):
     Measure how tiles of a picture differ from the picture before, moved down and to the right.
 
     now: uint16 (R + 4, C + 4 + slack), padded; before: uint16 (R, C); differences: float32
-    (7, tile rows, tile columns), the tile rows first .. last are written, in grey levels: the
+    (8, tile rows, tile columns), the tile rows first .. last are written, in grey levels: the
     mean size of the differences of pixels; the mean size of the mean differences of blocks, times
     BLOCK, which is as large where differences are white noise; the largest size of the mean
     difference of a block, and the largest mean size. Tiles that show nothing of the picture
-    before are infinitely different. The last three, of sums of BLOCK rows and in units of their
+    before are infinitely different. The next three, of sums of BLOCK rows and in units of their
     own: the sum of differences times slopes along the row, without the means of both, whose sign
     is that of a motion and which light does not change; its variance where all is noise; and the
-    sum of the squares of slopes.
+    sum of the squares of slopes. The last: the mean grey level before.
     """
     rows, columns = before.shape
     top, bottom = max(down, 0), rows + min(down, 0)
@@ -55,7 +55,7 @@ def compare_tiles(now, before, down, right, differences, first, last):
     signed = np.zeros(columns + 2 * TILE, np.int16)
     sizes = np.zeros_like(signed)
     bright = np.zeros(columns + 2, np.int16)
-    of_columns = np.zeros((9, columns + TILE), np.int32)
+    of_columns = np.zeros((10, columns + TILE), np.int32)
     for tile_row in range(first, last):
         above, below = max(tile_row * TILE, top), min((tile_row + 1) * TILE, bottom)
         of_columns[:] = 0
@@ -74,6 +74,7 @@ def compare_tiles(now, before, down, right, differences, first, last):
                               of_columns[5, begin:])
                 _add_slopes(signed[begin:end], bright[begin:], of_columns[6, begin:],
                             of_columns[7, begin:], of_columns[8, begin:])
+                _add_columns(bright[begin + 1:end + 1], of_columns[9, begin:])
             _add_blocks(sizes, of_columns[0], of_columns[3])
             _add_blocks(signed, of_columns[1], of_columns[2])
         _sum_up(of_columns, max(below - above, 0), begin, end, differences[:, tile_row])
@@ -128,6 +129,13 @@ def _add_slopes(signed, bright, differences, slopes, squares):
 
 
 @kernel
+def _add_columns(line, sums):
+    """Add a line of sums of BLOCK rows."""
+    for column in range(len(line)):
+        sums[column] += np.int32(line[column])
+
+
+@kernel
 def _add_blocks(line, totals, largest):
     """
     Add the sums of the BLOCK columns from each column on; only every BLOCK-th is read.
@@ -148,13 +156,14 @@ def _sum_up(of_columns, height, begin, end, found):
     for tile in range(found.shape[1]):
         left = tile * TILE
         total = of_blocks = peak = bump = 0
-        motion = variance = total_difference = total_slope = steepness = 0
+        motion = variance = total_difference = total_slope = steepness = brightness = 0
         for column in range(left, left + TILE):
             motion += of_columns[4, column]
             variance += of_columns[5, column]
             total_difference += of_columns[6, column]
             total_slope += of_columns[7, column]
             steepness += of_columns[8, column]
+            brightness += of_columns[9, column]
         for column in range(left, left + TILE, BLOCK):
             total += of_columns[0, column]
             of_blocks += of_columns[1, column]
@@ -173,6 +182,7 @@ def _sum_up(of_columns, height, begin, end, found):
                           / np.float32(1 << PRODUCT_BITS)) if varies > 0 else np.float32(0)
         found[5, tile] = np.float32(variance) * varies
         found[6, tile] = np.float32(steepness)
+        found[7, tile] = brightness * unit / np.float32(max(number, 1))
 
 
 @kernel(allocates=True)
@@ -204,13 +214,13 @@ def roughness(luminance, columns, rough, first, last):
 
 
 @kernel
-def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
+def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
     """
     Decide which tiles are unchanged since the previous picture, and after which shift.
 
-    differences: float32 (N, 7, tile rows, tile columns), by shift, see compare_tiles; ages:
-    float32 (N, tile rows, tile columns), moved alike; noise: in grey levels; rules: the fields
-    of Rules;
+    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages:
+    float32 (N, tile rows, tile columns), moved alike; noises: float32 (tile rows, tile columns),
+    grey levels; rules: the fields of Rules;
     choices: int8, the shift that differs least, -1 where the tile has changed; new_ages: float32,
     the frames that it is the mean of from now on; sizes: float32, how much it differs.
     """
@@ -223,7 +233,7 @@ def choose_tiles(differences, ages, noise, rules, choices, new_ages, sizes):
                     best = shift
             size, blocks, peak, loudest = differences[best, :4, row, column]
             age, slack = ages[best, row, column], rules.slack
-            same = (age > 0 and size <= rules.loud * noise + slack
+            same = (age > 0 and size <= rules.loud * noises[row, column] + slack
                     and blocks <= rules.white * size + 2 * slack
                     and peak <= rules.peak * size + 2 * slack
                     and loudest <= rules.bump * size + 2 * slack)
