@@ -58,6 +58,16 @@ def is_torn_database(path):
     return bool(page) and path.stat().st_size % (page if page > 1 else 1 << 16) > 0
 
 
+def log_of(path):
+    """
+    Return the write-ahead log (Path) of a file (Path) if it is a .db3 that has one, else None.
+
+    Messages stay there, where rosbags does not look, until the database is closed.
+    """
+    log = path.with_name(f'{path.name}-wal')
+    return log if path.suffix == '.db3' and log.is_file() and log.stat().st_size else None
+
+
 def _written(path):
     """Return the size of a file without the zeros that a file system puts for lost blocks."""
     size = end = path.stat().st_size
@@ -141,11 +151,12 @@ def _indexed_database(path):
     Return the Recovered of a .db3.
 
     A second database has the same rows, but of each message only the number of its row instead of
-    its content.
+    its content. Where there is a log SQLite writes its index (-shm) beside it.
     """
-    folder = tempfile.TemporaryDirectory()
-    cut = sqlite3.connect(f'{path.resolve().as_uri()}?mode=ro&immutable=1', uri=True,
+    options = 'mode=ro' if log_of(path) else 'mode=ro&immutable=1'
+    cut = sqlite3.connect(f'{path.resolve().as_uri()}?{options}', uri=True,
                           check_same_thread=False)
+    folder = tempfile.TemporaryDirectory()
 
     def close():
         cut.close()

@@ -8,7 +8,7 @@ import heapq
 from pathlib import Path
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.bags.cut_off import is_torn_database, Recovered, recovered
+from fuzzy_stereo_ros.bags.cut_off import is_torn_database, log_of, Recovered, recovered
 from fuzzy_stereo_ros.bags.cut_ros1 import has_torn_index
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair
@@ -113,7 +113,7 @@ class BagReader:
         if not count:
             return f'{file.path} was cut off: it has no complete message'
         return (f'{file.path} was cut off: its {count} messages up to '
-                f'{(end - self.begin) / 1e9:.3f} s into the bag are read, later ones are lost')
+                f'{(end - self.begin) / 1e9:.3f} s into the bag are read, any later ones are lost')
 
     def __enter__(self):
         return self
@@ -201,12 +201,12 @@ def _opened(path, losses):
                              f"{', '.join(SUFFIXES)}, or are folders with metadata.yaml")
         return [_opened_file(path)]
     described = (path / 'metadata.yaml').exists()
-    if described:
+    if described and not any(map(log_of, path.glob('*.db3'))):     # rosbags reads no log
         try:
             return [_OpenFile(path, _reader(path))]
         except ValueError as error:
             fault = error
-    else:
+    elif not described:
         fault = ValueError(f'{path} is a folder without metadata.yaml and without '
                            f"{' or '.join(STORAGES)} files, so it is no bag")
     files, faults = [], []
@@ -226,12 +226,16 @@ def _opened(path, losses):
 
 def _opened_file(path):
     """Return the _OpenFile of a .bag, .mcap or .db3; ValueError if nothing of it can be read."""
+    log = log_of(path)
     try:
+        if log is not None:
+            raise ValueError(f'{path} has its newest messages in {log.name}, which cannot be read '
+                             'here; copy both into a folder that can be written to')
         file = _OpenFile(path, _reader(path))
         if not is_torn_database(path) and not has_torn_index(file.reader.readers[0]):
             return file
         file.close()
-        fault = ValueError(f'{path} cannot be read as a bag: its end is missing')
+        raise ValueError(f'{path} cannot be read as a bag: its end is missing')
     except ValueError as error:
         fault = error
     found = None

@@ -4,7 +4,6 @@
 import json
 from pathlib import Path
 import shlex
-import shutil
 import sys
 import tempfile
 
@@ -69,9 +68,15 @@ def run(arguments, stream, progress_stream=None):
                 prefix=f'.{target.name}.', suffix='.part', dir=target.parent) as part:
             complete = Path(part) / target.name     # a folder with the usual permissions
             write(complete, pairs, values)
+            before = Path(part) / f'{target.name}.before'
             if target.is_dir():
-                shutil.rmtree(target)
-            complete.replace(target)
+                target.replace(before)
+            try:
+                complete.replace(target)
+            except BaseException:
+                if before.is_dir():
+                    before.replace(target)
+                raise
     except OSError as error:
         reason = text_of(error.__cause__ or error)      # a bag's error names the unfinished folder
         raise OSError(f'{arguments.output} cannot be written: {reason}; give a writable folder on '

@@ -314,7 +314,7 @@ def test_a_damaged_output_is_not_continued(folder, capsys, interrupt, storage):
     whole = file.read_bytes()
     file.write_bytes(whole[:len(whole) * 3 // 4])
     assert rejection(capsys, 'bag', options=['--format', storage, '--resume']).endswith(
-        'later ones are lost; start over with --overwrite')
+        'any later ones are lost; start over with --overwrite')
 
 
 LOADING = """\

@@ -80,9 +80,55 @@ def test_every_message_before_the_cut_is_read_as_it_was_written(
     first, last = written[0][1], read[-1][1]
     assert losses(path) == [
         f'{path} was cut off: its {len(read)} messages up to {(last - first) / 1e9:.3f} s into '
-        'the bag are read, later ones are lost']
+        'the bag are read, any later ones are lost']
     assert path.read_bytes() == cut + end
     assert [path.name for path in tmp_path.iterdir()] == [path.name]
+
+
+def with_its_end_in_the_log(bag, into):
+    """Write a .db3 whose last 12 messages are in its write-ahead log only; return its path."""
+    into.mkdir()
+    path = into / bag.name
+    path.write_bytes(bag.read_bytes())
+    log = path.with_name(f'{path.name}-wal')
+    with closing(sqlite3.connect(path)) as database:
+        database.execute('PRAGMA journal_mode = WAL')
+        database.execute('PRAGMA wal_autocheckpoint = 0')
+        rows = database.execute('SELECT * FROM messages ORDER BY id DESC LIMIT 12').fetchall()
+        database.execute('DELETE FROM messages WHERE id >= ?', rows[-1][:1])
+        database.commit()
+        database.execute('PRAGMA wal_checkpoint(TRUNCATE)')
+        database.executemany('INSERT INTO messages VALUES (?, ?, ?, ?)', rows[::-1])
+        database.commit()
+        logged = path.read_bytes(), log.read_bytes()    # closing moves the log into the database
+    path.write_bytes(logged[0])
+    log.write_bytes(logged[1])
+    return path
+
+
+@pytest.mark.parametrize('described', [False, True])
+def test_messages_that_a_database_has_in_its_log_are_read(files, tmp_path, described):
+    path = with_its_end_in_the_log(files['sqlite3'], tmp_path / 'logged')
+    if described:
+        (path.parent / 'metadata.yaml').write_bytes(
+            (files['sqlite3'].parent / 'metadata.yaml').read_bytes())
+    before = {one.name: one.read_bytes() for one in path.parent.iterdir()}
+    written = messages(files['sqlite3'])
+    for bag in (path, path.parent):
+        assert messages(bag) == written
+        assert losses(bag) == [
+            f'{path} was cut off: its {len(written)} messages up to '
+            f'{(written[-1][1] - written[0][1]) / 1e9:.3f} s into the bag are read, any later '
+            'ones are lost']
+    assert {name: (path.parent / name).read_bytes() for name in before} == before
+
+
+def test_a_database_whose_log_cannot_be_read_is_rejected_with_what_to_do(files, tmp_path):
+    path = with_its_end_in_the_log(files['sqlite3'], tmp_path / 'logged')
+    # What cannot be written, as in a folder that may not be written to.
+    path.with_name(f'{path.name}-shm').symlink_to(tmp_path / 'nowhere' / 'index')
+    with pytest.raises(ValueError, match='copy both into a folder that can be written to'):
+        BagReader([path])
 
 
 def test_a_whole_bag_has_lost_nothing(files):

@@ -140,6 +140,24 @@ def test_only_overwrite_replaces_a_folder_and_removes_all_old_files(capsys):
     assert 'scene/metadata.yaml' not in files()
 
 
+def test_what_is_replaced_is_kept_until_the_new_folder_has_its_name(monkeypatch, capsys):
+    def replace(path, name, replaced=Path.replace):
+        if (path / 'new').is_dir():
+            raise OSError(5, 'Input/output error')
+        return replaced(path, name)
+
+    def write(folder, *_):
+        (folder / 'new').mkdir(parents=True)
+
+    assert synthesised(*SMALL, '--frames', '1') == 0
+    before = files()
+    monkeypatch.setattr(Path, 'replace', replace)
+    monkeypatch.setattr(synthesise, '_write_images', write)
+    assert synthesised(*SMALL, '--frames', '1', '--overwrite') == 2
+    assert 'scene cannot be written: Input/output error' in capsys.readouterr().err
+    assert files() == before
+
+
 def test_a_folder_of_something_else_is_never_replaced(capsys):
     os.makedirs('scene/left')
     Path('scene/left/mine.png').touch()
