@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import filter_band, widened
+from fuzzy_stereo_ros.matching.bands import cut_parts, filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
@@ -103,17 +103,16 @@ class HalfSize:
         self._scanlines.search(pool, then=check)
         self._speckles.join(chosen.labels, 1)
         pool.each(fill, self._scanlines.bands)
-        pool.each(write_limits, self._scanlines.bands)
+        pool.each(write_limits, cut_parts(rows))
         return Half(self._labels, self._validity, chosen, prior)
 
     def mutate(self, pool, mutation, inside):
         """Give the map and the prior of the last search what a mutation (Stages.vote) takes."""
         mutation.mutate(pool, inside, self._labels, self._prior, VOTED)
 
-    def write_windows(self, pool, windows):
+    def write_windows(self, windows):
         """Write the windows of the full search, of tiles of TILE pixels, by the map as it is."""
-        rows = len(self._labels)
-        pool.each(lambda band: disparity_ranges.tile_windows(
+        # alone: a join takes longer
+        disparity_ranges.tile_windows(
             self._labels, self._half_disparities, self._disparities, TILE, GROW, MARGIN,
-            windows.low, windows.blocks, 2 * band[1] // TILE,
-            2 * band[2] // TILE if band[2] < rows else len(windows.low)), self._scanlines.bands)
+            windows.low, windows.blocks, 0, len(windows.low))

@@ -90,7 +90,7 @@ class RealtimeMatcher:
         self._config, self._stages = config, stages or STAGES[config.search]
         self._evolution_ms = config.evolution_ms
         self.pool = ThreadPool(config.threads)
-        self._views = Views(config, rows, columns, TILE, self._stages.noise)
+        self._views = Views(config, rows, columns, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
         if self._stages.vote is not None:
             self._plain = self._stages.vote(self._views, config.min_disparity)
@@ -135,7 +135,7 @@ class RealtimeMatcher:
         if self._stages.vote is not None:
             self._half_size.mutate(pool, self._plain, self._views.inside)
         if self._search.windows is not None:
-            self._half_size.write_windows(pool, self._search.windows)
+            self._half_size.write_windows(self._search.windows)
         previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
         watch.lap('coarse')
         chosen = self._search.search(

@@ -10,7 +10,7 @@ from functools import partial
 
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands, filter_band, widened
+from fuzzy_stereo_ros.matching.bands import cut_bands, cut_parts, filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -87,12 +87,12 @@ class Refinement:
         self._by_membership = by_membership
         rows = bands[-1][2]
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
-        self._bands, self._disparities = bands, disparities
+        self._parts, self._disparities = cut_parts(rows), disparities
         self.validity, self.final_validity = (
             zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(columns, bands)
         self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
-        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._bands]
+        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._parts]
         self._median = zeros((rows, columns + 2 * LANES), labels_type)
         self._labels = zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
@@ -105,7 +105,7 @@ class Refinement:
             RIGHT[:-1] - np.arange(10) * slopes,
             10 * slopes / (AROUND**2 * subpixel.CERTAIN * subpixel.NEIGHBOURS))).astype(np.float32)
         self._agreeing = zeros((rows, columns), np.uint8)
-        self._rows = [zeros((2, columns + LANES), fine_type) for _ in self._bands]
+        self._rows = [zeros((2, columns + LANES), fine_type) for _ in self._parts]
 
     @property
     def fine_labels(self):
@@ -159,7 +159,7 @@ class Refinement:
                 found = median[:, :columns]
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,
                         band)
-        pool.each(smooth_band, self._bands)
+        pool.each(smooth_band, self._parts)
         return self._labels
 
     def write(self, pool, labels, chosen, reliance, config):
@@ -186,5 +186,5 @@ class Refinement:
                 self._fine, self.final_validity, self._around, self._agreeing, self._lines,
                 config.min_disparity, config.disparities, config.fill,
                 np.float32(config.confidence_threshold), disparity, confidence, *band[1:])
-        pool.each(write_band, self._bands)
+        pool.each(write_band, self._parts)
         return disparity, confidence

@@ -5,7 +5,7 @@ Both images at full and at half size, with their features and the noise of the p
 
 Not in the paper, whose memberships have a fixed width.
 """
-from fuzzy_stereo_ros.matching.bands import cut_bands, widened
+from fuzzy_stereo_ros.matching.bands import cut_parts, widened
 from fuzzy_stereo_ros.matching.beyond import MARGIN
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -16,6 +16,7 @@ from fuzzy_stereo_ros.matching.realtime.smoothing import Smoothing
 import numpy as np
 
 SPREAD = 8.0         # times the noise, the largest difference from its 3 x 3 mean that is noise
+PART = 32            # rows of which parts of the images are multiples
 NEAR, FAR = 1, 2     # rows around a row that it is denoised by, and that its census compares
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
@@ -41,12 +42,11 @@ class Views:
     exist; noise: grey levels, standard deviation, 0 where there is none
     """
 
-    def __init__(self, config, rows, columns, tile, noise):
+    def __init__(self, config, rows, columns, noise):
         """
         Allocate for images of a size.
 
-        tile: rows that the bands of an image, full or half, are multiples of; noise: called with
-        rows and columns, returns a noise estimate, see NoiseEstimate
+        noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
         """
         extra = extra_columns(config.min_disparity, config.disparities)
         self.full = CensusPossibility(rows, columns, config.disparities, FULL_SIZE, extra)
@@ -58,8 +58,8 @@ class Views:
         self._right = View(rows, columns, True, 0) if extra else self.full.right
         self._estimate = noise(rows, columns)
         self.noise = 0.0
-        self._bands = cut_bands(rows, tile)
-        self._smoothing = Smoothing(rows, columns, -(-rows // tile))
+        self._bands = cut_parts(rows, PART)
+        self._smoothing = Smoothing(rows, columns, len(self._bands))
 
     def read(self, pool, left, right, average):
         """

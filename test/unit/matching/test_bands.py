@@ -7,15 +7,16 @@ import threading
 import time
 
 from fuzzy_stereo_ros.matching.bands import (
-    cut_bands, cut_by_work, filter_band, HelperPlaces, ThreadPool, widened)
+    cut_bands, cut_by_work, cut_parts, filter_band, HelperPlaces, ThreadPool, widened)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
 
-@given(st.integers(1, 5000), st.integers(1, 300))
-def test_bands_cover_each_row_once_and_in_order_and_end_with_a_row_of_tiles(rows, height):
-    bands = cut_bands(rows, height)
+@pytest.mark.parametrize('cut', [cut_bands, cut_parts])
+@given(rows=st.integers(1, 5000), height=st.integers(1, 300))
+def test_bands_cover_each_row_once_and_in_order_and_end_with_a_row_of_tiles(cut, rows, height):
+    bands = cut(rows, height)
     assert [index for index, _, _ in bands] == list(range(len(bands)))
     assert [row for _, first, last in bands for row in range(first, last)] == list(range(rows))
     assert all(last % height == 0 or last == rows for _, _, last in bands)
@@ -74,6 +75,13 @@ def test_a_thread_pool_counts_the_time_of_its_calls():
     (1, 1), (127, 1), (128, 2), (639, 2), (640, 4), (1279, 4), (1280, 8), (4000, 8)])
 def test_larger_images_are_cut_into_more_bands(rows, count):
     assert len(cut_bands(rows)) == count
+
+
+@given(st.integers(64, 5000))
+def test_there_are_twice_as_many_parts_as_bands_and_none_is_empty(rows):
+    parts = cut_parts(rows, 32)
+    assert len(parts) == 2 * len(cut_bands(rows))
+    assert all(first < last for _, first, last in parts)
 
 
 @pytest.mark.parametrize('threads', [1, 2, 3])

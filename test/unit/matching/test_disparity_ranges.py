@@ -170,7 +170,7 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)), np.zeros(tiles[0], np.int64))
     half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
     half = half_size.search(pool, (min_disparity, min_disparity + shape[1] - 1), full[0].grey)
-    half_size.write_windows(pool, windows)
+    half_size.write_windows(windows)
     labels, validity = half_map_of_twins(left, right, disparities, places, min_disparity)
     np.testing.assert_array_equal(half.validity, validity)
     np.testing.assert_array_equal(half.labels, labels)

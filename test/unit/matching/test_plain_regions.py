@@ -63,7 +63,7 @@ def views_of(pair, min_disparity=0):
     """Return the `Views` of a pair, read and described."""
     config = MatcherConfig.from_profile(
         'realtime', disparities=DISPARITIES, min_disparity=min_disparity)
-    views, pool = Views(config, *pair[0].shape[:2], 64, NoiseEstimate), ThreadPool(1)
+    views, pool = Views(config, *pair[0].shape[:2], NoiseEstimate), ThreadPool(1)
     views.read(pool, *pair[:2], lambda *_: 1.0)
     views.describe(pool, Stages().describe)
     return views

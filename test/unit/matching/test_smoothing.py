@@ -34,7 +34,7 @@ def compressed(image, quality):
 
 def read(left, right, bands=None):
     """Return the `Views` of a pair, read."""
-    views = Views(MatcherConfig(disparities=16), *left.shape[:2], 64, NoiseEstimate)
+    views = Views(MatcherConfig(disparities=16), *left.shape[:2], NoiseEstimate)
     if bands:
         views._bands = bands
     views.read(ThreadPool(1), left, right, lambda *_: 1.0)
