@@ -31,11 +31,15 @@ import pandas as pd
 
 SIZES = ((480, 640, 64), (720, 1280, 128), (240, 320, 32))     # rows, columns, disparities
 QUICK_SIZES = ((48, 80, 16), (72, 128, 32))
+GROWING = ((240, 320, 32), (375, 450, 60), *SIZES[:1], (540, 960, 96), SIZES[1],
+           (1080, 1920, 192), (1440, 2560, 256))
+GROWING_REPEATS = 3
 THREADS = (1, 2)
 FRAMES = 4
 NOISE = 1.5  # grey levels, fresh in every frame
 OURS = FIRST, COLD, WARM = 'ours, first pair', 'ours, cold', 'ours, warm'
 FAST = 'ours, profile fast, cold'
+BM = 'BM tuned'
 INTERVAL = MatcherConfig.still_interval
 LATE = 0.95         # of the turns take at most this long
 ALONE = 'of the total, what one thread does alone'
@@ -56,12 +60,15 @@ def run(request):
                if count not in threads]
     rounds = [(size, count) for size in sizes for count in threads]
     turns = [turn for size, count in request.follow(rounds, 'speed')
-             for turn in race(request, pair, size, count)]
+             for turn in race(request, pair, size, count, request.repeats)]
     memory = Table('Memory', ('', 'held [MB]', 'bytes a pixel', 'more during a frame [MB]',
                               'the pair itself [MB]'),
                    [memory_row(request, pair, size) for size in sizes],
                    'Held: by a warm matcher between frames, its state among it. More: at the peak '
                    'of a frame, what it returns and hands on among it.')
+    growth = growth_table([
+        growth_row(request, pair, size, threads)
+        for size in request.follow(QUICK_SIZES if request.quick else GROWING, 'sizes')])
     still = still_table([still_row(request, pair, size, count)
                          for size in sizes for count in threads])
     deadlines = deadline_table(request, pair, sizes[0])
@@ -79,23 +86,29 @@ def run(request):
                  'everything before is forgotten, so that the offset of the rows is measured '
                  'first; cold: the frame before is forgotten; warm: the frame before is of the '
                  'same scene, and each frame is searched',
-    }, [*tables(pd.DataFrame(turns)), still, busy, deadlines, memory,
+    }, [*tables(pd.DataFrame(turns)), growth, still, busy, deadlines, memory,
         *([] if request.quick else [first_start_table()])], skipped,
         threads='OpenCV and ours as in the tables')
 
 
-def race(request, pair, size, threads):
-    """Return the turns of all matchers, dicts of `take_turns` with size and threads."""
+def race(request, pair, size, threads, repeats, names=None):
+    """
+    Return the turns of matchers, dicts of `take_turns` with size and threads.
+
+    names: of the matchers; None for all
+    """
     rows, columns, disparities = size
     frames = noisy_frames(pair, rows, columns)
     greys = [tuple(grey(image) for image in frame) for frame in frames]
+    makers = {name: partial(_ours, request.ours, frames, disparities, threads, name)
+              for name in OURS}
+    makers[FAST] = partial(_ours, Ours(FAST, 'fast'), frames, disparities, threads, COLD)
+    makers.update((baseline.name, partial(_baseline, baseline, greys, disparities))
+                  for baseline in reversed(TUNED))
     with opencv_threads(threads):
-        works = {name: _ours(request.ours, frames, disparities, threads, name) for name in OURS}
-        works[FAST] = _ours(Ours(FAST, 'fast'), frames, disparities, threads, COLD)
-        works.update((baseline.name, _baseline(baseline, greys, disparities))
-                     for baseline in reversed(TUNED))
+        works = {name: make() for name, make in makers.items() if name in (names or makers)}
         return [{'size': f'{columns}x{rows}', 'disparities': disparities, 'threads': threads,
-                 **turn} for turn in take_turns(works, request.repeats, FRAMES)]
+                 **turn} for turn in take_turns(works, repeats, FRAMES)]
 
 
 def noisy_frames(pair, rows, columns):
@@ -182,6 +195,35 @@ def _stage_table(turns):
     return Table.of('Stages of our matcher, milliseconds', stages,
                     'The median of each stage over the turns. More threads than bands earn '
                     'nothing: there are two from 128 rows, four from 640 and eight from 1280.')
+
+
+def growth_row(request, pair, size, threads):
+    """Return a dict of the row of `growth_table` of a size; threads: numbers of threads."""
+    rows, columns, disparities = size
+    repeats = min(request.repeats, GROWING_REPEATS)
+    found = {'': f'{columns}x{rows}, {disparities} disparities'}
+    for count in threads:
+        turns = pd.DataFrame(race(request, pair, size, count, repeats,
+                                  (COLD, WARM, FAST, BM, REFERENCE.name)))
+        typical = turns.groupby('matcher').milliseconds.median()
+        found.update({f'{name}, {number_of(count, "thread")}': value for name, value in {
+            'cold [ms]': typical[COLD],
+            'ns a pixel': 1e6 * typical[COLD] / (rows * columns),
+            'ns a pixel and disparity': 1e6 * typical[COLD] / (rows * columns * disparities),
+            'of 3WAY': typical[COLD] / typical[REFERENCE.name],
+            'of BM': typical[COLD] / typical[BM],
+            'warm, of 3WAY': typical[WARM] / typical[REFERENCE.name],
+            'fast [ms]': typical[FAST],
+            'fast, of BM': typical[FAST] / typical[BM]}.items()})
+    return found
+
+
+def growth_table(rows):
+    """Return the table of rows of `growth_row`: a row a figure, a column a size."""
+    table = pd.DataFrame(rows).set_index('').T
+    return Table.of('How time grows with the size', table,
+                    f'Medians of {GROWING_REPEATS} turns, ratios of medians; all matchers cold '
+                    'and of the profile realtime where nothing else is named.')
 
 
 def still_row(request, pair, size, threads):
