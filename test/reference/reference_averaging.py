@@ -111,7 +111,7 @@ def chosen_tiles(differences, ages, noises, rules):
         shift = int(np.argmin(differences[(slice(None), 0, *at)]))
         size, *blocks = differences[(shift, slice(4), *at)]
         mosts = (rules.white, rules.peak, rules.bump)
-        if (ages[(shift, *at)] > 0 and size <= rules.loud * noises[at] + rules.slack
+        if (ages[(shift, *at)] > 0 and size <= rules.loud * noises[(shift, *at)] + rules.slack
                 and all(block <= most * size + 2 * rules.slack
                         for block, most in zip(blocks, mosts))):
             choices[at], new_ages[at] = shift, min(ages[(shift, *at)] + 1, rules.oldest)

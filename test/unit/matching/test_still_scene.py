@@ -22,11 +22,11 @@ def scene():
     return make_pair(96, 160, 32)[:2]
 
 
-def frames(number, seed=0, pair=None):
+def frames(number, seed=0, pair=None, noise=NOISE):
     """Yield noisy pairs of a still scene."""
     random = np.random.default_rng(seed)
     for _ in range(number):
-        yield tuple(with_noise(image, NOISE, random) for image in pair or scene())
+        yield tuple(with_noise(image, noise, random) for image in pair or scene())
 
 
 @cache
@@ -90,6 +90,13 @@ def test_a_frame_in_which_anything_changes_is_searched(change):
 def test_an_object_that_appears_is_in_the_map_at_once():
     match = after_settling().match(*next(frames(1, 1, with_object(24, 24))))
     assert abs(np.nanmedian(match.disparity[46:58, 102:114]) - 28) < 1
+
+
+def test_a_scene_comes_to_rest_again_after_an_object_has_appeared():
+    """The tiles that changed are averages of one frame among averages of many."""
+    matcher = after_settling()
+    pairs = frames(SETTLED + 8, 1, with_object(40, 40), noise=4.0)
+    assert [matcher.match(*pair).kept for pair in pairs][-3:].count(True) == 2
 
 
 def test_what_appears_in_one_tile_waits_for_the_next_search():

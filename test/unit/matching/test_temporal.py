@@ -82,7 +82,7 @@ def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     ages = random.integers(0, RULES.oldest + 2, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))
-    noises = (noise * random.uniform(0.1, 0.4, (rows, columns))).astype(np.float32)
+    noises = (noise * random.uniform(0.1, 0.4, ages.shape)).astype(np.float32)
     choose_tiles(differences, ages, noises, tuple(RULES), choices, new_ages, sizes)
     expected = twins.chosen_tiles(differences, ages, noises, RULES)
     np.testing.assert_array_equal(choices, expected[0])

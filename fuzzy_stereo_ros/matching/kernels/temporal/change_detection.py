@@ -24,7 +24,7 @@ SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
 class Rules(NamedTuple):
     """By how much a tile may differ from the previous picture and still count as unchanged."""
 
-    loud: float      # its pixels: times the noise of the pair
+    loud: float      # its pixels: times what noise makes them differ
     white: float     # the means of its blocks: times its pixels; 1 is white noise
     peak: float      # the mean of any block: times its pixels
     bump: float      # the pixels of any block: times its pixels
@@ -218,9 +218,9 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
     """
     Decide which tiles are unchanged since the previous picture, and after which shift.
 
-    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages:
-    float32 (N, tile rows, tile columns), moved alike; noises: float32 (tile rows, tile columns),
-    grey levels; rules: the fields of Rules;
+    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages,
+    noises: float32 (N, tile rows, tile columns), moved alike: frames, and the grey levels that
+    noise alone makes them differ by; rules: the fields of Rules;
     choices: int8, the shift that differs least, -1 where the tile has changed; new_ages: float32,
     the frames that it is the mean of from now on; sizes: float32, how much it differs.
     """
@@ -233,7 +233,7 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
                     best = shift
             size, blocks, peak, loudest = differences[best, :4, row, column]
             age, slack = ages[best, row, column], rules.slack
-            same = (age > 0 and size <= rules.loud * noises[row, column] + slack
+            same = (age > 0 and size <= rules.loud * noises[best, row, column] + slack
                     and blocks <= rules.white * size + 2 * slack
                     and peak <= rules.peak * size + 2 * slack
                     and loudest <= rules.bump * size + 2 * slack)
