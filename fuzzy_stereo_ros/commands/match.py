@@ -39,7 +39,7 @@ DESCRIPTION = ('Match a rectified pair of images. The disparities are of the ima
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo match left.png right.png --disparities 64 --output disparity.pfm \\\n'
            '      --picture disparity.png\n'
-           '  fuzzy-stereo match left.png right.png --disparities auto\n'
+           '  fuzzy-stereo match left.png right.png --disparities auto --overwrite\n'
            '  fuzzy-stereo match --saved report')
 IN_SAVED_PAIR = 'left', 'right', 'disparities'
 USUAL_FILES = {'output': 'disparity.pfm', 'picture': 'disparity.png'}
@@ -61,9 +61,8 @@ def add_arguments(parser):
                              'all but the range')
     parser.add_argument('--output', metavar='FILE',
                         help='file of disparities: .pfm (invalid: inf), .npy (NaN) or .png (16 '
-                             'bits as KITTI, invalid: 0); an existing file is replaced. Without '
-                             f"any output and --saved: {' and '.join(USUAL_FILES.values())}, if "
-                             'they do not exist')
+                             'bits as KITTI, invalid: 0). Without any output and --saved: '
+                             f"{' and '.join(USUAL_FILES.values())}")
     parser.add_argument('--picture', metavar='FILE',
                         help='picture in colours below a legend: far is blue, near red, invalid '
                              'grey')
@@ -74,6 +73,7 @@ def add_arguments(parser):
                              'invalid: 0); with --camera-info, or --focal and --baseline')
     parser.add_argument('--points', metavar='FILE',
                         help='.ply of the points in metres with their colours; as --depth')
+    parser.add_argument('--overwrite', action='store_true', help='replace files that exist')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     parser.add_argument('--rectify', action='store_true',
                         help='the images are raw: rectify them by --camera-info')
@@ -106,7 +106,7 @@ def run(arguments, stream):
                              'matched')
         arguments.profile = arguments.profile or USUAL_PROFILE
         if all(getattr(arguments, name) is None for name in FILES):
-            _take_usual_files(arguments)
+            vars(arguments).update(USUAL_FILES)
         automatic = is_automatic(arguments)
         config = matcher_config(arguments)
         inputs += arguments.left, arguments.right, *(arguments.camera_info or ())
@@ -180,15 +180,6 @@ def run(arguments, stream):
         print(_sentences(figures), file=stream)
     found = figures.get('saved', {'same': True})
     return 0 if found['same'] or found['changed'] else DIFFERENT
-
-
-def _take_usual_files(arguments):
-    """Let the outputs be USUAL_FILES; ValueError if one is there, as nobody asked for it."""
-    for name, path in USUAL_FILES.items():
-        if Path(path).exists():
-            raise ValueError(f'{path}, which is written where no output is named, exists; give '
-                             f'--{name} {path} to replace it, or another file')
-        setattr(arguments, name, path)
 
 
 def _check_metric(names, calibration, config):

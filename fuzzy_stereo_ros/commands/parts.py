@@ -51,7 +51,7 @@ def checked_outputs(arguments, checks, inputs=()):
     checks: {option: function that raises ValueError for a path with a wrong suffix}. inputs:
     paths or None.
     Raises ValueError if the folder of an output does not exist; if the output is a folder, an
-    input or another output; and if it exists and --overwrite, where the command has it, is absent.
+    input or another output; and if it exists and --overwrite is absent.
     """
     outputs = {name: Path(getattr(arguments, name)) for name in checks
                if getattr(arguments, name) is not None}
@@ -65,7 +65,7 @@ def checked_outputs(arguments, checks, inputs=()):
             raise ValueError(f'--{name} is {path}, which is also {taken[path.resolve()]}')
         taken[path.resolve()] = f'--{name}'
         checks[name](path)
-        if path.exists() and not getattr(arguments, 'overwrite', True):
+        if path.exists() and not arguments.overwrite:
             raise ValueError(f'--{name} is {path}, which exists; give --overwrite to replace it, '
                              'or name another file')
     return outputs

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 SHAPE = 60, 100
-WORDS = 'match', 'left.png', 'right.png', '--disparities', '16', '--output', 'out.pfm'
+WORDS = ('match', 'left.png', 'right.png', '--disparities', '16', '--output', 'out.pfm',
+         '--overwrite')
 
 
 @pytest.fixture

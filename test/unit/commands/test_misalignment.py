@@ -41,7 +41,7 @@ def assert_shifted(found):
 @pytest.mark.parametrize('reference', ['left', 'right'])
 def test_match_reports_misalignment_as_json_and_in_words(folder, capsys, reference):
     words = ('match', folder / 'left.png', folder / 'right.png', '--disparities', DISPARITIES,
-             '--output', 'out.pfm', '--reference', reference)
+             '--output', 'out.pfm', '--overwrite', '--reference', reference)
     found = json.loads(printed(capsys, *words, '--json'))['misalignment']
     assert_shifted(found)
     assert found['sentence'] in printed(capsys, *words)
@@ -50,7 +50,8 @@ def test_match_reports_misalignment_as_json_and_in_words(folder, capsys, referen
 def test_match_reports_null_for_images_too_small_to_measure(folder, capsys):
     for name in ('left', 'right'):
         write_image(f'{name}.png', MADE.left[:40])
-    words = 'match', 'left.png', 'right.png', '--disparities', 8, '--output', 'out.pfm'
+    words = ('match', 'left.png', 'right.png', '--disparities', 8, '--output', 'out.pfm',
+             '--overwrite')
     assert json.loads(printed(capsys, *words, '--json'))['misalignment'] is None
     assert 'row offset: not measured: too few points' in printed(capsys, *words)
 

@@ -38,7 +38,8 @@ def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_trut
 
 
 def test_an_automatic_range_is_the_suggested_one_and_no_option_is_needed(folder, capsys):
-    words = ['match', 'made/left/0000.png', 'made/right/0000.png', '--output', 'a.npy', '--json']
+    words = ['match', 'made/left/0000.png', 'made/right/0000.png', '--output', 'a.npy', '--json',
+             '--overwrite']
     counts = []
     for options in ([], ['--disparities', 'auto']):
         capsys.readouterr()
@@ -89,5 +90,7 @@ def test_two_images_alone_are_matched_and_what_was_assumed_is_said(folder, capsy
     assert 'searched: 0 to 63 px, the default; --disparities auto finds the range' in told
     before = (folder / 'disparity.pfm').read_bytes()
     assert main(words) == 2
-    assert 'give --output disparity.pfm to replace it' in capsys.readouterr().err
+    assert '--output is disparity.pfm, which exists; give --overwrite' in capsys.readouterr().err
     assert (folder / 'disparity.pfm').read_bytes() == before
+    assert main([*words, '--disparities', '32', '--overwrite']) == 0
+    assert (folder / 'disparity.pfm').read_bytes() != before

@@ -166,5 +166,5 @@ def test_raw_images_of_a_pair_are_rectified_by_match(tmp_path, monkeypatch, caps
     disparity = focal * np.linalg.norm(T) / 4
     close = np.abs(found - disparity) < 1
     assert close.mean() > 0.75 and close[np.isfinite(found)].mean() > 0.9
-    assert main(['match', *words[1:5], '--output', 'found.npy', '--rectify']) == 2
+    assert main(['match', *words[1:5], '--output', 'other.npy', '--rectify']) == 2
     assert '--rectify and --crop need the calibration of both' in capsys.readouterr().err
