@@ -12,7 +12,7 @@ from bench.datasets import window
 from bench.page import BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
 from bench.request import figures_of_sequence, halved, means, report_of
 from bench.truth import correlation_table, genes_of, truth_beside_result
-from bench.variants import DEFAULT, PAPER, QUALITY, REALTIME
+from bench.variants import DEFAULT, NOT_FOLLOWED, PAPER, QUALITY, REALTIME
 from bench.warm import FRAMES, KINDS, QUICK_FRAMES, walks
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
 from fuzzy_stereo_ros.evaluation.catalogue import Scene, Sequence
@@ -28,6 +28,7 @@ PARTS = 'population', 'crossover', 'mutation', 'previous best'
 CLASSIC = 'middv2'
 # Scenes for the ablation of profiles that take seconds: classic, plain, textured, road.
 SHOWN = ('midd2006_third/Midd1', 'midd2006_third/Flowerpots', 'midd2006_third/Rocks1',
+         'midd2006_third/Wood1',
          'kitti/kitti2012_color/000000')
 NOISY = 'window, noise'     # sequences on which the previous best is taken away
 STILL = 'still, noise 1.5'  # sequences on which each part is taken away; their last frame counts
@@ -129,8 +130,8 @@ def on_sequence(sequence, request):
     matches, fitness = ({name: [] for name in matchers} for _ in range(2))
     for pair in frames:
         for name, matcher in matchers.items():
-            matches[name].append(matcher.match(pair.left, pair.right,
-                                               camera=sequence.camera))
+            camera = None if name == NOT_FOLLOWED else sequence.camera
+            matches[name].append(matcher.match(pair.left, pair.right, camera=camera))
             fitness[name].append(matchers[DEFAULT.name].algorithm.fitness_of(
                 matcher.algorithm.population.genes[0]))
     scored = [number for number in sequence.scored if frames[number].truth is not None]

@@ -99,7 +99,6 @@ def table_one(request, scene):
         'uniform, winner takes all without evolution': attempt(
             of_paper(**winners, generations=0), pair),
         'uniform, winner takes all': attempt(of_paper(**winners), pair),
-        'strict, winner takes all': attempt(of_paper(reading='strict', **winners), pair),
         'uniform, random, right reference': attempt(of_paper(reference='right'),
                                                     from_right(scene)),
         request.ours.description: attempt(request.ours.config(scene.disparities), pair)})

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.crossover import Cut, Line, Regions
+from fuzzy_stereo_ros.matching.crossover import Line, Regions
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.matcher import PaperState, Stages as PaperStages
 from fuzzy_stereo_ros.matching.paper.population import Lineage
@@ -88,14 +87,6 @@ class NoEvidence:
         """Reject nothing."""
 
 
-class CameraNotFollowed(MovingCamera):
-    """Warm start without the camera, as if there were no calibration."""
-
-    def follow(self, pool, previous, camera, half_grey, in_place):
-        """Ignore the camera."""
-        return super().follow(pool, previous, None, half_grey, in_place)
-
-
 def describe_by_grey_classes(view, first, last):
     """
     Write the paper's three grey classes instead of census and gradient.
@@ -117,13 +108,10 @@ DEFAULT = Variant('as it is')
 NOT_FOLLOWED = 'previous frames, the camera is not followed'
 REALTIME = (
     DEFAULT,
-    Variant('population of 2, filled in two ways', {'population': 2}),
     Variant('no crossover: the fitter chromosome as a whole',
             stages=RealtimeStages(crossover=WholeMember), part='crossover'),
     Variant("the paper's line crossover", stages=RealtimeStages(
         crossover=lambda rows, columns: Line())),
-    Variant('minimum cut', stages=RealtimeStages(      # exact for the four neighbours of a cell
-        crossover=lambda rows, columns: Cut(rows, columns, 4))),
     Variant('no mutation: no planes of plain regions', stages=RealtimeStages(mutation=None),
             part='mutation'),
     Variant('no vote of plain regions', stages=RealtimeStages(vote=None)),
@@ -137,34 +125,20 @@ REALTIME = (
             part='previous best'),
     Variant('previous frames averaged, no evolution from frame to frame',
             stages=RealtimeStages(frames=NothingInherited), still=False, part='previous best'),
-    Variant(NOT_FOLLOWED, stages=RealtimeStages(camera=CameraNotFollowed), still=False),
+    Variant(NOT_FOLLOWED, still=False),         # its frames have no calibration
     Variant("the paper's possibility, three grey classes",
             stages=RealtimeStages(describe=describe_by_grey_classes), timed=False),
 )
 
 
-def trust_everything(pool, disparity, other, lowest):
-    """Return full trust in all matches; replaces the left-right check of `quality`."""
-    return np.ones(disparity.shape, np.bool_)
-
-
-def end_turn(population, random):
-    """Go on to the next chromosome without crossing this one with the first."""
-    population.current = (population.current + 1) % len(population.fitness)
-
-
-def _quality_without(*names, **others):
-    """Return the stages of `quality` without the named operators, and with others."""
-    kept = {name: operator for name, operator in OPERATORS.items() if name not in names}
-    return QualityStages(operators={**kept, **others})
+def _quality_without(*names):
+    """Return the stages of `quality` without the named operators."""
+    return QualityStages(operators={name: operator for name, operator in OPERATORS.items()
+                                    if name not in names})
 
 
 QUALITY = (
     DEFAULT,
-    Variant('population of 2', {'population': 2}),
-    Variant('population of 4, twice the generations', {'population': 4, 'generations': 8}),
-    Variant('population of 2, siblings are not crossed', {'population': 2},
-            stages=_quality_without(crossover=end_turn)),
     Variant('no crossover: a proposal as a whole', stages=QualityStages(
         crossover=lambda rows, columns, neighbours: WholeMember(rows, columns)),
             part='crossover'),
@@ -172,16 +146,11 @@ QUALITY = (
         crossover=lambda rows, columns, neighbours: Line())),
     Variant('partition crossover', stages=QualityStages(
         crossover=lambda rows, columns, neighbours: Regions(rows, columns))),
-    Variant('no mutation', stages=_quality_without('segments', 'tiles', 'copies'),
-            part='mutation'),
+    Variant('no mutation', stages=_quality_without('segments', 'tiles'), part='mutation'),
     Variant('no planes of segments', stages=_quality_without('segments')),
     Variant('no planes of tiles', stages=_quality_without('tiles')),
-    Variant('no copied planes', stages=_quality_without('copies')),
-    Variant('disparities have to be smooth, not planes', stages=QualityStages(flat=True)),
     Variant('no evidence asked for', stages=QualityStages(evidence=NoEvidence)),
     Variant('views judge each other at the start alone', stages=_quality_without('trust')),
-    Variant('trust everything: views never judge each other',
-            stages=QualityStages(trusted=trust_everything)),
 )
 
 
@@ -198,12 +167,6 @@ class Repeated:
             self.operator(tools, population, random.child(turn))
 
 
-def select_from_all(tools, population, random):
-    """Select among all chromosomes, without islands."""
-    population.islands = [np.arange(len(population.genes))]
-    operators.select(tools, population, random)
-
-
 def select_blindly(tools, population, random):
     """Retain as many chromosomes as selection would, chosen at random, as equal parents."""
     order = np.argsort(random.child(0).uniform(len(population.genes)))
@@ -212,14 +175,6 @@ def select_blindly(tools, population, random):
     draws = random.child(1).uniform(2 * others.size).reshape(2, -1)
     population.lineage = Lineage(others, operators.parent_pairs(retained, *draws))
     population.generation += 1
-
-
-def cross_by_cut(tools, population, random):
-    """Fuse the parents of each child by a minimum cut, unless they are too unlike."""
-    operators.copy_parents(tools, population, random)
-    for child, (_, second) in zip(*population.lineage):
-        operators.take_over(tools, population, child, second, *tools.fusion(),
-                            operators.FEW_CELLS)
 
 
 def no_mutation(tools, population, random):
@@ -235,37 +190,22 @@ def _times_of_a_population():
 
 ALONE = Variant(
     'one chromosome, as many mutations', {'population': 1, 'mutation_rate': 1.0},
-    PaperStages(crossover=operators.copy_parents, migration=None,
+    PaperStages(crossover=operators.copy_parents, fusion=None,
                 mutation=Repeated(PaperStages().mutation, _times_of_a_population())),
     part='population')
+NO_CROSSOVER = Variant('no crossover: neither regions nor fusion',
+                       stages=PaperStages(crossover=operators.copy_parents, fusion=None),
+                       part='crossover')
+NO_FUSION = Variant('no fusion', stages=PaperStages(fusion=None))
+LINE_CROSSOVER = Variant("the paper's line crossover, no fusion", stages=PaperStages(
+    crossover=operators.cross_at_lines, fusion=None))
 NO_MUTATION = Variant('no mutation', stages=PaperStages(mutation=no_mutation), part='mutation')
-PAPER = (
-    DEFAULT, ALONE,
-    Variant('no crossover: neither regions nor migration',
-            stages=PaperStages(crossover=operators.copy_parents, migration=None),
-            part='crossover'),
-    NO_MUTATION,
-)
+PAPER = DEFAULT, ALONE, NO_CROSSOVER, NO_MUTATION
 # The operators of the uniform reading, one exchanged at a time, at equal work: as many patches.
 PAPER_OPERATORS = (
-    Variant('as it is: islands, regions, fusion between islands'), ALONE,
-    Variant('one population: no islands',
-            stages=PaperStages(selection=select_from_all, migration=None)),
-    Variant('one population, line crossover',
-            stages=PaperStages(selection=select_from_all, crossover=operators.cross_at_lines,
-                               migration=None)),
-    Variant('one population, fusion by cut',
-            stages=PaperStages(selection=select_from_all, crossover=cross_by_cut,
-                               migration=None)),
-    Variant('one population, no crossover',
-            stages=PaperStages(selection=select_from_all, crossover=operators.copy_parents,
-                               migration=None)),
-    Variant('islands without migration', stages=PaperStages(migration=None)),
-    Variant('islands without crossover of regions',
-            stages=PaperStages(crossover=operators.copy_parents)),
-    Variant('no selection', stages=PaperStages(selection=select_blindly, migration=None)),
-    NO_MUTATION,
-)
+    *PAPER, NO_FUSION, LINE_CROSSOVER,
+    Variant('no crossover of regions', stages=PaperStages(crossover=operators.copy_parents)),
+    Variant('no selection', stages=PaperStages(selection=select_blindly)))
 
 
 class BestInherited(Inheritance):
@@ -304,11 +244,9 @@ PAPER_OVER_FRAMES = (
     DEFAULT,
     Variant('only the best is handed on', stages=PaperStages(inheritance=BestInherited)),
     Variant('population of 1', {'population': 1, 'generations': 48},
-            PaperStages(crossover=operators.copy_parents, migration=None)),
+            PaperStages(crossover=operators.copy_parents, fusion=None)),
     Variant('population of 16', {'population': 16, 'generations': 5}),
-    Variant('no crossover', stages=PaperStages(crossover=operators.copy_parents)),
-    Variant("the paper's line crossover", stages=PaperStages(crossover=operators.cross_at_lines)),
-    Variant('no mutation', stages=PaperStages(mutation=no_mutation)),
+    NO_CROSSOVER, NO_FUSION, LINE_CROSSOVER, NO_MUTATION,
     Variant('not moved with the picture', stages=PaperStages(inheritance=InPlace)),
     Variant('pictures not averaged', stages=PaperStages(inheritance=NotAveraged)),
     Variant('begun with the most possible genes', {'initial_population': 'winner_takes_all'}),

@@ -71,7 +71,7 @@ class MatcherConfig:
     seed: int = _number(
         0, 0, 2**31 - 1, '', 'seed of the random numbers; equal seeds and input give equal output')
     population: int = _number(
-        1, 1, 1000, '', 'number of chromosomes; in realtime two at most')
+        1, 1, 1000, '', 'number of chromosomes (paper)')
     generations: int = _number(
         1, 0, 1000000, '', 'largest number of generations in one frame; realtime adds one of '
         'the planes of the previous frame (warm_start), and quality runs one where it begins with '
@@ -91,10 +91,9 @@ class MatcherConfig:
         0.4, 0.0, 1.0, '',
         'share of the population, the fittest, that is retained and has children (paper)')
     reading: str = _choice(
-        'uniform', ('literal', 'uniform', 'strict'),
+        'uniform', ('literal', 'uniform'),
         'Eq. 1 to 4 as printed, or what the words of the paper allow: possibilities of the '
-        'uniform cells around, and smoothness; strict is uniform with Eq. 2 for gradients too '
-        '(paper)')
+        'uniform cells around, and smoothness (paper)')
     initial_population: str = _choice(
         'random', ('random', 'winner_takes_all'),
         'what evolution starts from: random genes, or the most possible ones (paper)')
@@ -151,7 +150,6 @@ PROFILES = {
         'search': 'propagation',
     },
     'quality': {
-        'population': 1,
         'generations': 4,
         'algorithm': 'quality',
     },

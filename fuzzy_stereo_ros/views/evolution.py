@@ -9,18 +9,16 @@ Figures 4 and 5 of the paper, with more generations). The animation has one such
 """
 from fuzzy_stereo_ros.evaluation.scores import ERROR_LIMIT, error_map
 from fuzzy_stereo_ros.views.evolution_record import (
-    ALIKE, FIRST, MUTATED, mutates, SECOND, shown_frames)
+    FIRST, MUTATED, mutates, SECOND, shown_frames)
 from fuzzy_stereo_ros.views.pictures import as_rgb, show_map
 from fuzzy_stereo_ros.views.video import VideoFile
 import numpy as np
 
-ORIGIN_COLOURS = {ALIKE: '#d9d9d9', FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
+ORIGIN_COLOURS = {FIRST: '#3b6fb6', SECOND: '#f2a93b', MUTATED: '#d62768'}
 ORIGIN_WORDS = {
     'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
-    'realtime': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
-                 SECOND: 'from the other seed'},
-    'quality': {ALIKE: 'alike in all', FIRST: 'kept, others differ',
-                SECOND: 'from mutants and others'}}
+    'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
+    'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'}}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
 TRUTH_TITLE = 'ground truth; dark is unknown'
@@ -123,7 +121,7 @@ class _Layout:
         image.set_anchor('N')       # aligns the titles of a row
         image.set_title(f'{self._config.reference} image, the reference', size='small')
         for name, (values, title) in list(above.items())[1:]:
-            self._bar('best', self._show(name, 'best', values, title), [self._places[name]])
+            self._show(name, 'best', values, title)     # the bar of the chromosomes explains it
         for row, snapshot in enumerate(snapshots):
             self.draw(row, snapshot)
 
@@ -131,13 +129,16 @@ class _Layout:
         """Draw the panels of a Snapshot into a row; the last row gets the legends."""
         for name, (values, title) in panels_of(snapshot, self._convergence).items():
             key = f'{name} {row}'
+            place = self._places[key]
             if key in self._drawn:
                 self._drawn[key].set_data(np.ma.masked_invalid(values))
-                self._places[key].set_title(title, size='small')
-                continue
-            self._drawn[key] = self._show(key, name, values, title)
-            if row == self._rows - 1:
-                self._explain(name, self._drawn[key])
+                place.set_title(title, size='small')
+            else:
+                self._drawn[key] = self._show(key, name, values, title)
+                if row == self._rows - 1:
+                    self._explain(name, self._drawn[key])
+            for part in (place.patch, *place.spines.values()):
+                part.set_visible(bool(np.isfinite(values).any()))
 
     def draw_curves(self):
         """Draw the curves of fitness and, with a truth, of the error of the best chromosome."""
@@ -186,27 +187,24 @@ class _Layout:
         return drawn
 
     def _explain(self, name, drawn):
-        """Add a legend or a colour bar below the panels of a name."""
-        if name != 'origin':
-            self._bar(name, drawn, [self._places[f'{name} {row}'] for row in range(self._rows)])
+        """Add a bar of colours below the panels of a name, of origins with words."""
+        config, places = self._config, [self._places[f'{name} {row}'] for row in range(self._rows)]
+        below = {'ax': places, 'location': 'bottom', 'aspect': 30, 'pad': 0.02}
+        if name == 'origin':
+            from matplotlib.cm import ScalarMappable
+            from matplotlib.colors import ListedColormap, Normalize
+
+            words = ORIGIN_WORDS[config.algorithm]
+            colours = ListedColormap([ORIGIN_COLOURS[code] for code in words])
+            bar = self.figure.colorbar(
+                ScalarMappable(Normalize(-0.5, len(words) - 0.5), colours), **below)
+            bar.set_ticks(range(len(words)), labels=words.values())
+            bar.ax.tick_params(labelsize='small', length=0)
             return
-        from matplotlib.patches import Patch
-
-        words = dict(ORIGIN_WORDS[self._config.algorithm])
-        if not mutates(self._config, self._config.generations):
-            words.pop(MUTATED, None)
-        drawn.axes.legend(
-            handles=[Patch(color=ORIGIN_COLOURS[code], label=word)
-                     for code, word in words.items()],
-            ncols=2, loc='upper center', bbox_to_anchor=(0.5, 0), fontsize='small', frameon=False)
-
-    def _bar(self, name, drawn, places):
-        """Add a colour bar below the panels of a name."""
         unit = {'best': 'px', 'mutated': '% of the children',
                 'error': 'error in px; grey does not count'}.get(name, '')
-        exceeded = name == 'error' or (name, self._config.algorithm) == ('mutated', 'paper')
-        bar = self.figure.colorbar(drawn, ax=places, location='bottom', aspect=30, pad=0.02,
-                                   extend='max' if exceeded else 'neither')
+        exceeded = name == 'error' or (name, config.algorithm) == ('mutated', 'paper')
+        bar = self.figure.colorbar(drawn, extend='max' if exceeded else 'neither', **below)
         bar.set_label(unit, size='small')
         bar.ax.tick_params(labelsize='small')
 
@@ -233,7 +231,7 @@ def panels_of(snapshot, convergence):
         if snapshot.origin is None:
             title = 'no parents yet'
         elif config.algorithm != 'paper':
-            new = np.isin(snapshot.origin, (SECOND, MUTATED)).mean()
+            new = np.mean(snapshot.origin == MUTATED)
             title = f'its genes, {100 * new:.2f} % new'
         panels['origin'] = nothing if snapshot.origin is None else snapshot.origin, title
     if mutates(config, config.generations):

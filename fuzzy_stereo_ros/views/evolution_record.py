@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import StereoMatcher
 import numpy as np
 
-ALIKE, FIRST, SECOND, MUTATED = range(4)        # the origin of a gene, see Snapshot
+FIRST, SECOND, MUTATED = range(3)       # the origin of a gene, see Snapshot
 SHOWN = 5           # most generations of an evolution in a figure
 FRAMES_SHOWN = 4    # most frames of a sequence in a figure
 LANDMARKS = '1', '2', '5'       # generations 1, 2, 5, 10, 20, ... may be shown
@@ -27,9 +27,8 @@ class Snapshot:
     best: float32 (R, C), px, the fittest chromosome. possibility: float32 (R, C), 0 to 1, of it.
     fitness: float64 (P,), of all chromosomes, higher is fitter.
     origin: uint8 (R, C), of the genes of one chromosome: of the fittest child in the paper's
-    algorithm, else of the fittest chromosome, into which fitter genes are crossed. FIRST, SECOND:
-    only this parent has the gene; ALIKE: all have it; MUTATED: from mutation. None for the initial
-    population.
+    algorithm, else of the only chromosome, which takes the fitter genes of mutants. FIRST, SECOND:
+    from this parent; MUTATED: from mutation. None for the initial population.
     is_best: whether that chromosome is the fittest of all.
     mutated: float32 (R, C), 0 to 1, the share of the children that mutation changed there.
     """
@@ -128,7 +127,8 @@ def _snapshot(config, number, algorithm, former, population):
         retained = np.delete(evolved.fitness, evolved.lineage.children)
         is_best = bool(evolved.fitness[child] > retained.max(initial=-np.inf))
     elif former is not None:
-        origin, is_best = origin_of_improved_fittest(former, population), True
+        is_best = True
+        origin = np.where(population[0] != former[0], MUTATED, FIRST).astype(np.uint8)
     return Snapshot(number, upright(best + np.float32(config.min_disparity)),
                     upright(algorithm.possibility_of(best)), evolved.fitness.copy(),
                     None if origin is None else upright(origin), is_best, upright(mutated))
@@ -156,25 +156,6 @@ def origin_of_fittest_child(former, population, fitness, lineage):
             origin = np.where(of_first, FIRST, SECOND).astype(np.uint8)
             origin[changed] = MUTATED
     return origin, int(fittest), (counts / lineage.children.size).astype(np.float32)
-
-
-def origin_of_improved_fittest(former, population):
-    """
-    Return the origin, uint8 (R, C), of a fittest chromosome that was crossed in place.
-
-    The first of a population is the fittest, and was crossed with the new ones of the others, or
-    all if none is new. FIRST: it kept its gene where another one differs. SECOND: it took the gene
-    over. former, population: (P, R, C) of two generations.
-    """
-    kept, fittest, others = former[0], population[0], population[1:]
-    new = [other for slot, other in enumerate(others, start=1)
-           if slot >= len(former) or not np.array_equal(other, former[slot])]
-    differs = np.zeros(kept.shape, bool)
-    for other in new or others:
-        differs |= other != kept
-    origin = np.where(differs, FIRST, ALIKE).astype(np.uint8)
-    origin[fittest != kept] = SECOND
-    return origin
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def configs():
         warm_start=st.booleans(), reference=st.sampled_from(['left', 'right']),
         seed=st.integers(0, 2**31 - 1), neighbourhood=st.sampled_from([1, 3, 31]),
         mutation_rate=st.floats(0, 1), elite=st.floats(0, 1), class_sigma=st.floats(1, 1000),
-        reading=st.sampled_from(['literal', 'uniform', 'strict']),
+        reading=st.sampled_from(['literal', 'uniform']),
         initial_population=st.sampled_from(['random', 'winner_takes_all']))
 
 

@@ -85,19 +85,6 @@ def filled_by_rows(labels, validity):
     return filled
 
 
-def filled_by_columns(labels, validity, by_rows):
-    """Return the same by columns; `by_rows` stands in at the border for an end that misses."""
-    filled = labels.copy()
-    last = labels.shape[0] - 1
-    for row, column in zip(*np.nonzero(validity == INVALID)):
-        known = np.flatnonzero(validity[:, column] != INVALID)
-        above, below = known[known < row][-1:], known[known > row][:1]
-        filled[row, column] = min(
-            labels[above[0], column] if above.size else by_rows[0, column],
-            labels[below[0], column] if below.size else by_rows[last, column])
-    return filled
-
-
 # ---- medians ----
 
 

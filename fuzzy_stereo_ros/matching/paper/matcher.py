@@ -4,7 +4,7 @@
 The genetic algorithm of the paper: H. Ghazouani, Genetic stereo matching with fuzzy fitness.
 
 A chromosome is a disparity map; a generation is selection, crossover and mutation, and in the
-uniform reading migration. The fittest map is the result as it is, without any refinement.
+uniform reading fusion. The fittest map is the result as it is, without any refinement.
 """
 from collections.abc import Callable
 from functools import partial
@@ -80,7 +80,7 @@ class Stages(NamedTuple):
     selection: Callable = operators.select
     crossover: Callable = operators.cross_regions
     mutation: Callable = operators.mutate_by_uniform_patches
-    migration: Callable | None = operators.migrate
+    fusion: Callable | None = operators.fuse_retained
     inheritance: Callable = Inheritance
 
     @property

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The genetic operators of the profile `paper`: selection, crossover, mutation, migration.
+The genetic operators of the profile `paper`: selection, crossover, mutation, fusion.
 
 Each is called as operator(tools, population, random) and changes the population in place; the
 same random source gives the same bits for any number of threads. Of the uniform reading's
@@ -16,9 +16,8 @@ operators the paper has words for
   fitness around it does not fall is the reading here of "affects matrix cells with lower matching
   possibilities".
 
-It has none for islands, which are populations that evolve apart at first, and none for migration
-between them: the fittest of one is fused with the fittest of another by a minimum cut, the best of
-all children that two parents can have.
+It has none for fusion, by which the fittest takes from each of the other retained what makes it
+fitter: a minimum cut finds the best of all children that two parents can have.
 """
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
@@ -33,8 +32,8 @@ import numpy as np
 
 CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
 FEW_CELLS = 0.25            # share of the cells; parents that differ in more are not crossed
-ISOLATION = 0.5             # share of the generations in which islands evolve apart
-MIGRATIONS = 10             # in a whole run, of which those in isolation are left out
+APART = 0.5                 # share of the generations before the first fusion
+FUSIONS = 10                # in a whole run, of which those before it are left out
 
 
 class Tools:
@@ -126,21 +125,17 @@ def parent_pairs(chosen, first_draws, second_draws):
 
 def select(tools, population, random):
     """
-    Select parents: the fittest of each island are retained, their children replace the others.
+    Select parents: the fittest are retained, their children replace the others.
 
     A single chromosome is replaced by its own child.
     """
-    children, parents = [], []
-    for number, island in enumerate(population.islands):
-        ranked = island[fittest_first(population.totals[island])]
-        retained = ranked[:elite_size(island.size, tools.config.elite)]
-        others = ranked[retained.size:] if island.size > 1 else ranked
-        draws = random.child(number, 0).uniform(retained.size)
-        candidates = retained[survivors(rank_survival(retained.size), draws)]
-        pairs = random.child(number, 1).uniform(2 * others.size).reshape(2, -1)
-        children.append(others)
-        parents.append(parent_pairs(candidates, *pairs))
-    population.lineage = Lineage(np.concatenate(children), np.concatenate(parents))
+    ranked = fittest_first(population.totals)
+    retained = ranked[:elite_size(ranked.size, tools.config.elite)]
+    children = ranked[retained.size:] if ranked.size > 1 else ranked
+    draws = random.child(0).uniform(retained.size)
+    candidates = retained[survivors(rank_survival(retained.size), draws)]
+    pairs = random.child(1).uniform(2 * children.size).reshape(2, -1)
+    population.lineage = Lineage(children, parent_pairs(candidates, *pairs))
     population.generation += 1
 
 
@@ -191,29 +186,10 @@ def cross_regions(tools, population, random):
 
     def cross(number, thread):
         population.copy(children[number], parents[number, 0])
-        exchange, regions = tools.crossing(thread)
-        take_over(tools, population, children[number], parents[number, 1], exchange, regions,
-                  FEW_CELLS)
+        take_over(tools, population, children[number], parents[number, 1],
+                  *tools.crossing(thread), FEW_CELLS)
 
     tools.each(children.size, cross)
-
-
-def migrate(tools, population, random):
-    """
-    Fuse the fittest of each island with the fittest of another, in some of the generations.
-
-    Islands evolve apart for the first half of the run; afterwards a tenth of it lies between two
-    migrations. From one to the next each island meets another one.
-    """
-    number, islands = population.generation, len(population.islands)
-    planned = tools.config.generations
-    interval = max(round(planned / MIGRATIONS), 1)
-    if islands < 2 or number < ISOLATION * planned or number % interval:
-        return
-    fittest = [island[population.totals[island].argmax()] for island in population.islands]
-    away = 1 + number // interval % (islands - 1)
-    for place, slot in enumerate(fittest):
-        take_over(tools, population, slot, fittest[(place + away) % islands], *tools.fusion())
 
 
 def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
@@ -257,6 +233,22 @@ def mutate_by_uniform_patches(tools, population, random):
             population.details[slot], *tools.spares[thread])
 
     tools.each(mutated.size, mutate)
+
+
+def fuse_retained(tools, population, random):
+    """
+    Fuse the fittest with each of the other retained, in some of the generations.
+
+    None are fused in the first half of the run, in which they become different good ones;
+    afterwards a tenth of it lies between two fusions.
+    """
+    number, planned = population.generation, tools.config.generations
+    if number < APART * planned or number % max(round(planned / FUSIONS), 1):
+        return
+    fittest, *others = fittest_first(population.totals)[:elite_size(
+        len(population.totals), tools.config.elite)]
+    for other in others:
+        take_over(tools, population, fittest, other, *tools.fusion())
 
 
 def patch_numbers(cells, neighbourhood, draws):

@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The population of the profile `paper`: disparity maps, their fitness, and islands."""
+"""The population of the profile `paper`: disparity maps and their fitness."""
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 import numpy as np
-
-ISLANDS, FEWEST = 7, 10     # islands at the most, and chromosomes of each at the least
 
 
 class Lineage(NamedTuple):
@@ -31,7 +29,6 @@ class Population:
     chosen: uint8 (P, R + 2, W), 255ths, possibility of the match chosen at each cell
     details: (P, ...), the details that the fitness keeps of each
     totals: int64 (P,), fitness in whole numbers
-    islands: list of int64 indices, of the chromosomes that have children with one another
     lineage: the `Lineage` of this generation, None for the initial population
     generation: how many generations have begun; converged: never, only the budget ends evolution
     """
@@ -49,8 +46,6 @@ class Population:
         self.chosen = np.zeros(self.framed.shape, np.uint8)
         self.details = fitness.details(size)
         self.totals = np.zeros(size, np.int64)
-        number = 1 if config.reading == 'literal' else min(max(size // FEWEST, 1), ISLANDS)
-        self.islands = np.array_split(np.arange(size), number)
         self._measure = fitness
         self.reset()
 

@@ -11,8 +11,7 @@ The uniform reading differs from Eq. 2 as printed in four points:
 * N is centred on the cell and holds its uniform cells: Pi(r + i, c + j, C(r, c)), not the genes
   of the neighbours as in Eq. 3: "comparing the areas around the two pixels", "to have a
   discriminating comparison between the projections", "a neighbouring N of uniform cells".
-* Gradient classes are compared by `shared_membership`; `strict` keeps Eq. 2 for them. The paper
-  has no words for this.
+* Gradient classes are compared by `shared_membership`. The paper has no words for this.
 * A match counts as possible if it is very possible, Zadeh's "very" being the square. The paper
   has no words for this.
 
@@ -102,18 +101,17 @@ def possibility_table(sigma):
     return np.rint(FULL * exact).astype(np.uint8)
 
 
-def gradient_table(strict):
+def gradient_table():
     """
-    Return how far every pair of levels of a gradient shares its classes.
+    Return the `shared_membership` of every pair of levels of a gradient.
 
-    strict: by Eq. 2, otherwise by `shared_membership`; table: uint8 (256, 256), 255ths
+    table: uint8 (256, 256), 255ths
     """
     levels = (np.arange(256) - 128.0) / GRADIENT_STEPS
     low, high = GRADIENT_CENTRES[0], GRADIENT_CENTRES[-1]
     levels = np.clip(levels, low, high)
-    compare = matching_possibility if strict else shared_membership
-    exact = compare(levels[:, np.newaxis], levels[np.newaxis, :], GRADIENT_SIGMA,
-                    GRADIENT_CENTRES)
+    exact = shared_membership(levels[:, np.newaxis], levels[np.newaxis, :], GRADIENT_SIGMA,
+                              GRADIENT_CENTRES)
     return np.rint(FULL * exact).astype(np.uint8)
 
 
@@ -181,7 +179,7 @@ class UniformPossibility:
         # whole vectors of disparities: what is beyond the last one is averaged, but not read
         shape = rows, columns, -(-config.disparities // LANES) * LANES
         self._disparities = config.disparities
-        gradient = gradient_table(config.reading == 'strict')
+        gradient = gradient_table()
         self._tables = np.stack([possibility_table(config.class_sigma), gradient, gradient])
         self._very = very_possible_table()
         # none beyond LEAST_UNIFORM

@@ -28,9 +28,9 @@ class PlaneFitness:
     largest: the cost of a map of impossible matches; disparities_searched: their number
     """
 
-    def __init__(self, rows, columns, disparities, flat=False):
-        """Allocate; flat: whether disparities have to be smooth, instead of planes."""
-        self._bands, self.disparities_searched, self._flat = cut_bands(rows), disparities, flat
+    def __init__(self, rows, columns, disparities):
+        """Allocate."""
+        self._bands, self.disparities_searched = cut_bands(rows), disparities
         shape = rows, columns
         side = 2 * RADIUS + 1
         self._supports = np.zeros((*shape, side * side), np.uint8)
@@ -109,8 +109,8 @@ class PlaneFitness:
     def total(self, pool, planes, costs):
         """Return the cost of a map with smoothness; costs: int16 (R, C), trusted ones."""
         pool.each(lambda band: kernels.smoothness(
-            planes, self._across, self._down, np.float32(MOST), self._flat, self._sums,
-            band[1], band[2]), self._bands)
+            planes, self._across, self._down, np.float32(MOST), self._sums, band[1], band[2]),
+            self._bands)
         return int(costs.sum(dtype=np.int64)) + int(self._sums.sum())
 
     def fill(self, exchange, first, second, selected):
@@ -121,7 +121,7 @@ class PlaneFitness:
         """
         exchange.set_size(kernels.list_cells(selected, exchange.all_cells))
         kernels.fill_exchange(*first, *second, selected, exchange.cells, self._across, self._down,
-                              np.float32(MOST), self._flat, np.empty(selected.shape, np.int32),
+                              np.float32(MOST), np.empty(selected.shape, np.int32),
                               exchange.alone, exchange.pairs)
 
     def disparities(self, pool, planes):

@@ -5,9 +5,9 @@ The profile `quality`: `QualityMatcher.match` is one pair, a line a stage.
 
 Genes are planes, and both views of a pair evolve. Scanlines give each view a dense seed, whose
 parent is the map of the previous frame, moved, or that of `realtime`; planes fitted around its
-pixels are the first chromosome, those of the parent the second where there is one. Mutants are
-planes of segments and tiles; fusion by a minimum cut takes those that are fitter, unless the
-images are evidence against them. Where the views disagree, a match counts little.
+pixels are the chromosome. Mutants are planes of segments and tiles; fusion by a minimum cut takes
+those that are fitter, unless the images are evidence against them. Where the views disagree, a
+match counts little.
 """
 from collections.abc import Callable
 from typing import NamedTuple
@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import Population, Tools, View
-from fuzzy_stereo_ros.matching.quality.result import consistent, refine, without_uncertain
+from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
 from fuzzy_stereo_ros.matching.quality.seed import (
     costs_of_pixels, realtime_matches, ScanlineSeed)
 import numpy as np
@@ -75,15 +75,11 @@ class Stages(NamedTuple):
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called
     evidence: called with rows and columns, returns a check of proposals, see Evidence
-    trusted: returns where matches count in full, see result.consistent
-    flat: whether disparities have to be smooth, instead of planes
     """
 
     crossover: Callable = Cut
     operators: dict = OPERATORS
     evidence: Callable = Evidence
-    trusted: Callable = consistent
-    flat: bool = False
 
 
 class QualityMatcher:
@@ -145,8 +141,7 @@ class QualityMatcher:
         watch.lap('refinement')
         state = None
         if self._config.warm_start:
-            disparities = np.stack([view.disparities(view.members[self.population.best])
-                                    for view in self.population.views])
+            disparities = np.stack([view.disparities for view in self.population.views])
             state = inheritance.next_state(disparities[0], confidence, QualityState(disparities),
                                            self._config)
             watch.lap('handing_on')
@@ -162,13 +157,11 @@ class QualityMatcher:
     def fitness_of(self, chromosome):
         """Return the fitness of a map of labels, or of px from 0, on the last pair."""
         view = self.population.views[0]
-        planes = local_planes(self.pool, np.float32(chromosome), view.colour)
-        return 1 - view.total(view.measured(planes)) / view.fitness.largest
+        return view.fitness_of(local_planes(self.pool, np.float32(chromosome), view.colour))
 
     def fittest(self):
         """Return the fittest left map, before refinement: float32 (R, C), px from 0."""
-        left = self.population.views[0]
-        return left.disparities(left.members[self.population.best])
+        return self.population.views[0].disparities
 
     def evolved_from(self, disparity, random, budget):
         """
@@ -179,7 +172,7 @@ class QualityMatcher:
         """
         left, right = self.population.views
         start = local_planes(self.pool, np.float32(disparity), left.colour)
-        self.population.initialise([[start], [right.members[0].planes.copy()]])
+        self.population.initialise([start, right.planes.copy()])
         evolve(self.population, self._stages.operators, random, budget)
         self.population.tools.release()
         return self.fittest()
@@ -202,12 +195,11 @@ class QualityMatcher:
         for start, origin in zip(starts, (None, columns - 1 + lowest)):
             colour = start.colour
             roots = ROOT * np.sqrt(colour.astype(np.float32))
-            fitness = PlaneFitness(*self._shape, self._config.disparities, stages.flat)
+            fitness = PlaneFitness(*self._shape, self._config.disparities)
             fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
             views.append(View(self.pool, fitness, colour, segments_of(roots), tools))
-            maps.append([local_planes(self.pool, (start.seed.surface, start.parent)[place % 2],
-                                      colour) for place in range(self._config.population)])
-        population = Population(views, tools, lowest, stages.trusted)
+            maps.append(local_planes(self.pool, start.seed.surface, colour))
+        population = Population(views, tools, lowest)
         population.update_trust([start.seed.surface for start in starts])
         population.initialise(maps)
         return population

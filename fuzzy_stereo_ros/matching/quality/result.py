@@ -71,25 +71,25 @@ def averaged_with_planes(view, disparity, surface, random):
     return result
 
 
-def certainty(view, member, seed, lowest):
+def certainty(view, seed, lowest):
     """
-    Return the certainty of each pixel of a member by itself: float32 (R, C), 0 to 1.
+    Return the certainty of each pixel of a view's map by itself: float32 (R, C), 0 to 1.
 
     It is the product of the possibility, of the margin of the label that the data alone chose, and
     of the contrast with nearer and farther matches; 0 where that label is another one.
     """
-    disparity = view.disparities(member)
-    possible = 1 - member.match_costs.astype(np.float32) / UNIT
+    disparity = view.disparities
+    possible = 1 - view.match_costs.astype(np.float32) / UNIT
     margins = seed.margins.astype(np.float32)
     alone = margins / (margins + np.float32(CLEAR_MARGIN * FULL))
-    unlike = contrast(view, member, disparity, lowest)
+    unlike = contrast(view, disparity, lowest)
     return (possible * alone * (unlike / (unlike + np.float32(FAINT)))
             * (abs(disparity - seed.labels) <= MOST))
 
 
-def contrast(view, member, disparity, lowest):
+def contrast(view, disparity, lowest):
     """
-    Return by how much other matches are less possible than a member's: float32 (R, C), 0 to 1.
+    Return by how much other matches are less possible than a view's: float32 (R, C), 0 to 1.
 
     It is the mean over the matches ELSEWHERE that lie within the images and the disparities; 1
     where too few disparities are searched to have any.
@@ -97,13 +97,13 @@ def contrast(view, member, disparity, lowest):
     highest = view.fitness.disparities_searched - 1
     pointed = np.arange(disparity.shape[1]) - lowest - disparity
     total, number = (np.zeros(disparity.shape, np.float32) for _ in range(2))
-    moved = member.planes.copy()
+    moved = view.planes.copy()
     for away in ELSEWHERE:
-        np.add(member.planes[..., 2], np.float32(away), out=moved[..., 2])
+        np.add(view.planes[..., 2], np.float32(away), out=moved[..., 2])
         inside = ((disparity + away >= 0) & (disparity + away <= highest)
                   & (pointed - away >= REACH)
                   & (pointed - away < disparity.shape[1] - REACH))
-        excess = view.fitness.match_costs(view.pool, moved, inside) - member.match_costs
+        excess = view.fitness.match_costs(view.pool, moved, inside) - view.match_costs
         total += np.where(inside, excess, 0)
         number += inside
     mean = np.maximum(total, 0) / (np.float32(UNIT) * np.maximum(number, 1))
@@ -116,16 +116,15 @@ def refine(pool, config, population, seed, random):
 
     population: the evolved `Population`; seed: the `Seed` of the left view; random: a `Random`
     """
-    (left, member), (right, other) = (
-        (view, view.members[population.best]) for view in population.views)
-    planes = left.disparities(member)
-    validity = compare(pool, planes, right.disparities(other), config.min_disparity)
+    left, right = population.views
+    planes = left.disparities
+    validity = compare(pool, planes, right.disparities, config.min_disparity)
     disparity = averaged_with_planes(left, averaged_with_seed(planes, seed), seed.surface, random)
     if config.speckle_size > 1:
         reject_speckles(pool, np.rint(disparity).astype(np.int16), validity, config.speckle_range,
                         config.speckle_size)
     agreed = validity == CONSISTENT
-    sure = certainty(left, member, seed, config.min_disparity) * agreed
+    sure = certainty(left, seed, config.min_disparity) * agreed
     confidence = cv2.blur(sure, (AROUND, AROUND)) * agreed
     confidence[confidence < LEAST_SURE] = 0
     confidence = np.interp(10 * confidence, range(11), RIGHT).astype(np.float32)

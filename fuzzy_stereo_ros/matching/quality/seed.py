@@ -65,15 +65,13 @@ class Seed(NamedTuple):
 
 class Start(NamedTuple):
     """
-    The maps that the first chromosomes of a view are made of.
+    What the chromosome of a view begins with.
 
-    seed: a `Seed`; parent: float32 (R, C), px, the map of the previous frame or of `realtime`
-    complete: whether there was time for the whole seed; else it is the parent
+    seed: a `Seed`; complete: whether there was time for the whole seed; else it is the parent
     colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1
     """
 
     seed: Seed
-    parent: np.ndarray
     colour: np.ndarray
     weak: np.ndarray
     complete: bool
@@ -96,20 +94,21 @@ class ScanlineSeed:
         Return the `Start` of a pair.
 
         left, right: (colour, luminance), see over_frames.Inheritance; parent: float32 (R, C), px
-        from 0; in_time: returns whether the deadline is still ahead; searched: whether children
-        are searched, else the seed is the parent
+        from 0, the map of the previous frame or of `realtime`; in_time: returns whether the
+        deadline is still ahead; searched: whether children are searched, else the seed is the
+        parent
         """
         lowest, (self._colour, luminance) = self._config.min_disparity, left
         self._inside = lowest, lowest + luminance.shape[1] - 1
         seed = Seed(parent.copy(), np.zeros(parent.shape, np.int16),
                     np.zeros(parent.shape, np.uint16))
-        start = Start(seed, parent, self._colour, weak_texture(luminance), True)
+        start = Start(seed, self._colour, weak_texture(luminance), True)
         if not searched:
             return start
         self._scanlines.set_pair(left, moved(right, lowest), max(lowest, 0))
-        return start._replace(complete=self._cross_children(start, in_time))
+        return start._replace(complete=self._cross_children(start, parent, in_time))
 
-    def _cross_children(self, start, in_time):
+    def _cross_children(self, start, parent, in_time):
         """
         Write the first child into the seed, then the fitter regions of the others.
 
@@ -117,7 +116,7 @@ class ScanlineSeed:
         """
         found, dense, fitness = self._scanlines, self._dense, self._fitness
         seed = start.seed
-        self._parent[:] = start.parent
+        self._parent[:] = parent
         surface = dense.smooth(self._pool, self._parent, self._colour, PARENT_RADIUS,
                                PARENT_LIMIT).copy()
         children = []

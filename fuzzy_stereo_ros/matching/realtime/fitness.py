@@ -57,7 +57,7 @@ class CensusFitness:
         """
         Give the first parent the genes of the second one that a crossover chooses, if it gains.
 
-        Returns the fitness that it gained, and the second one's fitness above its own before.
+        Returns the fitness that it gained.
         """
         exchange = self._exchange
         exchange.set_size(differing_cells(first, second, exchange.all_cells))
@@ -73,8 +73,7 @@ class CensusFitness:
         if cost >= 0:
             exchange.taken[:] = False
         copy_taken(exchange.cells, exchange.taken, first, second)
-        largest = self.largest_cost * first.size
-        return -min(cost, 0) / largest, -exchange.total() / largest
+        return -min(cost, 0) / (self.largest_cost * first.size)
 
     def possibility_of(self, pool, chromosome):
         """

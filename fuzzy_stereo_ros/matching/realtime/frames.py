@@ -251,7 +251,7 @@ class FrameEvolution:
         exchange.set_size(costs.list_cells(self._selected, exchange.all_cells))
         costs.fill_exchange(
             genes.planes, self._old, self._proposal, self._new, self._selected, exchange.cells,
-            self._across, self._down, np.float32(MOST), False, self._numbers, exchange.alone,
+            self._across, self._down, np.float32(MOST), self._numbers, exchange.alone,
             exchange.pairs)
         self.fitness -= crossover(exchange, random) / (costs.UNIT * self._labels.size)
         costs.take_planes(genes.planes, self._old, self._proposal, self._new, exchange.cells,

@@ -4,10 +4,9 @@
 The profile `realtime`: `RealtimeMatcher.match` is one frame, a line a stage.
 
 The half-size chromosome limits the search; the scanline chromosome is the best that the data of
-this pair give; its inconsistent cells are filled from the background, in two ways where the
-population has two. Crossover gives the first chromosome the fitter regions of the other; mutation
-proposes planes to regions of weak texture, and crossover takes what is fitter. The chromosome of
-planes that is inherited from the previous frame evolves further and is written into the first.
+this pair give; its inconsistent cells are filled from the background. Mutation proposes planes to
+regions of weak texture, and crossover takes what is fitter. The chromosome of planes that is
+inherited from the previous frame evolves further and is written into the first.
 """
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,7 +17,6 @@ from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera
 from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.fitness import CensusFitness
 from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInherited
@@ -53,8 +51,6 @@ class Stages(NamedTuple):
     None for none
     frames: called with a `CensusPossibility`, rows and columns, returns the population of planes
     that frames inherit, see FrameEvolution
-    camera: called with rows, columns and the smallest disparity, returns what follows the camera,
-    see MovingCamera
     """
 
     search: Callable = Scanlines
@@ -65,7 +61,6 @@ class Stages(NamedTuple):
     vote: Callable | None = PlainRegions
     mutation: Callable | None = WeakRegions
     frames: Callable = FrameEvolution
-    camera: Callable = MovingCamera
 
 
 # by MatcherConfig.search
@@ -95,16 +90,14 @@ class RealtimeMatcher:
         if self._stages.vote is not None:
             self._plain = self._stages.vote(self._views, config.min_disparity)
         self._search = self._stages.search(self._views.full, TILE)
-        self._warm_start = WarmStart(
-            rows, columns, config.disparities, config.min_disparity, self._stages.camera)
+        self._warm_start = WarmStart(rows, columns, config.disparities, config.min_disparity)
         labels_type = self._search.chosen.labels.dtype
         self._refinement = Refinement(
             columns, config.disparities, labels_type, self._search.bands,
             self._search.by_membership)
         self._fitness = CensusFitness(
             self._views.full, self._refinement.validity, self._search.chosen.target)
-        self.population = Population(
-            config.population, self._fitness, self._search.chosen.labels)
+        self.population = Population(self._fitness, self._search.chosen.labels)
         self._crossover = self._stages.crossover(rows, columns)
         self.frames = self._stages.frames(self._views.full, rows, columns)
         self._durations = Durations()
@@ -146,12 +139,10 @@ class RealtimeMatcher:
             pool, self._search.bands, chosen, config,
             partial(self.population.fill, chosen.labels, self._refinement.validity))
         self._fitness.set_pair(self._views.inside)
-        self.population.initialise(pool, chosen.labels, validity)
+        self.population.measure(pool)
         watch.lap('seeds')
         budget = budget.reserving(self._durations[REFINING])
-        operators = {'crossover': self._cross}
-        if self._stages.mutation is not None:
-            operators['planes'] = self._mutate
+        operators = {} if self._stages.mutation is None else {'planes': self._mutate}
         history = evolve(self.population, operators, random, budget, observe, self._durations)
         best = self.population.genes[self.population.best]
         watch.lap('generations')
@@ -190,10 +181,6 @@ class RealtimeMatcher:
         child = first.copy()
         self._fitness.cross(self.pool, self._crossover, Random((0,)), child, second)
         return child
-
-    def _cross(self, population, random):
-        """Give the first chromosome the fitter regions of the others."""
-        population.cross(self.pool, self._crossover, random)
 
     def _mutate(self, population, random):
         """Propose planes to the regions of weak texture, and take those that are fitter."""

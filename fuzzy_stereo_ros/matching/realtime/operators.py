@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The population of the profile `realtime`, and its operators: crossover, mutation by planes.
+The population of the profile `realtime`, and its operator: mutation by planes.
 
 The paper mutates the least possible cells by patches. Here the least certain cells are those of
 plain walls, which data cannot tell apart: a region of like grey takes the plane that fits most of
 its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). The crossover
-then keeps what is fitter.
+with the mutant keeps what is fitter.
 """
 from itertools import pairwise
 
@@ -27,24 +27,19 @@ SHARE = 0.6          # of the points that lie within 1 px, else the region is no
 
 class Population:
     """
-    Chromosomes, maps of labels, that differ in how inconsistent cells are filled.
+    One chromosome, a map of labels, whose inconsistent cells are filled from the background.
 
-    genes: uint8 or uint16 (P, R, C), labels; fitness: float64 (P,), higher is fitter; best: the
-    first, which crossover makes fitter; converged: whether it was crossed with all others
+    genes: uint8 or uint16 (1, R, C), labels; fitness: float64 (1,), higher is fitter; best: 0;
+    converged: whether it was crossed with a mutant
     """
 
     best = 0
 
-    def __init__(self, size, fitness, labels):
-        """
-        Allocate; size: number of chromosomes, at most two are made.
-
-        fitness: the `CensusFitness` of the pairs; labels: (R, C), chromosomes are like these
-        """
+    def __init__(self, fitness, labels):
+        """Allocate; fitness: the `CensusFitness` of the pairs; labels: (R, C), it is like them."""
         self._measure = fitness
-        self.genes = zeros((min(size, 2), *labels.shape), labels.dtype)
-        self.fitness, self.converged = zeros(len(self.genes)), True
-        self._below = zeros(labels.shape[1], labels.dtype)
+        self.genes = zeros((1, *labels.shape), labels.dtype)
+        self.fitness, self.converged = zeros(1), True
 
     def fill(self, labels, validity, band):
         """
@@ -54,28 +49,15 @@ class Population:
         """
         filling.fill_rows(labels, validity, self.genes[0], band[1], band[2])
 
-    def initialise(self, pool, labels, validity):
-        """Fill the second chromosome by columns, once all bands are filled; measure the first."""
-        if len(self.genes) > 1:
-            pool.each(lambda band: filling.fill_columns(
-                labels, validity, self.genes[0], self.genes[1], self._below, band[1], band[2]),
-                cut_bands(labels.shape[1]))
-        self.fitness = np.full(len(self.genes), self._measure.measure(pool, self.genes[0]))
+    def measure(self, pool):
+        """Measure the fitness, once all bands are filled."""
+        self.fitness = np.full(1, self._measure.measure(pool, self.genes[0]))
         self.converged = False
 
-    def cross(self, pool, crossover, random):
-        """Cross the first with each of the others; it takes what makes it fitter."""
-        for other in range(1, len(self.genes)):
-            gained, ahead = self._measure.cross(
-                pool, crossover, random, self.genes[0], self.genes[other])
-            self.fitness[other] = self.fitness[0] + ahead
-            self.fitness[0] += gained
-        self.converged = True
-
     def accept(self, pool, crossover, random, mutant):
-        """Give the first what a crossover chooses of a mutant, (R, C) labels."""
-        self.fitness[0] += self._measure.cross(
-            pool, crossover, random, self.genes[0], mutant)[0]
+        """Take what a crossover chooses of a mutant, (R, C) labels."""
+        self.fitness[0] += self._measure.cross(pool, crossover, random, self.genes[0], mutant)
+        self.converged = True
 
 
 class GreyRegions:

@@ -97,11 +97,11 @@ class RealtimeState(NamedTuple):
 class WarmStart:
     """Averages the views with the previous frame's, and makes its best a prior of the search."""
 
-    def __init__(self, rows, columns, disparities, min_disparity, camera=MovingCamera):
-        """Allocate for images of a size and a range of disparities; camera: see Stages."""
+    def __init__(self, rows, columns, disparities, min_disparity):
+        """Allocate for images of a size and a range of disparities."""
         half = rows // 2, columns // 2
         self._averaging = Averaging(rows, columns, min(min_disparity, 0))
-        self._moving = camera(rows, columns, min_disparity)
+        self._moving = MovingCamera(rows, columns, min_disparity)
         self._moved_prior = MovedPrior(rows, columns, gene_type(disparities), self._moving)
         self._half_labels = zeros(half, gene_type(disparities))
         self._trusted, self._smooth = (zeros(half, np.uint8) for _ in range(2))

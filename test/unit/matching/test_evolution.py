@@ -201,16 +201,6 @@ def test_a_generation_cut_short_leaves_a_population_whose_best_gained_what_is_to
         assert row.best_fitness == pytest.approx(seed + sum(gains), rel=1e-12)
 
 
-@pytest.mark.parametrize('config', [replace(CONFIGS['realtime'], population=2)])
-def test_the_fitness_that_is_told_is_that_of_each_chromosome(clock, config):
-    """From a common zero: a sample of the rows is measured, and all that crossover gains."""
-    algorithm = matched(config, clock)[1].algorithm
-    fitness = algorithm.population.fitness
-    again = [algorithm.fitness_of(member) for member in algorithm.population.genes]
-    assert fitness[1] < fitness[0]
-    assert fitness - fitness[0] == pytest.approx(np.subtract(again, again[0]), abs=1e-9)
-
-
 def test_a_deadline_that_passes_before_the_first_generation_leaves_the_seeds(clock, config):
     seeds, _ = matched(config, clock, generations=0)
     clock.seeding_ms = 5

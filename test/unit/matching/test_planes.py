@@ -4,7 +4,7 @@
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.evolution import Random
-from fuzzy_stereo_ros.matching.kernels.planes import costs, fits, segments
+from fuzzy_stereo_ros.matching.kernels.planes import costs, segments
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
@@ -31,12 +31,12 @@ def random_planes(draw, slope=0.2):
     return planes
 
 
-def looked(seed, origin=None, flat=False):
+def looked(seed, origin=None):
     """Return a fitness that has seen a random view, its volume and its colours."""
     draw = np.random.default_rng(seed)
     volume = draw.integers(0, 256, (ROWS, COLUMNS, LABELS)).astype(np.uint8)
     colour = draw.integers(0, 60, (ROWS, COLUMNS, 3)).astype(np.uint8)
-    fitness = PlaneFitness(ROWS, COLUMNS, LABELS, flat)
+    fitness = PlaneFitness(ROWS, COLUMNS, LABELS)
     fitness.set_view(POOL, volume, origin, colour, colour.astype(np.float32) / 8,
                      draw.uniform(0, 1, (ROWS, COLUMNS)).astype(np.float32))
     return fitness, volume, colour, draw
@@ -125,15 +125,12 @@ def smoothness(fitness, planes):
         y2, x2 = np.delete(row, -1, axis), np.delete(column, -1, axis)
         apart = abs(at(one, y1, x1) - at(other, y1, x1)) + abs(
             at(one, y2, x2) - at(other, y2, x2))
-        if fitness._flat:
-            apart = 2 * abs(at(one, y1, x1) - at(other, y2, x2))
         total += (np.delete(weight, 0, axis) * np.minimum(apart, MOST)).sum()
     return total
 
 
-@pytest.mark.parametrize('flat', [False, True])
-def test_a_map_costs_its_matches_and_the_differences_of_neighbours(flat):
-    fitness, _, _, draw = looked(1, flat=flat)
+def test_a_map_costs_its_matches_and_the_differences_of_neighbours():
+    fitness, _, _, draw = looked(1)
     planes = random_planes(draw)
     matches = fitness.match_costs(POOL, planes)
     assert fitness.total(POOL, planes, matches) == pytest.approx(
@@ -141,9 +138,9 @@ def test_a_map_costs_its_matches_and_the_differences_of_neighbours(flat):
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.integers(0, 10**6), st.booleans())
-def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed, flat):
-    fitness, _, _, draw = looked(seed, flat=flat)
+@given(st.integers(0, 10**6))
+def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed):
+    fitness, _, _, draw = looked(seed)
     fitness.trust_consistent(draw.random((ROWS, COLUMNS)) < 0.7)
     first, second = random_planes(draw), random_planes(draw)
     selected = draw.random((ROWS, COLUMNS)) < 0.6
@@ -251,17 +248,6 @@ def test_regions_list_each_pixel_once_and_tiles_are_squares(seed):
         pixels = tiles.pixels[tiles.starts[region]:tiles.starts[region + 1]]
         assert (tiles.labels.reshape(-1)[pixels] == region).all()
         assert pixels.size and np.ptp(pixels // 23) < 6 and np.ptp(pixels % 23) < 6
-
-
-def test_any_pixel_of_a_region_may_be_drawn():
-    labels = np.array([[0, 0, 1], [2, 2, 1], [2, 2, 3]], np.int32)
-    listed, found = planes.listed(labels, 4), set()
-    for key in range(60):
-        chosen = np.zeros(4, np.int32)
-        fits.draw_pixels(listed.starts, listed.pixels, np.uint64(key * 977), chosen)
-        np.testing.assert_array_equal(labels.reshape(-1)[chosen], np.arange(4))
-        found.update(chosen.tolist())
-    assert found == set(range(9))
 
 
 def rejected(dearer, trusted=(True,) * 5, least=0, labels=None):

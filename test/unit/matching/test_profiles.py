@@ -19,7 +19,7 @@ CONFIGS = {
     'fast': MatcherConfig.from_profile('fast', **SMALL),
     'quality': MatcherConfig.from_profile('quality', **SMALL),
     **{f'paper {reading}': MatcherConfig.from_profile('paper', reading=reading, **PAPER)
-       for reading in ('literal', 'uniform', 'strict')},
+       for reading in ('literal', 'uniform')},
     'paper from winners': MatcherConfig.from_profile(
         'paper', initial_population='winner_takes_all', **PAPER)}
 

@@ -138,9 +138,8 @@ def test_fitness_is_1_less_what_a_sample_costs_and_gains_are_those_of_all_genes(
     first, second = (random_map(shape, 17, seed) for seed in (3, 4))
     assert measured.measure(POOL, first) == pytest.approx(twin(first, SAMPLE_STEP), abs=1e-12)
     before, other = twin(first), twin(second)
-    gained, ahead = measured.cross(POOL, Regions(*shape), RANDOM, first, second)
+    gained = measured.cross(POOL, Regions(*shape), RANDOM, first, second)
     assert before + gained == pytest.approx(twin(first), abs=1e-12)
-    assert before + ahead == pytest.approx(other, abs=1e-12)
     assert twin(first) >= max(before, other) - 1e-12
 
 
@@ -155,7 +154,7 @@ def test_crossing_again_and_again_never_loses_fitness(
     fitness = twin(first)
     for number in range(3):
         second = random_map((rows, columns), disparities, seed + 10 + number)
-        gained, _ = measured.cross(POOL, choose, RANDOM.child(number), first, second)
+        gained = measured.cross(POOL, choose, RANDOM.child(number), first, second)
         assert gained >= 0
         fitness += gained
         assert fitness == pytest.approx(twin(first), abs=1e-12)

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
-from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_columns, fill_rows
+from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_rows
 from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
@@ -107,25 +107,10 @@ def by_rows(labels, validity):
     return filled
 
 
-def by_columns(labels, validity, rows):
-    filled = np.full_like(labels, 77)
-    fill_columns(labels, validity, rows, filled, np.zeros_like(labels[0]), 0, 1)
-    fill_columns(labels, validity, rows, filled, np.zeros_like(labels[0]), 1, labels.shape[1])
-    return filled
-
-
 @settings(max_examples=150, deadline=None)
 @given(maps())
 def test_rows_are_filled_as_by_the_twin(given_maps):
     np.testing.assert_array_equal(by_rows(*given_maps), twins.filled_by_rows(*given_maps))
-
-
-@settings(max_examples=150, deadline=None)
-@given(maps())
-def test_columns_are_filled_as_by_the_twin(given_maps):
-    rows = by_rows(*given_maps)
-    np.testing.assert_array_equal(
-        by_columns(*given_maps, rows), twins.filled_by_columns(*given_maps, rows))
 
 
 @pytest.mark.parametrize('first', [0, 2])

@@ -152,21 +152,13 @@ def bend(one, row, column, other, y, x, weight, most):
     return np.int32(weight * min(here + there, most))
 
 
-@inlined
-def step(one, row, column, other, y, x, weight, most):
-    """Return what two neighbours cost by the difference of their disparities: see bend."""
-    here = one[0] * np.float32(column) + one[1] * np.float32(row) + one[2]
-    there = other[0] * np.float32(x) + other[1] * np.float32(y) + other[2]
-    return np.int32(weight * min(np.float32(2) * abs(here - there), most))
-
-
 @kernel
-def smoothness(planes, across, down, most, flat, row_sums, first, last):
+def smoothness(planes, across, down, most, row_sums, first, last):
     """
     Write what the differences of neighbours cost: int64 (R,), the sums of rows.
 
     planes: float32 (R, C, 3); across, down: float32 (R, C), weights of the pairs with the left
-    and the upper neighbour; most: px; flat: whether only disparities count, not slopes
+    and the upper neighbour; most: px
     """
     for row in range(first, last):
         total = np.int64(0)
@@ -175,13 +167,11 @@ def smoothness(planes, across, down, most, flat, row_sums, first, last):
             if column > 0:
                 other = planes[row, column - 1]
                 weight = across[row, column]
-                total += (step(one, row, column, other, row, column - 1, weight, most) if flat
-                          else bend(one, row, column, other, row, column - 1, weight, most))
+                total += bend(one, row, column, other, row, column - 1, weight, most)
             if row > 0:
                 other = planes[row - 1, column]
                 weight = down[row, column]
-                total += (step(one, row, column, other, row - 1, column, weight, most) if flat
-                          else bend(one, row, column, other, row - 1, column, weight, most))
+                total += bend(one, row, column, other, row - 1, column, weight, most)
         row_sums[row] = total
 
 
@@ -208,7 +198,7 @@ def list_cells(selected, cells):
 
 @kernel
 def fill_exchange(first_planes, first_costs, second_planes, second_costs, selected, cells, across,
-                  down, most, flat, numbers, alone, pairs):
+                  down, most, numbers, alone, pairs):
     """
     Write what taking the second parent's planes changes: see crossover.Exchange, 4 neighbours.
 
@@ -229,13 +219,13 @@ def fill_exchange(first_planes, first_costs, second_planes, second_costs, select
                 weight = down[row, column] if side else across[row, column]
                 one, other = first_planes[row, column], first_planes[y, x]
                 new = second_planes[row, column]
-                old = _differ(one, row, column, other, y, x, weight, most, flat)
-                mixed = _differ(new, row, column, other, y, x, weight, most, flat)
+                old = bend(one, row, column, other, y, x, weight, most)
+                mixed = bend(new, row, column, other, y, x, weight, most)
                 alone[number] += mixed - old
                 if selected[y, x]:
                     newer = second_planes[y, x]
-                    remixed = _differ(one, row, column, newer, y, x, weight, most, flat)
-                    both = _differ(new, row, column, newer, y, x, weight, most, flat)
+                    remixed = bend(one, row, column, newer, y, x, weight, most)
+                    both = bend(new, row, column, newer, y, x, weight, most)
                     alone[numbers[y, x]] += remixed - old
                     pairs[number, side] = both + old - mixed - remixed
             y, x = row + side, column + 1 - side
@@ -244,16 +234,8 @@ def fill_exchange(first_planes, first_costs, second_planes, second_costs, select
                 one, other = first_planes[y, x], first_planes[row, column]
                 newer = second_planes[row, column]
                 alone[number] += (
-                    _differ(one, y, x, newer, row, column, weight, most, flat)
-                    - _differ(one, y, x, other, row, column, weight, most, flat))
-
-
-@inlined
-def _differ(one, row, column, other, y, x, weight, most, flat):
-    """Return what two neighbours cost: flat, by their disparities alone."""
-    if flat:
-        return step(one, row, column, other, y, x, weight, most)
-    return bend(one, row, column, other, y, x, weight, most)
+                    bend(one, y, x, newer, row, column, weight, most)
+                    - bend(one, y, x, other, row, column, weight, most))
 
 
 @kernel

@@ -188,14 +188,3 @@ def label_tiles(side, down, right, labels):
         for column in range(columns):
             labels[row, column] = (row + down) // side * wide + (column + right) // side
     return ((rows - 1 + down) // side + 1) * wide
-
-
-@kernel
-def draw_pixels(starts, pixels, key, chosen):
-    """Draw a pixel of each region: int32 (regions,), -1 of an empty one; see list_regions."""
-    for region in range(chosen.size):
-        number = starts[region + 1] - starts[region]
-        chosen[region] = -1
-        if number > 0:
-            chosen[region] = pixels[starts[region] + below(mixed(key, np.uint64(region)),
-                                                           np.uint64(number))]

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fill rejected pixels from their row and from their column, and the membership median.
+Fill rejected pixels from their row, and the membership median.
 
 Seen from the left image, something nearer hides a strip at its left, as wide as the disparity
 jumps. A rejected run that is no such strip is a mismatch, so it is not filled as background.
@@ -49,39 +49,6 @@ def fill_rows(labels, validity, filled, first, last):
                 middle = column
             line[begin:middle] = behind
             line[middle:column] = label
-
-
-@kernel
-def fill_columns(labels, validity, by_rows, filled, below, first, last):
-    """
-    Give each rejected pixel the smaller label of the nearest two in its column.
-
-    by_rows: (R, C), what stands in for an end that the column does not have; below: (C,), working
-    memory; first, last: columns.
-    """
-    rows, columns = len(labels), last - first
-    copy_row(by_rows[0, first:last], filled[0, first:last])
-    for row in range(1, rows):
-        line, above = filled[row, first:last], filled[row - 1, first:last]
-        ours, theirs = labels[row, first:last], labels[row - 1, first:last]
-        our_validity, their_validity = validity[row, first:last], validity[row - 1, first:last]
-        for column in range(columns):
-            if our_validity[column] != INVALID:
-                line[column] = ours[column]
-            elif their_validity[column] != INVALID:
-                line[column] = theirs[column]
-            else:
-                line[column] = above[column]
-    under = below[first:last]
-    copy_row(by_rows[rows - 1, first:last], under)
-    for row in range(rows - 1, -1, -1):
-        line, ours, our_validity = (filled[row, first:last], labels[row, first:last],
-                                    validity[row, first:last])
-        for column in range(columns):
-            if our_validity[column] != INVALID:
-                under[column] = ours[column]
-            else:
-                line[column] = min(line[column], under[column])
 
 
 RADIUS = 3
