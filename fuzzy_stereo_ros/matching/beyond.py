@@ -21,11 +21,12 @@ ROUND = 16          # ranges that are proposed are multiples of it, as OpenCV wa
 
 
 def searched(config, columns):
-    """Return the MatcherConfig by which images of so many columns are searched."""
+    """Return the MatcherConfig by which images of so many columns are searched, and filled."""
+    fill = config.fill or config.fill_holes > 0
     if config.algorithm == 'paper':
-        return config
+        return replace(config, fill=fill)
     most = max(min(config.disparities + MARGIN, columns, MOST), config.disparities)
-    return replace(config, disparities=most)
+    return replace(config, disparities=most, fill=fill)
 
 
 def reject_beyond(pool, config, most, match):

@@ -39,6 +39,9 @@ class MatcherConfig:
     fill: bool = _switch(
         False, 'fill rejected pixels from the background; a filled pixel has confidence 0. What '
         'was found to be nearer than the range stays invalid')
+    fill_holes: int = _number(
+        0, 0, 1000000, 'px', 'fill connected regions of at most so many rejected pixels, as fill '
+        'does all; 0 fills none')
     confidence_threshold: float = _number(
         0.0, 0.0, 1.0, '', 'pixels of less confidence are invalid')
     speckle_size: int = _number(

@@ -78,6 +78,8 @@ class StereoMatcher:
         match = reject_beyond(algorithm.pool, self.config, wider.disparities, match)
         match.times['rows'] = align_ms
         match = self._watched(rows, left, right, match)
+        if not self.config.fill and self.config.fill_holes:
+            reject_wide_holes(self.config, match)
         if self.config.reference == 'right':
             match = replace(match, disparity=mirrored(match.disparity),
                             confidence=mirrored(match.confidence))
@@ -112,7 +114,7 @@ class StereoMatcher:
         """Return a Match with the Misalignment of its rows, and without those beyond the image."""
         index, hidden = self._alignment.hidden(rows, left.shape[:2])
         match.confidence[index] = np.where(hidden, np.float32(0), match.confidence[index])
-        if not self.config.fill:
+        if not (self.config.fill or self.config.fill_holes):
             match.disparity[index] = np.where(hidden, np.float32(np.nan), match.disparity[index])
         started = time.perf_counter_ns()
         self.rows = rows if match.kept else self._alignment.watch(rows, left, right, match)
@@ -139,6 +141,20 @@ class StereoMatcher:
             self.algorithm = kind(config, *shape, self._stages)
             self._shape = shape
         return self.algorithm
+
+
+def reject_wide_holes(config, match):
+    """
+    Let the regions of a filled Match that have more than fill_holes rejected pixels be invalid.
+
+    config: its MatcherConfig. Pixels that touch at a corner only are not connected.
+    """
+    rejected = (match.confidence == 0) | (match.confidence < config.confidence_threshold)
+    _, regions, facts, _ = cv2.connectedComponentsWithStats(rejected.view(np.uint8),
+                                                            connectivity=4)
+    wide = facts[:, cv2.CC_STAT_AREA] > config.fill_holes
+    wide[0] = False     # what is not rejected
+    match.disparity[wide[regions]] = np.nan
 
 
 def warm_up_camera(image):
