@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
 from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_matcher_options, add_node_options, CAMERA, is_automatic,
-    matcher_config, node_settings)
+    add_camera_options, add_matcher_options, add_node_options, is_automatic, matcher_config,
+    node_settings)
 from fuzzy_stereo_ros.replay.frames import opened_recording
 from fuzzy_stereo_ros.replay.loop import interruption, match_in_order, replay, Stats
 from fuzzy_stereo_ros.replay.options import (
@@ -126,14 +126,9 @@ def add_arguments(parser):
 
 def replay_options(arguments):
     """Return the ReplayOptions of parsed arguments; raises ValueError as these do."""
-    same_names = ('output', 'rate', 'storage', 'video', 'video_rate', 'overwrite', 'resume',
-                  'left', 'right', 'start', 'duration', 'every', 'workers', 'scheduler')
-    lists = 'bags', 'results', 'keep', 'files'
-    return ReplayOptions(
-        config=matcher_config(arguments),
-        settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)),
-        **{name: getattr(arguments, name) for name in (*same_names, *CAMERA)},
-        **{name: getattr(arguments, name) and tuple(getattr(arguments, name)) for name in lists})
+    return ReplayOptions.of(
+        arguments, config=matcher_config(arguments),
+        settings=node_settings(arguments, (*SYNCHRONISING, *READING, *RESULTS)))
 
 
 def run(arguments, stream, progress_stream=None):

@@ -15,8 +15,7 @@ from fuzzy_stereo_ros.pairs.calibration import reach
 from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.pairs.pair_reader import SCALES
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
-from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_node_options, CAMERA, node_settings)
+from fuzzy_stereo_ros.parameters.options import add_camera_options, add_node_options, node_settings
 from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.replay.frames import opened_recording
 from fuzzy_stereo_ros.replay.options import READING, ReplayOptions, SYNCHRONISING
@@ -51,10 +50,9 @@ def add_arguments(parser):
 
 def run(arguments, stream):
     """Print the parameters; raises ValueError and OSError for recordings that cannot be read."""
-    options = ReplayOptions(
-        tuple(arguments.bags), MatcherConfig(), output='',      # nothing is written
-        settings=node_settings(arguments, (*SYNCHRONISING, *READING)),
-        **{name: getattr(arguments, name) for name in ('rate', 'left', 'right', *CAMERA)})
+    options = ReplayOptions.of(
+        arguments, config=MatcherConfig(), output='',   # nothing is written
+        settings=node_settings(arguments, (*SYNCHRONISING, *READING)))
     with ExitStack() as opened:
         recording, options = opened_recording(options, opened)
         pairs, names = first_pairs(options, recording, PAIRS), recording.names

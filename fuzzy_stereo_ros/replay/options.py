@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The options of a replay: one frozen value, checked before any bag is opened."""
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 import math
 from pathlib import Path
 
@@ -77,6 +77,14 @@ class ReplayOptions:
                              'one of them')
         if self.overwrite and self.resume:
             raise ValueError('--overwrite starts over and --resume continues: give one of them')
+
+    @classmethod
+    def of(cls, arguments, **others):
+        """Return those of parsed arguments of the same names, lists as tuples; others: fields."""
+        given = {field.name: getattr(arguments, field.name) for field in fields(cls)
+                 if hasattr(arguments, field.name)}
+        return cls(**{name: tuple(value) if isinstance(value, list) else value
+                      for name, value in {**given, **others}.items()})
 
     @property
     def writes_bag(self):
