@@ -24,6 +24,7 @@ import numpy as np
 
 DARK, BRIGHT = 8, 247       # of 255; beyond them a pixel says little
 MUCH = 10.0                 # percent of pixels
+NOISY = 2.0                 # grey levels
 
 LEFT_BEHIND = 'nothing is written'
 HELP = 'look at a few pairs and print parameters with reasons'
@@ -64,10 +65,11 @@ def run(arguments, stream):
     first, count = search_range(seen)
     config = MatcherConfig.from_profile('realtime', min_disparity=first, disparities=count)
     matcher, check = warm_matcher(config, sys.stderr, pairs[0].left.shape[:2]), PlausibilityCheck()
-    times = []
+    times, noise = [], []
     for pair in pairs:
         match = matcher.match(pair.left, pair.right, stamp=pair.stamp, camera=camera_of(pair))
         times.append(match.times['total'])
+        noise.append(matcher.algorithm.noise)       # of the first pair: nothing is averaged
         finding = check.add(pair.left, pair.right, match, config)
     rate, milliseconds = _rate(pairs), min(times)
     chosen, kept_up = _scale(scale, milliseconds, rate)
@@ -85,7 +87,9 @@ def run(arguments, stream):
         *_comment('row offset: ' + NOT_MEASURED if match.misalignment is None else
                   match.misalignment.sentence),
         '    align_rows: true',
-        *_comment(_exposure(images)), *_comment(finding and f'hint: {finding.sentence}'),
+        *_comment(_exposure(images)),
+        *_comment(_noise(noise[0])),
+        *_comment(finding and f'hint: {finding.sentence}'),
         *_comment(f'{milliseconds:.1f} ms a pair on this computer'
                   + (f', recorded at {rate:.3g} pairs/s: {kept_up}' if rate else '')),
         '    profile: realtime', f'    scale: {chosen}',
@@ -112,6 +116,13 @@ def _scale(scale, milliseconds, rate):
             return smaller, ('it keeps up' if smaller == scale else
                              f'it keeps up at scale {smaller}')
     return SCALES[-1], 'it keeps up at no scale; the node drops and counts pairs'
+
+
+def _noise(level):
+    """Return a sentence on noise of a level, grey levels; None where texture hides it."""
+    return f'noise of {level:.1f} grey levels or more' + (
+        ': more light, a longer exposure or a smaller gain gives fewer errors'
+        if level > NOISY else '') if level else None
 
 
 def _exposure(images):

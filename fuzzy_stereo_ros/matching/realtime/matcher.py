@@ -209,6 +209,11 @@ class RealtimeMatcher:
         self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
         return history
 
+    @property
+    def noise(self):
+        """The noise of the last pair, what averaging left of it: grey levels, deviation."""
+        return self._views.noise
+
     def _average(self, previous, camera, *views):
         """Average the views of a pair with the previous ones; return the share of noise left."""
         if not self._config.warm_start:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `fuzzy-stereo suggest` and `--disparities auto` find in pairs."""
 import json
+import re
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
@@ -35,6 +36,19 @@ def test_suggested_parameters_are_a_file_for_the_node_whose_range_holds_the_trut
     for reason in ('are seen', 'reach from infinity to', 'row offset', 'pixels are black',
                    'ms a pair on this computer, recorded at 10 pairs/s'):
         assert reason in text
+
+
+@pytest.mark.parametrize('bits', ['8', '12'])
+def test_noise_is_told_where_texture_does_not_hide_it(folder, capsys, bits):
+    assert main(['synthesise', '--output', 'noisy', '--frames', '2', '--rows', '120', '--columns',
+                 '240', '--noise', '4', '--contrast', '0.1', '--bits', bits]) == 0
+    capsys.readouterr()
+    assert main(['suggest', 'noisy']) == 0
+    level, advice = re.search(r'# noise of (.+) grey levels or more(.*)',
+                              capsys.readouterr().out).groups()
+    assert 2.5 < float(level) < 4.5 and advice.startswith(': more light')
+    assert main(['suggest', 'made']) == 0
+    assert 'noise' not in capsys.readouterr().out
 
 
 def test_an_automatic_range_is_the_suggested_one_and_no_option_is_needed(folder, capsys):
