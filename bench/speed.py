@@ -15,6 +15,7 @@ import time
 import tracemalloc
 
 from bench.busy import busy_table, FixedPlaces
+from bench.cores import cores_table, UNMEASURED
 from bench.datasets import with_noise
 from bench.request import report_of
 import cv2
@@ -54,7 +55,8 @@ def run(request):
     """Return the `Report` of times at each size, with one and two threads."""
     scenes, _ = request.scenes()
     scene = min(scenes, key=lambda one: [*PREFERRED, one.group].index(one.group))
-    pair, sizes = scene.read(), QUICK_SIZES if request.quick else SIZES
+    pair = scene.read()
+    sizes, growing = (QUICK_SIZES, QUICK_SIZES) if request.quick else (SIZES, GROWING)
     threads = [count for count in THREADS if count <= (os.cpu_count() or 1)]
     skipped = [f'{count} threads: there is one core' for count in THREADS
                if count not in threads]
@@ -68,7 +70,11 @@ def run(request):
                    'of a frame, what it returns and hands on among it.')
     growth = growth_table([
         growth_row(request, pair, size, threads)
-        for size in request.follow(QUICK_SIZES if request.quick else GROWING, 'sizes')])
+        for size in request.follow(growing, 'sizes')])
+    cores = cores_table(
+        ((f'{columns}x{rows}, {disparities} disparities', noisy_frames(pair, rows, columns),
+          disparities) for rows, columns, disparities in request.follow(growing, 'cores')),
+        {'realtime': request.ours, 'fast': Ours('fast', 'fast')})
     still = still_table([still_row(request, pair, size, count)
                          for size in sizes for count in threads])
     deadlines = deadline_table(request, pair, sizes[0])
@@ -85,8 +91,8 @@ def run(request):
         'times': f'medians and 95th percentiles of {request.repeats} turns; first pair: '
                  'everything before is forgotten, so that the offset of the rows is measured '
                  'first; cold: the frame before is forgotten; warm: the frame before is of the '
-                 'same scene, and each frame is searched',
-    }, [*tables(pd.DataFrame(turns)), growth, still, busy, deadlines, memory,
+                 'same scene, and each frame is searched; cold and warm frames measure no rows',
+    }, [*tables(pd.DataFrame(turns)), growth, cores, still, busy, deadlines, memory,
         *([] if request.quick else [first_start_table()])], skipped,
         threads='OpenCV and ours as in the tables')
 
@@ -131,8 +137,11 @@ def _ours(ours, frames, disparities, threads, name, places=None):
     matcher.algorithm.pool.places = places or matcher.algorithm.pool.places
 
     def work(frame):
-        if name != WARM:
-            matcher.restore(None, matcher.rows if name == COLD else None)
+        if name == FIRST:
+            matcher.reset()
+        elif matcher.rows.pair:
+            matcher.restore(None if name == COLD else matcher.state,
+                            matcher.rows._replace(pair=UNMEASURED))
         pool, before = matcher.algorithm.pool, matcher.algorithm.pool.shared
         times = matcher.match(*frames[frame]).times
         return {**times, ALONE: times['total'] - (pool.shared - before)}
@@ -193,8 +202,7 @@ def _stage_table(turns):
         for size, threads, name in stages.columns]
     stages.loc[f'{ALONE} [%]'] = 100 * stages.loc[ALONE] / stages.loc['total']
     return Table.of('Stages of our matcher, milliseconds', stages,
-                    'The median of each stage over the turns. More threads than bands earn '
-                    'nothing: there are two from 128 rows, four from 640 and eight from 1280.')
+                    'The median of each stage over the turns.')
 
 
 def growth_row(request, pair, size, threads):

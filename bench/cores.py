@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+By what more cores than there are would make a frame faster.
+
+A computer of many cores is reckoned: the parts of each join, timed one after the other in one
+thread, go in their order to the core that is free first; what lies between joins stays in one
+thread, and each join costs what it costs here with two threads.
+"""
+from functools import partial
+from heapq import heapreplace
+import time
+
+from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
+from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.matching.bands import ThreadPool
+from fuzzy_stereo_ros.matching.row_alignment import rig_of, Rows
+import numpy as np
+import pandas as pd
+
+TURNS = 7           # frames of each size
+CORES = 2, 4, 8, 16
+JOINS = 300         # whose cost is measured
+PART = 40_000       # roots of such a join, about 0.05 ms
+UNMEASURED = 9      # number of a pair whose rows are not measured, see row_alignment.FIRST
+
+
+class TimedPool(ThreadPool):
+    """
+    A pool of one thread.
+
+    joins: [[ms]], the processor time of each part of each call of `each`
+    """
+
+    def __init__(self):
+        """Begin without joins."""
+        super().__init__(1)
+        self.joins = []
+
+    def each(self, work, items):
+        """Work as ThreadPool does, and time each item."""
+        times = []
+
+        def timed(item):
+            begun = time.thread_time()
+            work(item)
+            times.append(1000 * (time.thread_time() - begun))
+        super().each(timed, items)
+        self.joins.append(times)
+
+
+def scheduled(times, cores):
+    """Return when the last of some parts ends, each of which the first free core takes: ms."""
+    ends = [0.0] * cores
+    for milliseconds in times:
+        heapreplace(ends, ends[0] + milliseconds)
+    return max(ends)
+
+
+def speed_up(joins, alone, cores, cost):
+    """
+    Return by what a number of cores makes a frame faster.
+
+    joins: [[ms]], parts of each join; alone: ms between the joins; cost: ms of a join of several
+    parts
+    """
+    shared = sum(scheduled(times, cores) + cost * (len(times) > 1) for times in joins)
+    return (alone + sum(map(sum, joins))) / (alone + shared)
+
+
+def cost_of_a_join():
+    """Return by how much two threads take longer for two equal parts than one for one: ms."""
+    pools, work = [ThreadPool(1), ThreadPool(2)], partial(np.sqrt, np.ones(PART))
+    found = []
+    for _ in range(JOINS):
+        for number, pool in enumerate(pools, 1):
+            begun = time.perf_counter()
+            pool.each(lambda _: work(), range(number))
+            found.append(1000 * (time.perf_counter() - begun))
+    for pool in pools:
+        pool.close()
+    one, two = np.median(np.reshape(found, (-1, 2)), axis=0)
+    return max(two - one, 0.0)
+
+
+def cores_table(sizes, profiles):
+    """
+    Return the table of cores.
+
+    sizes: an iterable of (name, frames, disparities), frames: pairs of images; profiles: {name:
+    `Ours`}
+    """
+    cost = cost_of_a_join()
+    with opencv_threads(1):
+        found = {f'{size}, {name}': reckon(ours.matcher(disparities), frames, cost)
+                 for size, frames, disparities in sizes for name, ours in profiles.items()}
+    return Table.of(
+        'Cores, reckoned', pd.DataFrame(found).T,
+        'Cold frames, on a rig whose rows fit. The parts of each join, timed in one thread, go in '
+        'their order to the core that is free first; what is alone stays in one thread. Joins: '
+        f'those of several parts; one costs {cost:.3f} ms, as measured here with two threads. '
+        'Memory that cores share, and other programs, are not reckoned. OpenCV cuts 3WAY into '
+        'four stripes: it is at most 4 times as fast.')
+
+
+def reckon(matcher, frames, cost):
+    """Return {column: number} of a row, the medians of cold frames; cost: ms of a join."""
+    rows, found = Rows(pair=UNMEASURED, rig=rig_of(frames[0][0], None)), []
+    matcher.warm_up(*frames[0][0].shape[:2])
+    pool = matcher.algorithm.pool = TimedPool()
+    for number in range(TURNS):
+        matcher.restore(None, rows)
+        pool.joins.clear()
+        begun = time.thread_time()
+        matcher.match(*frames[number % len(frames)])
+        parts = sum(map(sum, pool.joins))
+        alone = 1000 * (time.thread_time() - begun) - parts
+        several = [len(times) for times in pool.joins if len(times) > 1]
+        found.append({'joins': len(several), 'parts of a join, median': np.median(several or [1]),
+                      'alone [% of a frame]': 100 * alone / (alone + parts),
+                      **{f'{cores} cores, faster by': speed_up(pool.joins, alone, cores, cost)
+                         for cores in CORES}})
+    return pd.DataFrame(found).median().to_dict()

@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The table of the suite `speed` that reckons more cores than there are."""
+from bench.cores import scheduled, speed_up, TimedPool
+import pytest
+
+
+@pytest.mark.parametrize('times, cores, ends', [
+    ([3, 1, 1, 1], 2, 3), ([1, 1, 1, 3], 2, 4), ([1, 1, 1, 3], 4, 3), ([2, 2], 1, 4), ([], 4, 0)])
+def test_a_part_is_done_by_the_core_that_is_free_first(times, cores, ends):
+    assert scheduled(times, cores) == ends
+
+
+def test_what_is_alone_and_the_cost_of_joins_limit_the_speed_up():
+    assert speed_up([[2, 2], [4]], 2, 1, 0) == 1
+    assert speed_up([[2, 2], [4]], 2, 2, 0) == 10 / 8
+    assert speed_up([[2, 2], [4]], 2, 16, 2) == 1
+
+
+def test_a_timed_pool_notes_the_parts_of_each_join():
+    pool, done = TimedPool(), []
+    pool.each(done.append, 'ab')
+    pool.each(lambda item: sum(range(10000)), range(3))
+    assert done == ['a', 'b'] and [len(times) for times in pool.joins] == [2, 3]
+    assert min(pool.joins[1]) > 0
