@@ -13,8 +13,7 @@ from bench.datasets import MOTORCYCLE_DISPARITIES, read_motorcycle, with_noise
 import cv2
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, GroundTruthPair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.colours import colour_disparity
-from fuzzy_stereo_ros.views.video import headed
+from fuzzy_stereo_ros.views.video import image_beside_disparity
 import numpy as np
 
 FRAMES, GENERATIONS = 16, 3     # a frame, fewer than the profile has: the eye can follow them
@@ -41,11 +40,9 @@ def frames():
         views = [with_noise(image, NOISE, random) for image in (left, right)]
         disparity = matcher.match(*views).disparity
         wrong = bad_percent(disparity, pair, 1.0)
-        yield np.hstack([
-            headed(views[0], 'left image', f'frame {number} of {FRAMES}', None, None),
-            headed(colour_disparity(disparity, 0, disparities - 1),
-                   f'disparity: {wrong:.0f} % off by more than 1 px', '0', f'{disparities - 1}',
-                   cv2.COLORMAP_TURBO)])
+        yield image_beside_disparity(
+            views[0], disparity, 0, disparities - 1, f'frame {number} of {FRAMES}',
+            f', {wrong:.0f} % off by more than 1 px')
 
 
 def write_film(path, pictures):

@@ -10,13 +10,14 @@ import sys
 from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, truth_and_mask)
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.pairs.frames import Frames
 from fuzzy_stereo_ros.pairs.image_files import read_pair
 from fuzzy_stereo_ros.parameters.options import add_matcher_options, matcher_config
 from fuzzy_stereo_ros.progress import bar, warm_matcher
 from fuzzy_stereo_ros.views.evolution import evolution_figure, EvolutionAnimation, frames_figure
 from fuzzy_stereo_ros.views.evolution_record import Convergence, observed_match, watched_frames
 from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_figure
-from fuzzy_stereo_ros.views.video import check_video
+from fuzzy_stereo_ros.views.video import check_video, image_beside_disparity, VideoFile
 
 LEFT_BEHIND = 'no file is half written; a video ends with the last generation'
 HELP = 'show how disparities evolve'
@@ -25,15 +26,17 @@ DESCRIPTION = (
     'chromosome and its possibility, the parents of its genes, the mutated cells, and the best,\n'
     'mean and worst fitness. The result is the one of the command match.\n\n'
     'The images of two folders are the frames of a sequence, in the order of their names: it\n'
-    'shows what has evolved, where planes were proposed, and the gain of each operator, frame by\n'
-    'frame.')
+    'shows the map, what of it is new, the possibility (in realtime where planes were proposed),\n'
+    'fitness, gains and, with a truth, the error, frame by frame; as a video the map grows.')
 EXAMPLE = (
     'examples:\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --profile paper \\\n'
     '      --population 40 --generations 10 --picture evolution.png\n'
     '  fuzzy-stereo evolve left.png right.png --disparities 60 --generations 8 \\\n'
     '      --video evolution.mp4\n'
-    '  fuzzy-stereo evolve left_frames right_frames --disparities 60 --picture frames.png')
+    '  fuzzy-stereo evolve left_frames right_frames --disparities 60 --profile paper_live \\\n'
+    '      --picture frames.png --video frames.mp4')
+RATE = 5            # frames per second of the film of a sequence
 LEFT_OUT = 'deadline_ms', 'warm_start'      # observing takes time; a pair has no previous frame
 
 
@@ -46,7 +49,7 @@ def add_arguments(parser):
     parser.add_argument('--picture', metavar='FILE',
                         help='some generations in one picture: .png, .svg or .pdf')
     parser.add_argument('--video', metavar='FILE',
-                        help='an animation of all generations: .mp4 or .avi')
+                        help='a film of all generations, or of all frames: .mp4 or .avi')
     parser.add_argument('--overwrite', action='store_true', help='replace files that exist')
     parser.add_argument('--json', action='store_true',
                         help='print the figures of all generations as JSON')
@@ -98,21 +101,36 @@ def run(arguments, stream, progress_stream=None):
 
 def _run_frames(arguments, config, outputs, stream, progress_stream):
     """Match the frames of two folders and print how they evolve."""
-    if config.algorithm != 'realtime':
-        raise ValueError(f'{config.algorithm} does not evolve from frame to frame; '
-                         'give --profile realtime, or two images')
-    if 'video' in outputs:
-        raise ValueError('--video shows the generations of one pair; give --picture for frames')
-    names = [sorted(path for path in Path(folder).glob('*') if path.is_file())
-             for folder in (arguments.left, arguments.right)]
-    if not names[0] or len(names[0]) != len(names[1]):
-        raise ValueError(f'{arguments.left} holds {len(names[0])} files, {arguments.right} '
-                         f'{len(names[1])}; give two folders of as many images')
-    pairs = list(zip(*names))
-    truth, mask = _truth_and_mask(arguments, read_pair(*pairs[0])[0].shape[:2])
-    frames = list(bar(progress_stream or sys.stderr, iterable=watched_frames(
-        replace(config, warm_start=True), (read_pair(*pair) for pair in pairs), truth, mask),
-        total=len(pairs), desc='frames'))
+    if config.search == 'propagation':
+        raise ValueError('fast hands on no genes: nothing evolves from frame to frame; give '
+                         'another profile, or two images')
+    source = Frames([arguments.left, arguments.right])
+    if len(set(source.counts.values())) > 1:
+        raise ValueError(f"{arguments.left} holds {source.counts['left']} images, "
+                         f"{arguments.right} {source.counts['right']}; give two folders of as "
+                         'many images')
+    pairs = [(left, right) for _, left, right in source.pairs()]
+    if not pairs:
+        raise ValueError(f'no image of {arguments.left} has the stamp of one of '
+                         f'{arguments.right}; give their files equal names')
+    truth, mask = _truth_and_mask(arguments, pairs[0][0].read().shape[:2])
+    film = VideoFile(outputs['video'], RATE) if 'video' in outputs else None
+    frames = []
+    try:
+        for frame in bar(progress_stream or sys.stderr, iterable=watched_frames(
+                replace(config, warm_start=True),
+                ((left.read(), right.read()) for left, right in pairs), truth, mask),
+                total=len(pairs), desc='frames'):
+            frames.append(frame)
+            if film is not None:
+                low = config.min_disparity
+                film.write(image_beside_disparity(
+                    frame.image, frame.disparity, low, low + config.disparities - 1,
+                    f'frame {frame.number} of {len(pairs)}', '' if frame.wrong is None else
+                    f', {frame.wrong:.1f} % off by more than 1 px'))
+    finally:
+        if film is not None:
+            film.close()
     if 'picture' in outputs:
         write_figure(outputs['picture'], frames_figure(frames, config))
     if arguments.json:
@@ -175,5 +193,9 @@ def _sentences(figures, convergence):
         lines.append(f"result: {found['density']:.1f} % of {found['pixels']} pixels with ground "
                      f"truth have a disparity, {found['bad_dense'][1.0]:.2f} % of all are off by "
                      'more than 1 px or have none')
+    if config.algorithm == 'realtime' and not any(
+            any(row['gains'].values()) for row in figures['history']):
+        lines.append('nothing evolved: no plane of a plain region is fitter; two folders of '
+                     'frames show what evolves from frame to frame')
     lines.extend(f'{figures[name]}: written' for name in ('picture', 'video') if name in figures)
     return '\n'.join(lines)

@@ -19,11 +19,15 @@ ORIGIN_WORDS = {
     'paper': {FIRST: 'first parent', SECOND: 'second parent', MUTATED: 'mutation'},
     'realtime': {FIRST: 'kept', MUTATED: 'planes of plain regions'},
     'quality': {FIRST: 'kept', MUTATED: 'planes of segments and tiles'}}
+# Words for the cells that evolved and for the map beside them, and the most of that.
+FRAME_WORDS = {'realtime': ('evolved', 'planes proposed', None),
+               'paper': ('new genes of the best', 'possibility of the best', 1),
+               'quality': ('new genes of the best', 'possibility of the best', 1)}
 CURVE_COLOURS = {'best': '#1a7f37', 'mean': '#555555', 'worst': '#b35900', 'wrong': '#b3261e'}
 NOTHING, UNCOUNTED = '#ffffff', '#8a8a8a'   # no parents yet; no ground truth
 TRUTH_TITLE = 'ground truth; dark is unknown'
 WIDTH = 3.4         # inches of a panel with its margins
-FRAME_HEIGHT = 2.7  # inches of a panel of a sequence
+FRAME_BESIDE = 0.8, 0.4   # inches beside and above a map of a sequence
 HEIGHTS = 1.4, 6.0  # least and most inches of a panel
 AROUND = 0.5        # inches above and below a panel
 BELOW = 1.2         # inches of the title and the colour bars
@@ -262,32 +266,50 @@ def _colours(name, config):
 
 
 def frames_figure(frames, config):
-    """Return the Figure of a sequence: disparity, evolved cells, proposed planes, and curves."""
+    """Return the Figure of a sequence: disparity, evolved cells, a map beside them, and curves."""
     from matplotlib.figure import Figure
 
     shown = shown_frames(frames)
-    figure = Figure(figsize=(3 * WIDTH, FRAME_HEIGHT * (len(shown) + 1)), layout='constrained')
+    rows, columns = frames[0].disparity.shape
+    beside_it, above = FRAME_BESIDE
+    height = min((WIDTH - beside_it) * rows / columns, HEIGHTS[1]) + above
+    figure = Figure(figsize=(3 * WIDTH, height * (len(shown) + 1)), layout='compressed')
     panels = figure.subplots(len(shown) + 1, 3)
     low = config.min_disparity
+    evolved, beside, most = FRAME_WORDS[config.algorithm]
     for row, frame in zip(panels, shown):
-        title = f'frame {frame.number}'
-        show_map(row[0], frame.disparity, f'{title}: disparity', 'px', vmin=low,
-                 vmax=low + config.disparities - 1)
-        show_map(row[1], np.float32(frame.evolved), f'{title}: evolved', vmin=0, vmax=1)
-        show_map(row[2], np.float32(frame.work), f'{title}: planes proposed', vmin=0)
-    numbers = [frame.number for frame in frames]
-    names = list(dict.fromkeys(name for frame in frames for name in frame.gains))
-    for name in names:
-        panels[-1, 0].plot(numbers, np.cumsum([frame.gains.get(name, 0.0) for frame in frames]),
-                           label=name)
-    panels[-1, 0].set_title('fitness gained since the first frame', fontsize=9)
-    if names:
-        panels[-1, 0].legend(fontsize=7)
-    panels[-1, 1].plot(numbers, [frame.figures['evolved'] for frame in frames])
-    panels[-1, 1].set_title('share of the cells that have evolved', fontsize=9)
-    if frames[0].wrong is not None:
-        panels[-1, 2].plot(numbers, [frame.wrong for frame in frames])
-        panels[-1, 2].set_title('off by more than 1 px [%]', fontsize=9)
-    else:
-        panels[-1, 2].axis('off')
+        show_map(row[0], frame.disparity, '', 'px', vmin=low, cmap='turbo',
+                 vmax=low + max(config.disparities - 1, 1))
+        show_map(row[1], np.float32(frame.evolved), '', bar=False, vmin=0, vmax=1)
+        show_map(row[2], frame.beside, '', vmin=0, vmax=most)
+        for place, words in zip(row, (f'frame {frame.number}: disparity', evolved, beside)):
+            place.set_title(words, size='small')
+    curves = _curves_of(frames, config)
+    for place, (title, lines) in zip(panels[-1], curves):
+        for name, values in lines.items():
+            place.plot([frame.number for frame in frames], values, label=name,
+                       marker='o' if len(frames) < FEW else None, markersize=4)
+        place.set_title(title, size='small')
+        place.set_xlabel('frame', size='small')
+        place.tick_params(labelsize='small')
+        place.grid(alpha=0.3)
+        if len(lines) > 1:
+            place.legend(fontsize='small')
+    for place in panels[-1, len(curves):]:
+        place.set_axis_off()
     return figure
+
+
+def _curves_of(frames, config):
+    """Return (title, {name: values of all frames}) of each curve below a sequence."""
+    if config.algorithm == 'realtime':      # its fitness is that of a frame, not of what evolves
+        names = dict.fromkeys(name for frame in frames for name in frame.gains)
+        fitness = 'fitness gained since the first frame', {
+            name: np.cumsum([frame.gains.get(name, 0.0) for frame in frames]) for name in names}
+    else:
+        fitness = 'fitness of the best', {'best': [frame.fitness for frame in frames]}
+    found = [fitness, (f'{FRAME_WORDS[config.algorithm][0]} [%]', {
+        'evolved': [100 * frame.figures['evolved'] for frame in frames]})]
+    if frames[0].wrong is not None:
+        found.append(('off by more than 1 px [%]', {'wrong': [frame.wrong for frame in frames]}))
+    return found

@@ -163,15 +163,20 @@ class Frame:
     """
     A frame of a sequence; maps are those of the matcher: mirrored for the right reference.
 
-    number: from 1. disparity: float32 (R, C), px. evolved: uint8 (R / 2, C / 2), where a gene has
-    evolved. work: uint8 (R / 2, C / 2), number of planes proposed so far. gains: fitness by
-    operator. warm: see Match. wrong: percentage off by more than 1 px, None without truth.
+    number: from 1. image: the reference image. disparity: float32 (R, C), px. evolved: bool, where
+    a gene has evolved: in realtime (R / 2, C / 2), of the inherited planes; else (R, C), where the
+    best chromosome is another than that of the frame before. beside: float32 of the same shape, in
+    realtime the number of planes proposed so far, else the possibility of the best chromosome.
+    fitness: of the best chromosome. gains: fitness by operator. warm: see Match. wrong: percentage
+    off by more than 1 px, None without truth.
     """
 
     number: int
+    image: np.ndarray
     disparity: np.ndarray
     evolved: np.ndarray
-    work: np.ndarray
+    beside: np.ndarray
+    fitness: float
     gains: dict
     warm: bool
     wrong: float | None
@@ -179,23 +184,32 @@ class Frame:
     @property
     def figures(self):
         """The figures of the frame for JSON."""
-        return {'frame': self.number, 'warm': self.warm, 'gains': self.gains, 'bad_1': self.wrong,
-                'evolved': float(np.mean(self.evolved > 0))}
+        return {'frame': self.number, 'warm': self.warm, 'fitness': self.fitness,
+                'gains': self.gains, 'bad_1': self.wrong, 'evolved': float(self.evolved.mean())}
 
 
 def watched_frames(config, pairs, truth=None, mask=None):
     """
     Yield a `Frame` for each pair of images, matched one after the other.
 
-    config: MatcherConfig of the profile `realtime`, with warm_start. truth, mask: of all frames.
+    config: MatcherConfig with warm_start. truth, mask: of all frames.
     """
-    matcher = StereoMatcher(config)
+    matcher, before = StereoMatcher(config), None
     for number, (left, right) in enumerate(pairs, 1):
         match = matcher.match(left, right)
-        own = matcher.state.own
+        algorithm = matcher.algorithm
+        best = algorithm.population.genes[algorithm.population.best].copy()
+        if config.algorithm == 'realtime':
+            own = matcher.state.own
+            maps = own.evolved > 0, np.float32(own.work)
+        else:
+            same = before is not None and before.shape == best.shape
+            maps = (best != before if same else np.ones(best.shape, bool),
+                    algorithm.possibility_of(best))
+        before = best
         wrong = None if truth is None else score(match.disparity, truth, mask).bad_dense[1.0]
-        yield Frame(number, match.disparity, own.evolved, own.work, match.gains, match.warm,
-                    wrong)
+        yield Frame(number, left if config.reference == 'left' else right, match.disparity, *maps,
+                    float(algorithm.population.fitness.max()), match.gains, match.warm, wrong)
 
 
 def shown_frames(frames):

@@ -182,7 +182,22 @@ def side_by_side(matched, low, high):
          f'{low:g}', f'{high:g}', cv2.COLORMAP_TURBO),
         (cv2.applyColorMap(confidence, cv2.COLORMAP_VIRIDIS), 'confidence', '0', '1',
          cv2.COLORMAP_VIRIDIS)]
-    return np.hstack([headed(_sized(picture), *words) for picture, *words in panels])
+    return np.hstack([_headed(_sized(picture), *words) for picture, *words in panels])
+
+
+def image_beside_disparity(image, disparity, low, high, where, found):
+    """
+    Return an image and disparities in colours side by side, under titles: uint8 (R, C, 3) BGR.
+
+    image: uint8 or uint16, grey or BGR. low, high: px, the range of the colours. where, found:
+    words beside the image and beside the disparities.
+    """
+    image = in_eight_bits(image)
+    image = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    return np.hstack([
+        _headed(_sized(image), 'image', where, None, None),
+        _headed(_sized(colour_disparity(disparity, low, high)), f'disparity [px]{found}',
+                f'{low:g}', f'{high:g}', cv2.COLORMAP_TURBO)])
 
 
 def disparity_picture(disparity):
@@ -194,9 +209,9 @@ def disparity_picture(disparity):
     """
     there = disparity[np.isfinite(disparity)]
     low, high = np.percentile(there, ENDS) if there.size else (0, 1)
-    return headed(_sized(colour_disparity(disparity, low, high)),
-                  'disparity [px], grey is invalid', f'{low:.1f}', f'{high:.1f}',
-                  cv2.COLORMAP_TURBO)
+    return _headed(_sized(colour_disparity(disparity, low, high)),
+                   'disparity [px], grey is invalid', f'{low:.1f}', f'{high:.1f}',
+                   cv2.COLORMAP_TURBO)
 
 
 def _sized(picture):
@@ -212,7 +227,7 @@ def _sized(picture):
     return picture
 
 
-def headed(picture, title, begin, end, colours):
+def _headed(picture, title, begin, end, colours):
     """Return a picture below a head: a title, and a text or a colour bar with its ends."""
     head = np.full((HEAD, picture.shape[1], 3), INVALID_GREY, np.uint8)
     _write(head, title, MARGIN, 20)

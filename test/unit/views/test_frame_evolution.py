@@ -3,6 +3,7 @@
 """An evolution from frame to frame, as `evolve` shows it of two folders."""
 import json
 
+import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import write_image
@@ -32,10 +33,27 @@ def test_observing_a_sequence_changes_nothing_and_reports_the_warm_start():
     for frame, pair in zip(frames, pairs):
         match = matcher.match(*pair)
         np.testing.assert_array_equal(frame.disparity, match.disparity)
-        np.testing.assert_array_equal(frame.work, matcher.state.own.work)
+        np.testing.assert_array_equal(frame.beside, matcher.state.own.work)
         assert (frame.warm, frame.gains) == (match.warm, match.gains)
     assert [frame.warm for frame in frames] == [False, True, True, True]
     assert frames[-1].wrong < 100
+
+
+def test_of_paper_it_tells_which_genes_are_new_and_how_possible_the_best_is():
+    config = MatcherConfig.from_profile('paper_live', disparities=24, threads=1, generations=2)
+    frames = list(watched_frames(config, [(PAIR.left, PAIR.right)] * 3, PAIR.truth, PAIR.visible))
+    matcher, before = StereoMatcher(config), None
+    for frame in frames:
+        matcher.match(PAIR.left, PAIR.right)
+        population = matcher.algorithm.population
+        best = population.genes[population.best].copy()
+        assert frame.fitness == population.fitness.max()
+        np.testing.assert_array_equal(frame.beside, matcher.algorithm.possibility_of(best))
+        np.testing.assert_array_equal(
+            frame.evolved, np.ones_like(best) if before is None else best != before)
+        before = best
+    assert frames[0].figures['evolved'] == 1 > frames[2].figures['evolved'] > 0
+    assert frames[2].wrong < frames[0].wrong
 
 
 @pytest.mark.parametrize('number, expected', [(1, [0]), (2, [0, 1]), (30, [0, 2, 9, 29])])
@@ -43,21 +61,23 @@ def test_shown_are_the_first_the_last_and_some_between(number, expected):
     assert shown_frames(range(number)) == expected
 
 
-def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys):
+@pytest.mark.parametrize('profile', ['realtime', 'paper_live'])
+def test_two_folders_are_a_sequence_of_frames(folders, tmp_path, capsys, profile):
     pytest.importorskip('matplotlib')
-    picture = tmp_path / 'frames.png'
-    told = ['evolve', *map(str, folders), '--disparities', '24', '--picture', str(picture)]
+    picture, film = tmp_path / 'frames.png', tmp_path / 'frames.avi'
+    told = ['evolve', *map(str, folders), '--disparities', '24', '--profile', profile,
+            '--picture', str(picture), '--video', str(film)]
     assert main([*told, '--json']) == 0
     found = json.loads(capsys.readouterr().out)
     assert [frame['frame'] for frame in found['frames']] == [1, 2, 3, 4]
     assert picture.stat().st_size > 0
+    assert cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
     assert main([*told, '--overwrite']) == 0
     assert f'{picture}: written' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize('options, words', [
-    (['--profile', 'quality'], 'quality does not evolve from frame to frame'),
-    (['--video', 'a.mp4'], '--video shows the generations of one pair')])
+    (['--profile', 'fast'], 'fast hands on no genes: nothing evolves from frame to frame')])
 def test_options_that_frames_cannot_have_are_one_sentence(folders, options, words, capsys):
     assert main(['evolve', *map(str, folders), '--disparities', '24', *options]) == 2
     assert words in capsys.readouterr().err
