@@ -30,8 +30,9 @@ RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32, dri
               alike=0.55)
 LIKE = 2.5           # times the difference of a tile, the largest one of a pixel that is averaged
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
-ROUGH = 0.43         # most noise by its second differences: 1.06 / sqrt(6) of their mean size
+ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
 STILL = 0.8          # share of unchanged tiles from which the picture counts as still
+RESTS = 0.9          # share of unchanged tiles from which others may come to rest
 ANOTHER = 0.3        # share of unchanged tiles below which it is another scene
 FAINT = 0.5          # grey levels of noise below which moving texture is not taken for it
 
@@ -198,13 +199,18 @@ class Averaging:
         self.noise = 0.0
         for tiles in self.tiles:
             differences, ages = tiles.differences[:number], tiles.ages_then[:number]
-            # the mean of few frames is noisy itself
-            both = np.sqrt(1 + 1 / np.maximum(ages, np.float32(1)))
-            single = (differences[:, 0] / both).min(axis=0)
-            noise = _noise(single, tiles.rough)
-            noises = both * _by_brightness(noise, single, tiles.rough, differences[0, 7])
+            smallest = differences[:, 0].min(axis=0)
+            noise = _noise(smallest, tiles.rough)
+            noises = np.stack(number * [
+                _by_brightness(noise, smallest, tiles.rough, differences[0, 7])])
             choose_tiles(differences, ages, noises, tuple(RULES), tiles.choices, tiles.ages,
                          tiles.sizes)
+            if np.mean(tiles.choices >= 0) > RESTS:
+                # the mean of fewer frames than most tiles are of is noisier itself
+                both = np.sqrt(1 + 1 / np.maximum(ages, np.float32(1)))
+                noises = noises * np.maximum(both / np.median(both), np.float32(1))
+                choose_tiles(differences, ages, noises, tuple(RULES), tiles.choices, tiles.ages,
+                             tiles.sizes)
             self.noise = max(self.noise, noise)
         if history.labels is not None and self.noise > FAINT:
             self._reject_alike(pool, views, history)
