@@ -5,9 +5,9 @@ The profile `quality`: `QualityMatcher.match` is one pair, a line a stage.
 
 Genes are planes, and both views of a pair evolve. Scanlines give each view a dense seed, whose
 parent is the map of the previous frame, moved, or that of `realtime`; planes fitted around its
-pixels are the chromosome. Mutants are planes of segments and tiles; fusion by a minimum cut takes
-those that are fitter, unless the images are evidence against them. Where the views disagree, a
-match counts little.
+pixels are the chromosome. Colours count as the left camera would have exposed them. Mutants are
+planes of segments and tiles; fusion by a minimum cut takes those that are fitter, unless the
+images are evidence against them. Where the views disagree, a match counts little.
 """
 from collections.abc import Callable
 from typing import NamedTuple
@@ -18,6 +18,7 @@ from fuzzy_stereo_ros.matching.evolution import evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.match import Match, mirrored
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
+from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
@@ -115,15 +116,16 @@ class QualityMatcher:
         watch.lap('pictures')
         left, right = zip(inheritance.colours, (
             luminance * BRIGHTNESS for luminance in inheritance.luminances))
-        pairs = (left, right), tuple(tuple(map(mirrored, image)) for image in (right, left))
-        found = realtime_matches(self._config, pairs, random)
+        found = realtime_matches(self._config, _of_both_views(left, right), random)
+        right = exposed_alike(left[0], right[0], found[0]), right[1]
         maps = [match.disparity - np.float32(self._config.min_disparity) for match in found]
         if inherited:
             budget = budget.limited_to(0)       # one generation
             for side, (before, fresh) in enumerate(zip(previous.own.disparities, maps)):
                 maps[side] = np.empty_like(fresh)
                 inheritance.inherit(before, fresh, maps[side], side)
-        starts = self._starts(pairs, maps, budget, inherited and inheritance.unseen < LITTLE)
+        starts = self._starts(_of_both_views(left, right), maps, budget,
+                              inherited and inheritance.unseen < LITTLE)
         watch.lap('seeds')
         if not starts[0].complete:      # the deadline is past: the best so far
             return Match(*without_uncertain(self._config, found[0].disparity,
@@ -209,3 +211,8 @@ class QualityMatcher:
         planes = np.zeros((*self._shape, 3), np.float32)
         planes[..., 2] = chromosome
         return planes
+
+
+def _of_both_views(left, right):
+    """Return a pair and, mirrored, that of the right view; each image: (colour, luminance)."""
+    return (left, right), tuple(tuple(map(mirrored, image)) for image in (right, left))
