@@ -86,7 +86,7 @@ test-all: lint $(sphinx_installed)
 
 fuzz: $(package_installed)
 	$(python) -m pytest --hypothesis-profile=fuzz --timeout=14400 \
-		$(or $(FUZZ_ARGS),test/fuzz)
+		$(or $(FUZZ_ARGS),test/fuzz test/process/test_kernel_cache.py)
 
 soak: $(package_installed)
 	PYTHONPATH=test/soak:test/support:$$PYTHONPATH $(python) -m soak $(SOAK_ARGS)

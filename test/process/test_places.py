@@ -80,7 +80,8 @@ def test_the_node_starts_where_all_is_read_only_and_says_both(ros, bare, tmp_pat
 def test_the_node_starts_on_a_full_disk(ros, bare, tmp_path):
     bare('HOME', str(tmp_path))
     log = started(mounting({tmp_path: 'size=16k', CODE: READ_ONLY}))
-    assert 'No space left on device' in told_once(log, LOGS)
+    for sentence in (LOGS, KERNELS):
+        assert 'No space left on device' in told_once(log, sentence)
 
 
 def test_the_node_of_a_user_without_home_and_name_starts(ros, bare):

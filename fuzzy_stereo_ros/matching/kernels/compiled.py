@@ -3,58 +3,85 @@
 """
 Decorators that compile kernels and cache them on disk for the next process.
 
-The cache folder is named by a hash of the sources, since numba's own cache does not see a change
-in a function that a kernel calls. It has a file for each kernel, signature and processor: in the
-place of numba's index of signatures, which two processes that write it at once can mix up.
+There is a file for each kernel, signature and processor, in a folder named by a hash of all
+sources. Several processes read and write it at once without locks: two that write the same file
+write the same content.
 """
+from collections import deque
 from contextlib import contextmanager, suppress
 from functools import partial
+import gc
 import hashlib
 import os
 from pathlib import Path
 import shutil
 import sys
+import tempfile
+from typing import NamedTuple
 
 import numba
+from numba import types
 from numba.core.caching import IndexDataCacheFile, NullCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler import Compiler, CompileResult
+from numba.core.registry import CPUDispatcher
 
 NAME = 'fuzzy_stereo_ros'
 KEPT = 8        # folders in a place: of other sources, other versions of Python and numba
+PROBE = bytes(1 << 16)      # a full disk still takes files without content
 SOURCES = Path(__file__).parent
-_remarks, _prepare = {}, []
+
+
+class Folders(NamedTuple):
+    """
+    The folders of compiled kernels.
+
+    kept: a Path to write to, None where none is writable. readable: more Paths to read from.
+    warning: a sentence on what the lack of a folder costs, '' where there is one.
+    """
+
+    kept: Path | None
+    readable: tuple
+    warning: str
 
 
 def choose_folders():
     """
-    Return (folder, others, warning): where compiled kernels are written to, and only read from.
+    Return the Folders of this process; make the first one, and remove those long not used.
 
-    folder is in NUMBA_CACHE_DIR, else beside the kernels, else in the user's cache; it is made,
-    and others there that were not used for long are removed. It is None where every place is
-    denied. warning: a sentence on what that costs, '' if nothing.
+    It is in NUMBA_CACHE_DIR, else beside the kernels, else in the user's cache. The others that
+    cannot be written to are read.
     """
     wanted = [Path(numba.config.CACHE_DIR) / NAME] if numba.config.CACHE_DIR else []
     places = [*wanted, SOURCES / '__pycache__', *_user_cache()]
-    folders = {place: place.absolute() / folder_name() for place in places}
-    others = [folder for folder in folders.values()
-              if folder.is_dir() and not os.access(folder, os.W_OK)]
+    name = folder_name()
+    folders = [place.absolute() / name for place in places]
+    readable = tuple(folder for folder in folders
+                     if folder.is_dir() and not os.access(folder, os.W_OK))
     denied = []
-    for place, folder in folders.items():
+    for place, folder in zip(places, folders):
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             os.utime(folder)    # it is in use
         except OSError as error:
             denied.append(f'{place}: {error.strerror}')
             continue
         _remove_older(folder)
-        return folder, others, '' if not (wanted and denied) else (
-            f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({denied[0]}): they are kept in '
-            f'{place}')
-    return None, others, (
-        f"no folder for compiled kernels can be written to ({', '.join(denied)}): they are "
-        'compiled at each start, which takes up to 60 s; set NUMBA_CACHE_DIR to a folder that '
-        'can be')
+        return Folders(folder, readable, '' if not (wanted and denied) else
+                       f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({denied[0]}): they '
+                       f'are kept in {place}')
+    warning = ('no folder for compiled kernels can be written to '
+               f"({', '.join(denied)}): they are compiled at each start, which takes up to 60 s; "
+               'set NUMBA_CACHE_DIR to a folder that can be')
+    return Folders(None, readable, warning)
+
+
+def make_folder(folder):
+    """Make a folder where there is none; OSError where nothing can be written to it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder, buffering=0) as probe:
+        if probe.write(PROBE) < len(PROBE):
+            probe.write(PROBE)      # tells why
 
 
 def folder_name():
@@ -80,21 +107,30 @@ def _remove_older(folder):
     """Remove all but the most recently used folders of kernels in a folder's parent."""
     ages = {}
     for other in folder.parent.glob('kernels_*'):
-        with suppress(OSError):     # another process may have removed it
+        try:
             ages[other] = -other.stat().st_mtime_ns
+        except OSError:
+            continue        # another process has removed it
     for other in sorted(ages, key=ages.get)[KEPT:]:
         shutil.rmtree(other, ignore_errors=True)
 
 
+_remarks, _noted, _prepare = deque(), set(), []
+
+
 def note(remark):
     """Add a sentence to `remarks`, once in a process."""
-    _remarks.setdefault(remark, True)
+    if remark not in _noted:
+        _noted.add(remark)
+        _remarks.append(remark)
 
 
 def remarks():
-    """Return new sentences on kernels that could not be cached, each only once."""
-    new = [remark for remark, is_new in [*_remarks.items()] if is_new]
-    _remarks.update(dict.fromkeys(new, False))
+    """Return new sentences on kernels that could not be read or cached, each only once."""
+    new = []
+    with suppress(IndexError):
+        while True:
+            new.append(_remarks.popleft())
     return new
 
 
@@ -109,19 +145,26 @@ def before_compiling(prepare):
             _prepare.remove(prepare)
 
 
-class _KernelCache(NullCache):
-    """Cache of one kernel for numba; no error of a file or disk leaves it."""
+class KeptKernel(NullCache):
+    """numba's cache of one kernel; no error of a file or disk leaves it."""
 
-    def __init__(self, function):
+    def __init__(self, function, folders):
+        """Cache the compiled forms of a Python function in Folders."""
         self._name = f'{function.__module__}.{function.__qualname__}'
+        self._folder, self._folders = folders.kept, folders
+
+    @property
+    def cache_path(self):
+        """The folder that it is written to, or None."""
+        return self._folder and str(self._folder)
 
     def load_overload(self, signature, context):
         """Return the cached code of a signature, or None."""
         context.refresh()
         found = self._found(signature, context)
         if found is None:
-            if FOLDER is None:
-                note(_warning)
+            if self._folder is None:
+                note(self._folders.warning)
             if _prepare:
                 _prepare.pop()()
                 found = self._found(signature, context)
@@ -129,20 +172,20 @@ class _KernelCache(NullCache):
 
     def save_overload(self, signature, compiled):
         """Cache the code of a signature, or note why that cannot be done."""
-        if FOLDER is None or compiled.library.has_dynamic_globals:
+        if self._folder is None or compiled.library.has_dynamic_globals:
             return
-        file = self._file(FOLDER, signature, compiled.codegen)
+        file = self._file(self._folder, signature, compiled.codegen)
         try:
             file.flush()        # what is there may be damaged
             file.save(signature, compiled._reduce())
         except OSError as error:
-            note(f'compiled kernels can no longer be kept in {FOLDER} ({error.strerror}): '
+            note(f'compiled kernels can no longer be kept in {self._folder} ({error.strerror}): '
                  'those that are not there are compiled at each start; make room, or set '
                  'NUMBA_CACHE_DIR to another folder')
 
     def _found(self, signature, context):
         """Return the cached code of a signature for this processor, or None."""
-        for folder in filter(None, (FOLDER, *_others)):
+        for folder in filter(None, (self._folder, *self._folders.readable)):
             # Whatever is there and damaged is compiled and replaced; it may raise anything.
             with suppress(Exception):
                 kept = self._file(folder, signature, context.codegen()).load(signature)
@@ -157,13 +200,14 @@ class _KernelCache(NullCache):
         return IndexDataCacheFile(str(folder), name, None)
 
 
-FOLDER, _others, _warning = choose_folders()
-if _warning and (FOLDER or not _others):        # else what is read may suffice
-    note(_warning)
+_folders = choose_folders()
+FOLDER = _folders.kept
+if _folders.warning and (FOLDER or not _folders.readable):      # else what is read may suffice
+    note(_folders.warning)
 
 
-class _Part(JITCodeLibrary):
-    """Code that callers link: optimised, but never made machine code alone."""
+class _PartLibrary(JITCodeLibrary):
+    """Code that only callers link: optimised, but never made machine code alone."""
 
     def _finalize_final_module(self):
         self._finalized = True
@@ -177,41 +221,61 @@ class _Part(JITCodeLibrary):
         """Do nothing."""
 
 
-class _PartCompiler(CompilerBase):
+class _PartCompiler(Compiler):
     def define_pipelines(self):
-        state = self.state
-        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
-        return [DefaultPassBuilder.define_nopython_pipeline(state)]
+        self.state.library = _PartLibrary(self.state.targetctx.codegen(),
+                                          self.state.func_id.func_qualname)
+        return super().define_pipelines()
 
 
-def kernel(function=None, *, allocates=False, **options):
+class _Kernel(CPUDispatcher):
+    """The dispatcher of a kernel; kernels that call it link its unfinished library."""
+
+    def __init__(self, function, allocates=False, **options):
+        options |= {'nopython': True, 'boundscheck': None, 'no_cfunc_wrapper': True,
+                    'error_model': 'numpy', '_nrt': allocates}
+        super().__init__(function, targetoptions=options)
+        self._part = CPUDispatcher(function, targetoptions={**options, 'no_cpython_wrapper': True},
+                                   pipeline_class=_PartCompiler)
+
+    def get_call_template(self, args, kws):
+        """Return what numba types a call by; whether arguments are literals makes no new part."""
+        return self._part.get_call_template(tuple(map(types.unliteral, args)), kws)
+
+    def get_overload(self, signature):
+        """Return the code that a call links."""
+        return self._part.get_overload(signature)
+
+    def compile(self, signature):       # noqa: A003  numba calls it so
+        """Compile it, without searching memory for garbage meanwhile: a fifth of the time."""
+        enabled = gc.isenabled()
+        gc.disable()
+        try:
+            return super().compile(signature)
+        finally:
+            if enabled:
+                gc.enable()
+
+
+def kernel(function=None, **options):
     """
     Compile a function that Python calls: without the GIL, and cached for the next process.
 
-    allocates: it makes arrays. Elsewhere numba need not count who uses an array: that costs more
-    than a short function, most of all where several threads count. options: further ones of njit.
-    Numba does not look for divisions by 0. Python passes the fields of named tuples, which the
-    kernel names again: numba before 0.60 loses the types of the first fields of a named tuple at
-    each call, and keeps the rest in memory for ever.
+    options: `allocates`, for a function that makes arrays, and further ones of njit. Elsewhere
+    numba need not count who uses an array: that costs more than a short function, most of all
+    where several threads count. Numba does not look for divisions by 0. Python passes the fields
+    of named tuples, which the kernel names again: numba before 0.60 loses the types of the first
+    fields of a named tuple at each call, and keeps the rest in memory for ever.
     """
     if function is None:
-        return partial(kernel, allocates=allocates, **options)
-    dispatcher = _compiled(function, nogil=True, _nrt=allocates, **options)
-    dispatcher._cache = _KernelCache(function)
+        return partial(kernel, **options)
+    dispatcher = _Kernel(function, nogil=True, **options)
+    # Not numba's public interface, whose caches do not know of changes in the kernels that a
+    # kernel calls, read no folder that cannot be written to, and let errors of disks out.
+    dispatcher._cache = KeptKernel(function, _folders)
     return dispatcher
 
 
 def inlined(function):
-    """Compile a function into every kernel that calls it, which takes a third less time."""
-    return _compiled(function, forceinline=True, _nrt=False, no_cpython_wrapper=True,
-                     pipeline_class=_PartCompiler)
-
-
-def _compiled(function, **options):
-    dispatcher = numba.njit(boundscheck=None, no_cfunc_wrapper=True, error_model='numpy',
-                            **options)(function)
-    call = dispatcher.get_call_template
-    # A literal among the arguments would make numba compile the function again.
-    dispatcher.get_call_template = lambda arguments, names: call(
-        tuple(map(numba.types.unliteral, arguments)), names)
-    return dispatcher
+    """Compile a function into every kernel that calls it."""
+    return _Kernel(function, forceinline=True)
