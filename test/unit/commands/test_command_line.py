@@ -428,7 +428,7 @@ def test_different_bits_are_reported_with_different_versions(report, capsys):
 
 
 @pytest.mark.parametrize('words, changed', [
-    (['--seed', '9', '--population', '2'], {'seed': 9, 'population': 2}),
+    (['--seed', '9', '--speckle-size', '2000'], {'speckle_size': 2000, 'seed': 9}),
     (['--min-disparity', '-3'], {'min_disparity': -3}),
     (['--reference', 'right'], {'reference': 'right'}),
     (['--no-warm-start'], {'warm_start': False}),
@@ -469,7 +469,7 @@ def test_what_was_saved_with_a_deadline_is_matched_without_one(tmp_path, monkeyp
     found = figures_of(capsys)['saved']
     assert found['same'] and found['changed'] == {} and found['deadline_ms'] == 3_600_000
     (tmp_path / 'report').rename('unhurried')
-    write_saved_pair('report', running(deadline_ms=1e-6, frames=1, population=2)[0])
+    write_saved_pair('report', running('paper', deadline_ms=1e-6, frames=1, generations=1)[0])
     assert figures_of(capsys, code=1)['generations'] == 1
     assert main(['match', '--saved', 'report']) == 1
     assert capsys.readouterr().out.splitlines()[-1] == (
