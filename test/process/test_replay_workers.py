@@ -9,6 +9,7 @@ import sys
 
 from dask_processes import dask_processes
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from fuzzy_stereo_ros.pairs.image_files import write_image
 from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
 from made_bags import (
     BEGIN, content, DISPARITIES, disparities, pixels_of, scene, stamps, STEP, TOPICS, write_bag,
@@ -63,11 +64,11 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS):
+def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS, profile='realtime'):
     """Return the float32 (R, C) of each DisparityImage, as a matcher finds them by itself."""
     times, found = times or stamps(len(pairs)), []
     for begin in range(0, len(pairs), length):
-        matcher = StereoMatcher(MatcherConfig(disparities=DISPARITIES))
+        matcher = StereoMatcher(MatcherConfig.from_profile(profile, disparities=DISPARITIES))
         for number in range(max(begin - WARM_PAIRS, 0), min(begin + length, len(pairs))):
             if number and times[number] < times[number - 1]:
                 matcher.reset()
@@ -108,6 +109,22 @@ def test_a_cluster_finds_what_a_matcher_finds_in_segments(
     assert replay('bag', output='told', options=['--scheduler', cluster.address]) == 0
     assert f'{PAIRS} pairs matched, in 3 segments on 2 workers, {2 * WARM_PAIRS} matched ' \
         'again to warm up' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('profile', ['realtime', 'quality'])
+def test_the_frames_of_folders_are_matched_in_segments_too(folder, capsys, profile):
+    pairs = scene(SEGMENT_PAIRS + 4)
+    for side in ('left', 'right'):
+        (folder / side).mkdir()
+        for number, pair in enumerate(pairs):
+            write_image(folder / side / f'{number:02}.png', getattr(pair, side))
+    times = [number * 10**8 for number in range(len(pairs))]
+    expected = in_segments(pairs, times, profile=profile)
+    whole = in_segments(pairs, times, length=len(pairs), profile=profile)
+    assert not np.array_equal(expected[-1], whole[-1])
+    found = figures(capsys, 'left', 'right', options=['--profile', profile, '--workers', 2])
+    assert found['segments'] == {'matched': 2, 'pairs': SEGMENT_PAIRS, 'workers': 2}
+    assert_same(written(folder / 'out'), expected)
 
 
 def test_bad_pairs_and_stamps_that_go_back_are_as_without_workers(folder, capsys, cluster):

@@ -9,6 +9,7 @@ from replayed import matches, replay
 
 FRAMES = 10
 KINDS = 'Image', 'CameraInfo', 'Image', 'CameraInfo'
+PAPER = {'profile': 'paper', 'population': 6, 'generations': 3}
 
 
 def faint_scene():
@@ -60,7 +61,10 @@ def replayed(bag):
     (scene(FRAMES), [], []),
     (scene(FRAMES), ['--scale', '0.5', '--seed', '3', '--min-disparity', '-2', '--fill'],
      ['scale:=0.5', 'seed:=3', 'min_disparity:=-2', 'fill:=true']),
-    (faint_scene(), [], [])], ids=['noisy', 'reduced', 'evolving'])
+    (faint_scene(), [], []),
+    (scene(FRAMES), [word for name, value in PAPER.items() for word in (f'--{name}', value)],
+     [f'{name}:={value}' for name, value in PAPER.items()])],
+    ids=['noisy', 'reduced', 'evolving', 'paper'])
 def test_replay_and_the_live_node_give_identical_messages(
         make_bench, tmp_path, pairs, options, parameters):
     bag = written(tmp_path, pairs)
@@ -77,8 +81,9 @@ def test_replay_and_the_live_node_give_identical_messages(
         assert message.image.data == expected.image.data
 
 
-def test_the_warm_start_matters_in_the_bag_that_is_compared():
-    warm, cold = (matches(scene(FRAMES), stamps(FRAMES), warm_start=start)[-1].disparity
+@pytest.mark.parametrize('changes', [{}, PAPER], ids=['realtime', 'paper'])
+def test_the_warm_start_matters_in_the_bag_that_is_compared(changes):
+    warm, cold = (matches(scene(FRAMES), stamps(FRAMES), warm_start=start, **changes)[-1].disparity
                   for start in (True, False))
     different = np.count_nonzero((warm != cold) & ~(np.isnan(warm) & np.isnan(cold)))
     assert different > ROWS * COLUMNS / 20

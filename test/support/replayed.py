@@ -61,9 +61,10 @@ def run(code, number, *arguments):
         env={**os.environ, 'PYTHONPATH': str(ROOT)})
 
 
-def matches(pairs, stamps, disparities=DISPARITIES, camera=None, **changes):
+def matches(pairs, stamps, disparities=DISPARITIES, camera=None, profile='realtime', **changes):
     """Return the Match of each pair: matched one after the other, without replay."""
-    matcher = StereoMatcher(MatcherConfig(disparities=disparities, **changes))
+    matcher = StereoMatcher(MatcherConfig.from_profile(
+        profile, disparities=disparities, **changes))
     return [matcher.match(pair.left, pair.right, stamp=stamp, camera=camera)
             for pair, stamp in zip(pairs, stamps)]
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One raw rig, written as each program writes it, is rectified as the geometry says."""
 import json
+from pathlib import Path
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
@@ -141,8 +142,14 @@ def test_a_file_of_opencv_with_projections_is_not_taken_for_one_of_kitti(tmp_pat
     assert read_calibration(*read_cameras(path, SHAPE)).baseline == pytest.approx(0.1)
 
 
-def test_raw_images_of_a_pair_are_rectified_by_match(tmp_path, monkeypatch, capsys):
-    """A wall at 4 m, seen by the raw cameras, has the disparity of its depth all over."""
+@pytest.fixture
+def wall(tmp_path, monkeypatch):
+    """
+    Work in a folder with left/0.png and right/0.png: raw images of a wall at 4 m.
+
+    Return the words that rectify them, and a function that checks float32 (R, C), px: nearly all
+    disparities are those of its depth.
+    """
     monkeypatch.chdir(tmp_path)
     texture = cv2.resize(RNG.integers(0, 256, (120, 160), np.uint8), (640, 480),
                          interpolation=cv2.INTER_CUBIC)
@@ -155,16 +162,46 @@ def test_raw_images_of_a_pair_are_rectified_by_match(tmp_path, monkeypatch, caps
         on_wall = centre + rays * ((4 - centre[2]) / rays[:, 2])[:, np.newaxis]
         x, y = ((on_wall[:, axis] * 90 + half).reshape(480, 640).astype(np.float32)
                 for axis, half in ((0, 320), (1, 240)))
-        write_image(('left.png', 'right.png')[side], cv2.remap(
+        folder = tmp_path / ('left', 'right')[side]
+        folder.mkdir()
+        write_image(folder / '0.png', cv2.remap(
             texture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
     (path,) = opencv_one_file(tmp_path)
-    words = ['match', 'left.png', 'right.png', '--disparities', '32', '--output', 'found.npy',
-             '--camera-info', str(path), '--no-align-rows']
-    assert main([*words, '--rectify']) == 0, capsys.readouterr().err
-    found = np.load('found.npy')
-    focal = read_calibration(*read_cameras([path])).focal
-    disparity = focal * np.linalg.norm(T) / 4
-    close = np.abs(found - disparity) < 1
-    assert close.mean() > 0.75 and close[np.isfinite(found)].mean() > 0.9
-    assert main(['match', *words[1:5], '--output', 'other.npy', '--rectify']) == 2
+    disparity = read_calibration(*read_cameras([path])).focal * np.linalg.norm(T) / 4
+
+    def check(found):
+        close = np.abs(found - disparity) < 1
+        assert close.mean() > 0.75 and close[np.isfinite(found)].mean() > 0.9
+
+    return ['--camera-info', str(path), '--rectify'], check
+
+
+OWN_ROWS = '--disparities', '32', '--no-align-rows'     # as rectification leaves them
+
+
+def test_raw_images_of_a_pair_are_rectified_by_match(wall, capsys):
+    rectified, check = wall
+    words = ['match', 'left/0.png', 'right/0.png', *OWN_ROWS, '--output', 'found.npy']
+    assert main([*words, *rectified]) == 0, capsys.readouterr().err
+    check(np.load('found.npy'))
+    assert main([*words, '--overwrite', '--rectify']) == 2
     assert '--rectify and --crop need the calibration of both' in capsys.readouterr().err
+
+
+def test_raw_images_of_folders_are_rectified_by_replay(wall, capsys):
+    rectified, check = wall
+    words = ['replay', 'left', 'right', *OWN_ROWS, '--output', 'out', '--files', 'npy']
+    assert main([*words, *rectified]) == 0, capsys.readouterr().err
+    (found,) = Path('out/disparity').iterdir()
+    check(np.load(found))
+
+
+def test_raw_images_of_folders_are_rectified_by_evaluate(wall, capsys):
+    pytest.importorskip('jinja2', reason='the extra evaluate is not installed')
+    words = ['evaluate', 'left', 'right', *OWN_ROWS, '--repeats', '1', '--json']
+    fits = []
+    for options in ([], wall[0]):
+        capsys.readouterr()
+        assert main([*words, *options]) == 0, capsys.readouterr().err
+        fits.append(': OK' in json.loads(capsys.readouterr().out)['settings']['row offset'])
+    assert fits == [False, True]

@@ -176,14 +176,16 @@ def in_a_row(frames, anew=()):
 CONFIG = MatcherConfig(disparities=DISPARITIES)
 
 
-@pytest.mark.parametrize('threads', [1, 2])
-def test_a_segment_is_matched_as_if_nothing_had_been_before(threads):
-    config, pairs = MatcherConfig(disparities=DISPARITIES, threads=threads), in_a_row(8, anew={5})
+@pytest.mark.parametrize('profile, threads', [('realtime', 1), ('realtime', 2), ('quality', 2)])
+def test_a_segment_is_matched_as_if_nothing_had_been_before(profile, threads):
+    config = MatcherConfig.from_profile(profile, disparities=DISPARITIES, threads=threads)
+    pairs = in_a_row(8, anew={5})
     match_segment(config, pairs[:2], 0)
     found = match_segment(config, pairs[2:], 2)
     camera = camera_of(pairs[0][0])
     expected = [one for part in (slice(2, 5), slice(5, None))
-                for one in matches(scene(8)[part], stamps(8)[part], camera=camera)]
+                for one in matches(scene(8)[part], stamps(8)[part], camera=camera,
+                                   profile=profile)]
     assert found.warming[:2] == (2, 1)
     assert found.warming[2] > 0
     for one, other in zip(found.outcomes, expected[2:], strict=True):
