@@ -245,7 +245,7 @@ def still_row(request, pair, size, threads):
             matcher.match(*frames[number % FRAMES])
 
         def keeps(number, frame):
-            return {'kept': matcher.match(*frames[(frame + number) % FRAMES]).kept}
+            return {'reused': matcher.match(*frames[(frame + number) % FRAMES]).reused}
 
         names = [f'frame {number}' for number in range(INTERVAL)]
         turns = pd.DataFrame(take_turns({
@@ -253,7 +253,7 @@ def still_row(request, pair, size, threads):
             REFERENCE.name: _baseline(REFERENCE, greys, disparities)}, request.repeats, FRAMES))
     of_reference = turns.matcher == REFERENCE.name
     reference, ours = turns.milliseconds[of_reference].median(), turns[~of_reference]
-    of_kind = ours.groupby(ours.kept.astype(bool)).milliseconds
+    of_kind = ours.groupby(ours.reused.astype(bool)).milliseconds
     found = {'': f'{columns}x{rows}, {disparities} disparities', 'threads': threads}
     for kept, name in ((False, 'searched'), (True, 'kept')):
         found[f'{name} [ms]'] = of_kind.median().get(kept)

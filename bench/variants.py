@@ -20,7 +20,7 @@ from fuzzy_stereo_ros.matching.quality.matcher import Stages as QualityStages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.realtime.frames import NothingInherited
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages as RealtimeStages
-from fuzzy_stereo_ros.matching.realtime.possibility import View
+from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.warm_start import WarmStart
 import numpy as np
 
@@ -95,7 +95,7 @@ def describe_by_grey_classes(view, first, last):
     sum to about one, so the Hamming distance of two codes is 16 (1 - possibility) with the
     possibility of Eq. 2, but with the bounded sum instead of the maximum as fuzzy OR.
     """
-    View.describe(view, first, last)
+    CensusPicture.describe(view, first, last)
     within = np.minimum(np.arange(view.census.shape[2]), view.columns - 1)
     for plane, centre in enumerate(GREY_CENTRES):
         degree = membership(np.arange(256), centre, _SIGMA)

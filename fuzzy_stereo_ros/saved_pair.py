@@ -174,7 +174,7 @@ def _write_files(folder, saved):
         'calibration': {**asdict(pair.calibration), 'left': pair.calibration.left._asdict(),
                         'remarks': list(pair.calibration.remarks)},
         'parameters': _parameters(saved.config), 'state': None, 'warm': match.warm,
-        'kept': match.kept, 'beyond': match.beyond, 'enough': match.enough,
+        'reused': match.reused, 'beyond': match.beyond, 'enough': match.enough,
         'motion': match.motion, 'times': _floats(match.times),
         'generations': [{**asdict(row), 'gains': _floats(row.gains)} for row in match.history],
         'versions': saved.versions, 'about': saved.about,
@@ -215,7 +215,7 @@ def _saved_pair(record, arrays, left, right):
 
     _checked('pair.json', record, {
         'stamp': int, 'frame_id': str, 'calibration': dict, 'parameters': dict,
-        'state': object, 'warm': bool, 'kept': bool, 'beyond': float, 'enough': int,
+        'state': object, 'warm': bool, 'reused': bool, 'beyond': float, 'enough': int,
         'motion': str, 'times': dict, 'generations': list, 'versions': dict,
         'about': dict, 'rows': dict})
     calibration = _checked('calibration', record['calibration'], {
@@ -231,7 +231,7 @@ def _saved_pair(record, arrays, left, right):
                for row in record['generations']]
     match = Match(*(arrays.pop(name) for name in RESULTS), history,
                   all_of(float, 'times', record['times']), record['warm'], record['motion'],
-                  record['kept'], record['beyond'], record['enough'])
+                  record['reused'], record['beyond'], record['enough'])
     rows = _checked('rows', record['rows'], {
         'points': int, 'undone': list, 'rig': list, **dict.fromkeys(ROWS_NUMBERS, int)})
     rows = Rows(arrays.pop('points'), np.array(rows['undone'], np.float64), *(

@@ -23,7 +23,7 @@ ROWS = (
     Parameter('params_file', str(SHARE / 'config' / 'fuzzy_stereo.yaml'), 'file of parameters'),
     Parameter('launch_image_proc', False,
               'subscribe to image_raw of both cameras; the node itself rectifies the images'),
-    Parameter('managed', False, 'start the node with a life cycle, for a lifecycle manager'),
+    Parameter('managed', False, 'start the managed node, for a lifecycle manager'),
     Parameter('container', '', 'accepted and ignored: a Python node is no component'),
     *PROCESS_ROWS)
 

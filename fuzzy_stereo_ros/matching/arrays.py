@@ -42,7 +42,7 @@ _block = _Block()
 
 
 def zeros(shape, dtype=float):
-    """Return what np.zeros returns, at the begin of a cache line, in large pages if there are."""
+    """Return an array of zeros, aligned to a cache line, in large pages where available."""
     dtype = np.dtype(dtype)
     size = dtype.itemsize * math.prod(np.atleast_1d(shape).tolist())
     if not SMALL <= size < OWN:

@@ -12,30 +12,30 @@ from weakref import finalize
 
 import numpy as np
 
-OVERLAP = 16        # rows that a band's vertical paths start early
+OVERLAP = 16        # rows by which a band's vertical paths start early
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
-_WINDOW = 64        # calls, of about three frames, whose time tells how fast a way is
-_PROBE = 8          # windows after which the other way is tried again
-_SLOW = 1.25        # times the best ever, from where on the other way is tried
-_FASTER = 0.97      # times the pace of the way in use, below which the other one is taken
+_WINDOW = 64        # calls, about three frames, over which the pace of a placement is measured
+_PROBE = 8          # windows after which the other placement is tried again
+_SLOW = 1.25        # factor over the best pace from which the other placement is tried
+_FASTER = 0.97      # factor of the pace in use below which the other placement is taken
 _current_processor = ctypes.CDLL(None).sched_getcpu if sys.platform == 'linux' else lambda: None
 
 
 class HelperPlaces:
     """
-    Whether helping threads are kept off the caller's processor: the way that lately was faster.
+    Whether helping threads may run on the caller's processor, by which placement is faster.
 
-    To Linux in a virtual machine an idle processor looks taken: it would wake a helper on the
-    caller's, and after a pause both would share that for a whole frame. Where other programs are
-    busy, a helper that may not run everywhere waits for them instead. So the time that passes for
-    one of processor time is measured both ways; the other way is tried again where the one in use
-    is slower than it once was.
+    In a virtual machine Linux may take an idle processor for a busy one: it wakes a helper on the
+    caller's processor, and after a pause both share it for a whole frame. Where other programs are
+    busy, a helper that may not run everywhere waits for them instead. So the pace, elapsed time
+    over processor time, is measured for both placements; the other one is tried again where the
+    one in use is slower than it once was.
 
-    apart: whether helpers are kept apart now
+    apart: whether helpers are kept off the caller's processor now
     """
 
     def __init__(self):
-        """Begin with helpers that are kept apart."""
+        """Begin with helpers off the caller's processor."""
         self.apart, self._chosen = True, True
         self._paces, self._best, self._windows = {}, float('inf'), 0
         self._begin()
@@ -44,7 +44,7 @@ class HelperPlaces:
         self._calls, self._passed, self._worked = 0, 0.0, 0.0
 
     def add(self, passed, worked):
-        """Add a call: seconds that passed, and processor time of all threads in it."""
+        """Add a call: elapsed seconds, and the processor time of all threads in it."""
         self._calls, self._passed = self._calls + 1, self._passed + passed
         self._worked += worked
         if self._calls < _WINDOW:
@@ -136,7 +136,7 @@ class ThreadPool:
 
 def cut_by_work(work, bands, height):
     """
-    Return as many bands of about the same work each.
+    Return as many bands, of about the same work each.
 
     work: whole numbers, one a row; bands: those that `cut_bands` cuts; height: rows that each band
     but the last has a multiple of, at least one

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is nearer than the range: it is searched for, rejected and counted.
+Points nearer than the disparity range: they are searched, rejected and counted.
 
-Not in the paper. A pixel whose match lies beyond the range takes some label of the range, most
-often one of the last: the nearest obstacle is put farther away. So a few labels more are searched,
-and what lands there is rejected. The profile `paper` searches the range alone, as the paper does.
+Not in the paper. A pixel whose match lies beyond the range takes a wrong label of the range, most
+often one of the last: the nearest obstacle would seem farther away. So a few more labels are
+searched, and pixels that take one of them are rejected. The profile `paper` searches the range
+alone, as the paper does.
 """
 from dataclasses import replace
 
@@ -15,13 +16,13 @@ import numpy as np
 
 MARGIN = 8          # labels beyond the range that are searched
 MOST = 4096         # disparities that a MatcherConfig allows
-AT_THE_END = 0.1    # share, in the last quarter of the margin, that says that it is too short
-FURTHER = 4 / 3     # times the range, to be tried where the margin is too short
-ROUND = 16          # ranges that are proposed are multiples of it, as OpenCV wants them
+AT_THE_END = 0.1    # share in the last quarter of the margin from which the margin is too short
+FURTHER = 4 / 3     # factor of the range that is proposed where the margin is too short
+ROUND = 16          # proposed ranges are multiples of it, as OpenCV needs them
 
 
 def searched(config, columns):
-    """Return the MatcherConfig by which images of so many columns are searched, and filled."""
+    """Return the MatcherConfig for the search of images of a number of columns, with filling."""
     fill = config.fill or config.fill_holes > 0
     if config.algorithm == 'paper':
         return replace(config, fill=fill)
@@ -31,10 +32,10 @@ def searched(config, columns):
 
 def reject_beyond(pool, config, most, match):
     """
-    Return a match without what lies beyond the range of a MatcherConfig, and how much did.
+    Return a match without the disparities beyond the range of a MatcherConfig, and their share.
 
-    What has the last label that is searched is rejected and not counted: of equals the nearest is
-    taken, so what fits anywhere, as burnt-out sky, has that label, whatever the range.
+    Pixels with the last label searched are rejected and not counted: equal costs give the nearest
+    label, so that areas that match everywhere, such as burnt-out sky, have it with any range.
     most: disparities that were searched, see `searched`; match: the `Match` of these, whose
     arrays are overwritten
     """
@@ -50,7 +51,7 @@ def reject_beyond(pool, config, most, match):
 
 
 def _enough(disparities, beyond):
-    """Return the disparities that hold what is beyond: [number at 1 label, at 2 labels ...]."""
+    """Return the range that includes pixels beyond: [number 1 label beyond, 2 labels ...]."""
     number = sum(beyond)
     if not number:
         return disparities

@@ -48,13 +48,13 @@ class Match:
     disparity: float32 (R, C), pixels of the reference image, NaN = invalid.
     confidence: float32 (R, C), 0 to 1, from possibility; 0 where inconsistent or filled.
     history: a `Generation` for each that ran; times: milliseconds by stage, and `total`.
-    warm: whether the previous frame took part: its chromosomes, as a prior or as a parent, or in
+    warm: whether the previous frame was used: its chromosomes, as a prior or as a parent, or in
     the profile `fast` its pictures.
     motion: how the camera moved, or why that is unknown; '' where no camera was given.
-    kept: whether it is the result of an earlier frame, since the scene stands still.
+    reused: whether it is the result of an earlier frame of a static scene.
     beyond: share of the matches, 0 to 1, that were rejected since they lie beyond the range:
     nearer than its largest disparity. 0 in the profile `paper`, which does not look there.
-    enough: disparities that would hold them, at the least; 0 where that is not known.
+    enough: number of disparities that would include them, at least; 0 where it is not known.
     misalignment: by how much the rows of the pairs so far differ; None where it is unknown.
     generations: how many ran; gains: by how much each operator raised the fitness.
     """
@@ -65,7 +65,7 @@ class Match:
     times: dict
     warm: bool
     motion: str = ''
-    kept: bool = False
+    reused: bool = False
     beyond: float = 0.0
     enough: int = 0
     misalignment: Misalignment | None = None

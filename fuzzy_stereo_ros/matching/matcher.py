@@ -27,7 +27,7 @@ class StereoMatcher:
     Matches pairs one after the other, each warm-started with the previous one.
 
     algorithm: the matcher of the profile for the size of the last pair, with its `population` and
-    `possibility_of`; None before the first. state: what the next frame needs of the last one, or
+    `possibility_of`; None before the first. state: the `FrameState` after the last pair, or
     None; rows: the `Rows` of the rig.
     """
 
@@ -117,7 +117,7 @@ class StereoMatcher:
         if not (self.config.fill or self.config.fill_holes):
             match.disparity[index] = np.where(hidden, np.float32(np.nan), match.disparity[index])
         started = time.perf_counter_ns()
-        self.rows = rows if match.kept else self._alignment.watch(rows, left, right, match)
+        self.rows = rows if match.reused else self._alignment.watch(rows, left, right, match)
         match.times['rows'] += (time.perf_counter_ns() - started) / 1e6
         measured = self._alignment.measured(self.rows, left.shape[:2])
         if measured is not None:

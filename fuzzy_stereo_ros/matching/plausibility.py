@@ -140,7 +140,7 @@ def share_at_the_end(match, config):
 def is_late(match, config):
     """Return whether the deadline ended the match before its first generation."""
     return (0 < config.deadline_ms < match.times['total'] and config.generations > 0
-            and match.generations == 0 and not match.kept)
+            and match.generations == 0 and not match.reused)
 
 
 def cause_of(left, right, match, config, scale=1.0):

@@ -138,7 +138,7 @@ class Diagnostics:
                 figures[f'{name}, {what}'] = f'{value:.1f} ms'
         return {**figures, 'generations': str(match.generations),
                 'warm start': str(bool(match.warm)).lower(),
-                'result reused (static scene)': str(match.kept).lower(),
+                'result reused (static scene)': str(match.reused).lower(),
                 'camera motion': match.motion or 'not estimated',
                 'mean confidence': f'{float(np.mean(match.confidence)):.3f}',
                 'valid share': f'{1 - float(np.mean(np.isnan(match.disparity))):.3f}'}

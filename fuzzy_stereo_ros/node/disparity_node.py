@@ -66,7 +66,7 @@ class DisparityNode(Node):
             kind, topic, self._surviving(topic, callback), *qos, **options)
 
     def start(self):
-        """Configure and activate the node; one with a life cycle waits for its transitions."""
+        """Configure and activate the node; a managed node waits for its transitions instead."""
         self.configure()
         self.activate()
 

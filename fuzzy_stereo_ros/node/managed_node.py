@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The node `disparity_node` with a life cycle, for lifecycle managers such as Nav2's."""
+"""The managed (lifecycle) form of `disparity_node`, for lifecycle managers such as Nav2's."""
 import gc
 import sys
 import traceback

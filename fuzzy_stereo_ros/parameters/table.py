@@ -129,7 +129,7 @@ NODE_PARAMETERS = (
               'points2 has no padding, which halves message size and latency; false is the '
               'default of stereo_image_proc', read_only=True),
     Parameter('points_stride', 1,
-              'points2 has a point for one in so many rows and columns', 1, 64, read_only=True),
+              'step of rows and columns between the points of points2', 1, 64, read_only=True),
     Parameter('points_max_depth', 0.0,
               'points2 leaves out points that are farther away; 0 is no limit', 0.0, 1e6, 'm',
               read_only=True),

@@ -201,7 +201,7 @@ def watched_frames(config, pairs, truth=None, mask=None):
         best = algorithm.population.genes[algorithm.population.best].copy()
         if config.algorithm == 'realtime':
             own = matcher.state.own
-            maps = own.evolved > 0, np.float32(own.work)
+            maps = own.evolved > 0, np.float32(own.proposals)
         else:
             same = before is not None and before.shape == best.shape
             maps = (best != before if same else np.ones(best.shape, bool),

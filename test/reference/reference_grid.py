@@ -12,17 +12,17 @@ def disparity(plane, row, column):
     return a * np.float32(column) + b * np.float32(row) + c
 
 
-def moved(planes, evolved, work, choices, settled, shift):
-    """Return planes, evolved and work, moved by a number of cells, but in tiles that stayed."""
-    found = np.zeros_like(planes), np.zeros_like(evolved), np.zeros_like(work)
+def moved(planes, evolved, proposals, choices, quiet, shift):
+    """Return planes, evolved and proposals, moved by some cells, except in tiles that stayed."""
+    found = np.zeros_like(planes), np.zeros_like(evolved), np.zeros_like(proposals)
     for row, column in np.ndindex(evolved.shape):
         tile = 2 * row // TILE, 2 * column // TILE
         down, right = shift if choices[tile] else (0, 0)
         y, x = row - down, column - right
-        if settled[tile] and 0 <= y < evolved.shape[0] and 0 <= x < evolved.shape[1]:
+        if quiet[tile] and 0 <= y < evolved.shape[0] and 0 <= x < evolved.shape[1]:
             a, b, c = planes[y, x]
             found[0][row, column] = a, b, c - a * np.float32(right) - b * np.float32(down)
-            found[1][row, column], found[2][row, column] = evolved[y, x], work[y, x]
+            found[1][row, column], found[2][row, column] = evolved[y, x], proposals[y, x]
     return found
 
 

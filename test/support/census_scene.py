@@ -3,7 +3,7 @@
 """Small pairs, and what the kernels and the twins see of them."""
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, FULL_SIZE, View)
+    CensusPicture, CensusPossibility, extra_columns, FULL_SIZE)
 import numpy as np
 import reference_census as twins
 
@@ -31,7 +31,7 @@ def seen(left, right, disparities, min_disparity=0, model=FULL_SIZE):
     places = luminance_shift(left, right)
     possibility.left.read(left, 0, places, 0, possibility.rows)
     read_moved(possibility.right, right, min_disparity, places)
-    possibility.describe(View.describe, 0, possibility.rows)
+    possibility.describe(CensusPicture.describe, 0, possibility.rows)
     return possibility
 
 
@@ -40,7 +40,7 @@ def read_moved(view, right, min_disparity, places):
     if min_disparity >= 0:
         view.read(right, min_disparity, places, 0, view.rows)
         return
-    narrow = View(*right.shape[:2], True, 0)
+    narrow = CensusPicture(*right.shape[:2], True, 0)
     narrow.read(right, 0, places, 0, view.rows)
     view.spread(narrow, -min_disparity, 0, view.rows)
 

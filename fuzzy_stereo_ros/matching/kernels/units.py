@@ -3,6 +3,6 @@
 """Units of the numbers that kernels of several stages write and read."""
 
 STEPS = 16      # sub-pixel steps in a pixel
-# Validity of a match: the other view agrees; it points beyond the other image, where nothing can
-# be compared; the other view disagrees, or it is a speckle.
+# Validity of a match: the other view agrees; the match lies outside the other image and cannot be
+# compared; the other view disagrees, or the match belongs to a speckle.
 CONSISTENT, OUTSIDE, INVALID = 0, 1, 2

@@ -4,11 +4,11 @@
 Both pictures of a pair averaged over frames, tile by tile, which removes noise.
 
 Not in the paper. Averaging pictures helps more than averaging maps: matching amplifies noise. A
-tile is averaged only where all that changed is noise: no louder than the noise of this pair at its
-brightness, as photons make noise, with block means no larger than those of white noise, and no
-louder in any block than elsewhere. Nor may it differ in the direction of a motion over frames, or
-alike in both views, as texture does. Where a camera turns, the whole picture moves by one shift,
-which phase correlation finds; where it moves otherwise, nothing is averaged.
+tile is averaged only where it changed by noise alone: no more than the noise of this pair at its
+brightness (photons add noise), with block means no larger than those of white noise, and no more
+in any block than elsewhere. Nor may it drift in the direction of a motion over frames, or change
+in the same way in both views, as texture does. Where a camera turns, the whole picture moves by
+one shift, which phase correlation finds; where it moves otherwise, nothing is averaged.
 """
 from typing import NamedTuple
 
@@ -24,25 +24,25 @@ import numpy as np
 
 THUMBNAIL = 60       # rows or columns, at least, of the thumbnails that are correlated
 SMALLEST = 16        # rows and columns of a thumbnail that phase correlation can work with
-REACH = 2            # px by which the correlation may be wrong
-SAMPLED = 16         # one row in so many is compared to find the exact shift
+REACH = 2            # px of error of the correlation
+SAMPLED = 16         # every SAMPLED-th row is compared to find the exact shift
 RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32, drift=6.0,
               alike=0.55)
-LIKE = 2.5           # times the difference of a tile, the largest one of a pixel that is averaged
+LIKE = 2.5           # limit of the difference of an averaged pixel, as a factor of its tile's
 QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
 ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
 STILL = 0.8          # share of unchanged tiles from which the picture counts as still
-RESTS = 0.9          # share of unchanged tiles from which others may come to rest
-ANOTHER = 0.3        # share of unchanged tiles below which it is another scene
-FAINT = 0.5          # grey levels of noise below which moving texture is not taken for it
+RESTS = 0.9          # share of unchanged tiles from which changed ones may be averaged again
+ANOTHER = 0.3        # share of unchanged tiles below which the scene is another one
+FAINT = 0.5          # grey levels of noise from which both views are compared for moving texture
 
 
 class History(NamedTuple):
     """
-    What the pictures of a frame are compared with: the averaged ones of the frame before.
+    The averaged pictures of the previous frame, with which those of this one are compared.
 
     pictures, ages, drifts: see FrameState; labels: (R, C), of the left picture, None where it was
-    warped: its tiles are not tested for motion, which warping leaves some of
+    warped: its tiles are then not tested for motion, as warping leaves some
     """
 
     pictures: np.ndarray
@@ -91,10 +91,10 @@ class Tiles(NamedTuple):
 
     differences: np.ndarray  # float32 (2, 8, ...), by shift; see compare_tiles
     rough: np.ndarray        # float32, second differences
-    ages_then: np.ndarray    # float32 (2, ...), by shift, frames that it was the mean of
-    choices: np.ndarray      # int8, the shift of the tile; -1: it changed and is not averaged
-    ages: np.ndarray         # float32, frames that it is the mean of now, with this one
-    sizes: np.ndarray        # float32, how much it differs, grey levels
+    ages_then: np.ndarray    # float32 (2, ...), by shift, frames in the previous average
+    choices: np.ndarray      # int8, index of the shift; -1: it changed and is not averaged
+    ages: np.ndarray         # float32, frames in the average, with this one
+    sizes: np.ndarray        # float32, difference, grey levels
     drifts_then: np.ndarray  # float32 (2, 2, ...), by shift; see add_drifts
     drifts: np.ndarray       # float32 (2, ...), with this frame
 
@@ -206,7 +206,7 @@ class Averaging:
             choose_tiles(differences, ages, noises, tuple(RULES), tiles.choices, tiles.ages,
                          tiles.sizes)
             if np.mean(tiles.choices >= 0) > RESTS:
-                # the mean of fewer frames than most tiles are of is noisier itself
+                # the average of fewer frames is noisier itself
                 both = np.sqrt(1 + 1 / np.maximum(ages, np.float32(1)))
                 noises = noises * np.maximum(both / np.median(both), np.float32(1))
                 choose_tiles(differences, ages, noises, tuple(RULES), tiles.choices, tiles.ages,
@@ -217,7 +217,7 @@ class Averaging:
         return [float(np.mean(tiles.choices >= 0)) for tiles in self.tiles]
 
     def _reject_alike(self, pool, views, history):
-        """Take out the tiles that changed alike in both views: what moves there is texture."""
+        """Reject the tiles that changed in the same way in both views: moving texture."""
         (left, right), shifts, labels = self.tiles, self.shifts, history.labels
         pool.each(lambda band: changes_alike(
             *(view.luminance for view in views), history.pictures, labels, self._offset, shifts[0],
@@ -228,7 +228,7 @@ class Averaging:
             reject_pointed_at(moves, labels, self._offset, right.choices, right.ages)
 
     def _reject_drifting(self, labels):
-        """Start the tiles anew that differ in the direction of a motion over frames."""
+        """Restart tiles that drift in the direction of a motion over frames."""
         for tiles in self.tiles:
             add_drifts(tiles.differences, tuple(RULES), tiles.choices, tiles.drifts_then,
                        tiles.drifts)
@@ -241,7 +241,7 @@ class Averaging:
         Average pictures with those before where the views are averaged.
 
         pictures: `Picture`s of the left or right view, by sides: 0 or 1; before, after: uint16
-        (N, R, C), after is written; louder: their noise by that of the luminance
+        (N, R, C), after is written; louder: their noise as a factor of that of the luminance
         """
         shifts = self.shifts
         limits = [np.maximum(np.float32(LIKE * louder) * tiles.sizes, 1) for tiles in self.tiles]
@@ -261,10 +261,10 @@ def _noise(differences, rough):
 
 def _by_brightness(noise, differences, rough, brightness):
     """
-    Return the noise of each tile: float32, at least that of all, more where it is brighter.
+    Return the noise of each tile: float32, at least that of the picture, more in bright tiles.
 
-    The square of noise is a line over grey levels, through the darker and the brighter tiles; that
-    of photons, the steepest there is, goes through the origin.
+    The variance of noise is a line over grey levels, fitted to the darker and the brighter tiles;
+    it is steepest for photon noise, whose line goes through the origin.
     """
     bright = brightness > brightness.mean()
     if not bright.any():

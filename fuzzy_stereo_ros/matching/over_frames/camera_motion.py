@@ -15,12 +15,12 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
 CORNERS, APART = 200, 8     # corners at the most, and half-size pixels between two of them
-QUALITY = 0.01              # of a corner, by the best one
-WINDOW, LEVELS, STEPS, STEP = 11, 3, 10, 0.03   # of the flow: pixels, pyramid, rounds, least px
-FARTHEST = 1.0              # least px of disparity; farther corners say little of the shift
-ROUNDS, FITS, SURE = 100, 1.0, 0.999    # poses tried; px that a corner may be off; certainty
-FEWEST, SHARE = 20, 0.35    # corners that a pose needs, and of those that it must explain
-STANDS = 0.1                # px; median motion of corners below which the camera stands
+QUALITY = 0.01              # least quality of a corner, relative to the best one
+WINDOW, LEVELS, STEPS, STEP = 11, 3, 10, 0.03   # of the flow: px, pyramid levels, rounds, px
+FARTHEST = 1.0              # least px of disparity; farther corners hardly determine the shift
+ROUNDS, FITS, SURE = 100, 1.0, 0.999    # of RANSAC: poses, px of an inlier, probability
+FEWEST, SHARE = 20, 0.35    # corners that a pose needs, and the least share of inliers
+STANDS = 0.1                # px; median motion of corners below which the camera stands still
 FOLLOWED, STOOD, FEW_CORNERS, UNCLEAR = (
     'followed', 'stands', 'too little texture', 'no motion explains the corners')
 

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the profiles `paper` and `quality` take over of the previous frame: pictures, and maps.
+The profiles `paper` and `quality` inherit pictures and maps from the previous frame.
 
-Not in the paper, which matches one pair. Luminance and colours are averaged. A cell takes over the
-genes of where it was in the previous frame: in tiles that stayed or moved as a whole, as averaging
-has found, or by the motion of the camera; others are new.
+Not in the paper, which matches one pair. Luminance and colours are averaged. A cell inherits the
+genes of its place in the previous frame: in tiles that stayed or moved with the whole picture, as
+averaging has found, or by the motion of the camera; all other cells are new.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.inheritance import inherit, NEW, origins_of_tiles
@@ -20,10 +20,10 @@ from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, Pict
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
 
-SURE = 0.5          # confidence from which a match tells how the camera moved
-IN_PLACE = 0.0, 0.0, 1.0, 0.0       # scale of a disparity that stays what it is
-LOUDER = (16 / 6)**0.5   # noise of a channel by that of B + 2 G + R, where it is independent
-CHANNELS, OF_LUMINANCE = 3, 2       # of a colour; bits that the sum of their weights takes
+SURE = 0.5          # confidence from which a match is used to estimate the motion of the camera
+IN_PLACE = 0.0, 0.0, 1.0, 0.0       # scale that leaves a disparity as it is
+LOUDER = (16 / 6)**0.5   # noise of a channel relative to B + 2 G + R, if channels are independent
+CHANNELS, OF_LUMINANCE = 3, 2       # number of channels; bits of the sum of their weights
 
 
 class Inheritance:
@@ -37,8 +37,8 @@ class Inheritance:
         """
         Allocate for images of a size.
 
-        seen: of how many views there are colours and maps; least_age: frames that a tile of noisy
-        pictures has to be the mean of, else its cells are new: maps found in more noise are worse
+        seen: number of views with colours and maps; least_age: frames that a tile of noisy
+        pictures must average, else its cells are new: maps found in more noise are worse
         """
         self._least_age = least_age
         self._highest, self._lowest = config.disparities - 1, float(config.min_disparity)
@@ -159,7 +159,7 @@ class Inheritance:
 
     def inherit(self, before, fresh, genes, side=0):
         """
-        Write what a map of a view inherits.
+        Write the map of a view that is inherited.
 
         before: (R, C), the map of the previous frame; fresh: (R, C), genes of new cells; genes:
         (R, C), written, whole numbers or float32; side: 1 for the mirrored right view

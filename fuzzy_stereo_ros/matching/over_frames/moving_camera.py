@@ -24,7 +24,7 @@ class MovingCamera:
     """
     The previous frame moved to this one, of one image size.
 
-    description: how the camera moved, '' where no camera is given; milliseconds: time to find out;
+    description: how the camera moved, '' where no camera is given; milliseconds: time of that;
     motion: the `CameraMotion`, None where the camera was not followed; lowest: px, the disparity
     of label 0; offset: px, of the principal points; moved: float32 (r, c), labels of cells, and
     source: int32 (r, c), where they were, see warp.move_labels
@@ -73,13 +73,13 @@ class MovingCamera:
         others: uint16 (N, R, C), of the left or the mirrored right view, by sides: 0 or 1
         """
         closed = np.where(self.moved < 0, cv2.medianBlur(self.moved, HOLE), self.moved)
-        view = numbers(_of_centres(self.motion.back))
+        matrix = numbers(_of_centres(self.motion.back))
         warp.to_right(closed, self._shift, self._right)
         pictures = np.empty_like(previous.pictures)
         ages, moved = np.empty_like(previous.ages), np.empty_like(others)
         for side, labels in enumerate((closed, self._right)):
             self._pool.each(lambda band, labels=labels, side=side: warp.look_back(
-                labels, self.lowest, view, self._shift, bool(side), self._columns, self._rows,
+                labels, self.lowest, matrix, self._shift, bool(side), self._columns, self._rows,
                 band[1], band[2]), self._bands)
             across, down = (self._full_size(found) for found in (self._columns, self._rows))
             if side:        # mirrored, as the picture is
@@ -118,25 +118,25 @@ class MovingCamera:
                       constant_values=FARTHER)
 
 
-def numbers(view):
-    """Return a view, a matrix (3, 4), as the tuple that kernels take."""
-    return tuple(view.ravel().tolist())
+def numbers(matrix):
+    """Return a matrix (3, 4) as the tuple that kernels take."""
+    return tuple(matrix.ravel().tolist())
 
 
-def to_pixels(view):
-    """Return a view of pixels as one from cells to pixels."""
-    return view * (2.0, 2.0, 1.0, 1.0)
+def to_pixels(matrix):
+    """Return a matrix of pixels as one from cells to pixels."""
+    return matrix * (2.0, 2.0, 1.0, 1.0)
 
 
-def _between_cells(view):
-    """Return a view of pixels as one from cells to cells."""
-    return to_pixels(view) * [[0.5], [0.5], [1.0]]
+def _between_cells(matrix):
+    """Return a matrix of pixels as one from cells to cells."""
+    return to_pixels(matrix) * [[0.5], [0.5], [1.0]]
 
 
-def _of_centres(view):
-    """Return a view of pixels as one from the centres of cells to pixels."""
-    centred = to_pixels(view)
-    centred[:, 2] += 0.5 * (view[:, 0] + view[:, 1])
+def _of_centres(matrix):
+    """Return a matrix of pixels as one from the centres of cells to pixels."""
+    centred = to_pixels(matrix)
+    centred[:, 2] += 0.5 * (matrix[:, 0] + matrix[:, 1])
     return centred
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 PLAINEST = 0.1       # share of the tiles, those of least second differences, that show noise
 _SECOND = 1.954      # mean size of second differences of white noise of 1
-_LOST = 0.75         # share of the variance of noise that the half-size picture has lost
+_LOST = 0.75         # share of the variance of noise that halving a picture removes
 
 
 class NoiseEstimate:
@@ -25,7 +25,7 @@ class NoiseEstimate:
 
     def measure(self, full, half, first, last):
         """
-        Measure some rows of a picture; full, half: `View`s of it.
+        Measure some rows of a picture; full, half: `CensusPicture`s of it.
 
         first, last: rows of the full image, from a multiple of 2 TILE on
         """
@@ -41,6 +41,6 @@ class NoiseEstimate:
 
 
 def _plainest(rough):
-    """Return the noise of a view by its plainest tiles: grey levels, if all of it is noise."""
+    """Return the noise of a view by its plainest tiles, in grey levels, as if without texture."""
     place = int(PLAINEST * (rough.size - 1))
     return float(np.partition(rough.reshape(-1), place)[place]) / _SECOND

@@ -7,8 +7,8 @@ from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
 BRIGHTER = 0.001    # share of an image that may saturate
-SAMPLED = 8         # one row in so many of an image of 8 bits shows how bright it is
-DARK = 6            # bits that a dark image of 8 bits has at most
+SAMPLED = 8         # every SAMPLED-th row of an image of 8 bits is measured for its brightness
+DARK = 6            # largest number of bits that a dark image of 8 bits uses
 
 
 class Picture:
@@ -51,9 +51,9 @@ def luminance_shift(left, right):
     """
     Return by how many bits to shift a pair of images to the left for 16 bits of luminance.
 
-    A dark picture takes all of them. A share of BRIGHTER of its pixels, lamps and faulty ones, may
-    saturate: else they would leave few grey levels to it. Pictures of 8 bits that are not dark
-    keep their scale, so that it does not change from frame to frame.
+    A dark picture is scaled to the full range. A share BRIGHTER of its pixels, lamps and faulty
+    ones, may saturate: else few grey levels would be left for the rest. Pictures of 8 bits that
+    are not dark keep their scale, so that it does not change from frame to frame.
     """
     colour = 2 if left.ndim == 3 else 0
     deep = left.dtype != np.uint8

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the next frame needs of a frame: plain arrays and numbers, so that it can be saved.
+The state that a frame leaves for the next one: plain arrays and numbers, so that it can be saved.
 
-Not in the paper. All profiles hand on averaged pictures and what a camera that moves is followed
-by; each adds a part of its own, the best of its search.
+Not in the paper. All profiles hand on averaged pictures and the data by which a moving camera is
+followed; each profile adds a part of its own, the best of its search.
 """
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ LONGEST_GAP_NS = 1_000_000_000   # a previous frame older than this is forgotten
 
 class CameraState(NamedTuple):
     """
-    What the next frame of a moving camera needs; arrays of no size where no camera is known.
+    The data by which a moving camera is followed; empty arrays where no camera is known.
 
     half_grey: uint8 (r, c), left image at half size; cells: float32 (r, c), sub-pixel labels of
     every other pixel of every other row; validity: uint8 (r, c), of these pixels, 0 = consistent
@@ -48,10 +48,10 @@ NO_CAMERA = CameraState(*(np.zeros((0, 0), kind) for kind in (np.uint8, np.float
 @dataclass(frozen=True)
 class FrameState:
     """
-    What the next frame needs of a frame.
+    The state that a frame leaves for the next one.
 
     pictures: uint16 (2, R, C), luminance of both views, averaged, the right one mirrored; ages:
-    float32 (2, tile rows, tile columns), of how many frames; drifts: float32 (2, 2, tile rows,
+    float32 (2, tile rows, tile columns), frames averaged; drifts: float32 (2, 2, tile rows,
     tile columns), of each view, see add_drifts; colours: uint16 (N, R, C), channels of the views,
     averaged, NO_COLOURS where they are grey or not compared; camera: a `CameraState`; own: what
     the profile adds, a tuple of arrays and numbers, with the methods of `CameraState`, and `after`
@@ -93,7 +93,7 @@ class FrameState:
                 **self.camera._asdict(), **_parted(self.own)[0]}
 
     def numbers(self):
-        """Return {name: number} of what the profile adds."""
+        """Return {name: number} of the profile's part."""
         return _parted(self.own)[1]
 
     def check(self, labels):
@@ -121,10 +121,10 @@ class FrameState:
 
 def restored(kind, arrays, numbers, **others):
     """
-    Return the FrameState of what `arrays` and `numbers` of another one returned.
+    Return the FrameState made of the `arrays` and `numbers` of another one.
 
-    kind: the type of what the profile adds; others: the fields that are left. Raises TypeError if
-    an array or number is missing, or one is left over.
+    kind: the type of the profile's part; others: the remaining fields. Raises TypeError if an
+    array or number is missing or not known.
     """
     found = dict(arrays)
     camera = {name: found.pop(name) for name in CameraState._fields if name in found}

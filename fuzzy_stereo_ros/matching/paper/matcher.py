@@ -110,8 +110,8 @@ class PaperMatcher:
         self._inheritance = stages.inheritance(config, rows, columns)
         self.population = Population(config, rows, columns, self._fitness)
         self._most_possible = np.zeros(self.population.framed.shape[1:], np.uint16)
-        self._tools = operators.Tools(config, self.pool, self._fitness,
-                                      self.population.framed.shape[1:])
+        self._tools = operators.OperatorTools(config, self.pool, self._fitness,
+                                              self.population.framed.shape[1:])
         self._operators = {name: partial(operator, self._tools)
                            for name, operator in stages.operators.items()}
 

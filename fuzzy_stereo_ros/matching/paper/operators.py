@@ -31,7 +31,7 @@ CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the 
 FEW_CELLS = 0.25            # share of the cells; parents that differ in more are not crossed
 
 
-class Tools:
+class OperatorTools:
     """
     What all operators need: the configuration, threads, the fitness, and memory of each thread.
 

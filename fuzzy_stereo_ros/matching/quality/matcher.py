@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.matching.quality.exposure import exposed_alike
 from fuzzy_stereo_ros.matching.quality.fitness import PlaneFitness
 from fuzzy_stereo_ros.matching.quality.operators import Evidence, OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
-from fuzzy_stereo_ros.matching.quality.population import Population, Tools, View
+from fuzzy_stereo_ros.matching.quality.population import CrossoverTools, EvolvingView, Population
 from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
 from fuzzy_stereo_ros.matching.quality.seed import (
     costs_of_pixels, realtime_matches, ScanlineSeed)
@@ -181,7 +181,7 @@ class QualityMatcher:
 
     def _starts(self, pairs, maps, budget, known):
         """
-        Return the `Start`s of both views.
+        Return the `ViewStart`s of both views.
 
         maps: float32 (R, C), px from 0, their parents; known: whether the previous frame showed
         nearly all: then the right map, which only judges the left one, is taken as it is
@@ -193,13 +193,13 @@ class QualityMatcher:
     def _initial_population(self, starts, volume):
         """Return the population of a pair: planes around the pixels of both seeds."""
         stages, lowest, columns = self._stages, self._config.min_disparity, self._shape[1]
-        tools, views, maps = Tools(self._shape, stages.crossover, stages.evidence), [], []
+        tools, views, maps = CrossoverTools(self._shape, stages.crossover, stages.evidence), [], []
         for start, origin in zip(starts, (None, columns - 1 + lowest)):
             colour = start.colour
             roots = ROOT * np.sqrt(colour.astype(np.float32))
             fitness = PlaneFitness(*self._shape, self._config.disparities)
             fitness.set_view(self.pool, volume, origin, colour, roots, start.weak)
-            views.append(View(self.pool, fitness, colour, segments_of(roots), tools))
+            views.append(EvolvingView(self.pool, fitness, colour, segments_of(roots), tools))
             maps.append(local_planes(self.pool, start.seed.surface, colour))
         population = Population(views, tools, lowest)
         population.update_trust([start.seed.surface for start in starts])

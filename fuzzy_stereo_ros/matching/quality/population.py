@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.quality.result import consistent
 import numpy as np
 
 
-class Tools:
+class CrossoverTools:
     """The crossover and its memory, allocated when operators first use it."""
 
     def __init__(self, shape, crossover, evidence):
@@ -32,7 +32,7 @@ class Tools:
         return iter(self._memory)
 
 
-class View:
+class EvolvingView:
     """
     One view of a pair: its fitness, its segments, and its plane map.
 
@@ -41,7 +41,7 @@ class View:
     """
 
     def __init__(self, pool, fitness, colour, segments, tools):
-        """tools: the `Tools` of both views."""
+        """tools: the `CrossoverTools` of both views."""
         self.pool, self.fitness, self.colour, self.segments = pool, fitness, colour, segments
         self._tools, self.planes = tools, None
 
@@ -97,8 +97,9 @@ class Population:
     """
     One chromosome of both views.
 
-    views: the `View`s of the left and of the mirrored right image; tools: their `Tools`
-    fitness: float64 (1,), of the left map; best: 0; converged: never, the budget ends it
+    views: the `EvolvingView`s of the left and of the mirrored right image; tools: their
+    `CrossoverTools`; fitness: float64 (1,), of the left map; best: 0; converged: never, the budget
+    ends it
     """
 
     best, converged = 0, False

@@ -32,7 +32,7 @@ WEAK_TEXTURE = 6.0       # mean step of grey at which the weakness of texture fa
 STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
 
 
-class Child(NamedTuple):
+class ChildSettings(NamedTuple):
     """How a child is searched, given its parent."""
 
     strong: float            # bias towards the parent, cost a px, where texture is strong
@@ -43,9 +43,9 @@ class Child(NamedTuple):
 
 LOOSE = Smoothness(jump=3.0, small=0.1, at_edge=0.1, edge=20.0)
 CHILDREN = {
-    'biased': Child(20, 60, LOOSE, 0),
-    'biased_where_weak': Child(0, 60, LOOSE, 2),
-    'independent': Child(0, 0, LOOSE._replace(small=0.05), 0),
+    'biased': ChildSettings(20, 60, LOOSE, 0),
+    'biased_where_weak': ChildSettings(0, 60, LOOSE, 2),
+    'independent': ChildSettings(0, 0, LOOSE._replace(small=0.05), 0),
 }
 UNBIASED = 'independent'     # the child of the data alone
 
@@ -63,7 +63,7 @@ class Seed(NamedTuple):
     margins: np.ndarray
 
 
-class Start(NamedTuple):
+class ViewStart(NamedTuple):
     """
     What the chromosome of a view begins with.
 
@@ -91,7 +91,7 @@ class ScanlineSeed:
 
     def find(self, left, right, parent, in_time, searched=True):
         """
-        Return the `Start` of a pair.
+        Return the `ViewStart` of a pair.
 
         left, right: (colour, luminance), see over_frames.Inheritance; parent: float32 (R, C), px
         from 0, the map of the previous frame or of `realtime`; in_time: returns whether the
@@ -102,7 +102,7 @@ class ScanlineSeed:
         self._inside = lowest, lowest + luminance.shape[1] - 1
         seed = Seed(parent.copy(), np.zeros(parent.shape, np.int16),
                     np.zeros(parent.shape, np.uint16))
-        start = Start(seed, self._colour, weak_texture(luminance), True)
+        start = ViewStart(seed, self._colour, weak_texture(luminance), True)
         if not searched:
             return start
         self._scanlines.set_pair(left, moved(right, lowest), max(lowest, 0))

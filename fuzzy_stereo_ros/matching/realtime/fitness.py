@@ -3,9 +3,9 @@
 """
 The fitness of the profile `realtime`: possibility, smoothness and occlusion in one number.
 
-In the place of Eq. 3 and 4, which prefer wrong maps that point at strong edges. The fitness of a
-chromosome falls by the costs of its genes: matches of little possibility, jumps of disparity (less
-at edges of grey), and labels that contradict the target image.
+It replaces Eq. 3 and 4, which prefer wrong maps that point at strong edges. The fitness of a
+chromosome decreases with the costs of its genes: matches of little possibility, jumps of disparity
+(less at edges of grey), and labels that contradict the target image.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands
@@ -15,8 +15,8 @@ from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, diffe
 import numpy as np
 
 HIDDEN = 6           # cost of a gene that something nearer hides
-CONTRADICTED = 15    # cost of a gene that would hide what can be seen
-SAMPLE_STEP = 16     # one row in so many is measured where a sample is enough
+CONTRADICTED = 15    # cost of a gene that would hide a visible pixel of the target
+SAMPLE_STEP = 16     # row step where a sample is enough
 
 
 class CensusFitness:
@@ -27,7 +27,7 @@ class CensusFitness:
         rows, columns = validity.shape
         self._bands = cut_bands(rows)
         self.largest_cost = possibility.model.largest
-        self._possibility = possibility     # whose features are addresses
+        self._possibility = possibility     # keeps the memory of its addresses alive
         self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
         self._costs = zeros((rows, columns), np.uint8)
         self._exchange = Exchange(rows, columns, neighbours=4)
@@ -40,7 +40,7 @@ class CensusFitness:
         """
         Return the fitness of a chromosome: 1 where all is fully possible and smooth, else lower.
 
-        every: one row in so many is measured; crossover measures what it gains everywhere
+        every: row step of the sample; gains of crossover are exact
         """
         totals = np.zeros((len(self._bands), 2), np.int64)
 

@@ -5,12 +5,12 @@ Evolution from frame to frame: each frame is one generation of a chromosome of p
 
 Not in the paper. The chromosome lies on a grid of every other pixel of every other row. Its genes
 are inherited from the previous frame, moved with the picture, in tiles that have not changed and
-whose noise is averaged away; all other genes follow the map of this frame. A generation, at
-random, is one of two. Mutation: regions of like grey, grown by thresholds that are drawn anew, in
-a share of the picture where doubt is greatest and the fewest planes were tried; each is proposed
-the plane that fits most cells of the map of this frame, and a minimum cut takes what is fitter.
-Or crossover: the map of this frame, the cold parent, takes back by partition crossover the regions
-in which inherited genes are no longer fitter.
+whose noise is averaged away; all other genes follow the map of this frame. A generation is, at
+random, one of two. Mutation: regions of similar grey are grown by random thresholds, in the share
+of the picture where doubt is greatest and the fewest planes were tried. Each region is proposed
+the plane that fits most cells of the map of this frame; a minimum cut takes the fitter genes.
+Crossover: by partition crossover with the map of this frame, which is the cold parent, regions in
+which inherited genes are no longer fitter return to that map.
 """
 from typing import NamedTuple
 
@@ -27,17 +27,17 @@ MUTATION = 0.5           # share of the generations that propose planes; the oth
 SHARE = 2                # such a generation works on 1 / SHARE of the picture
 QUIET, OLDEST = 0.5, 16  # planes evolve where this noise is left, or after so many frames
 REACH, STEEPEST = 2, 1.5     # tangent planes: cells between which slopes are taken; px of a jump
-CLEAR = 24               # margin of the scanlines' choice from which there is no doubt
+CLEAR = 24               # margin of a label in the search from which there is no doubt
 UNTRUSTED = 5            # trust in a match, of TRUSTED, that is hidden or not consistent
 MOST = 3.0               # largest difference of neighbours' planes that counts, px
-SMOOTH = 0.18            # of an impossible match: what 1 px of difference costs without an edge
+SMOOTH = 0.18            # cost of 1 px of difference without an edge, in impossible matches
 EDGE, LEAST_EDGE = 3.3, 0.005    # step of 16 * root of grey at which it falls to 1 / e; floor
-FAR, LEAST = 0.5, 100    # a region needs evidence from such a move, px, and so many cells on
+FAR, LEAST = 0.5, 100    # px of move and number of cells from which a region needs evidence
 STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
 APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
 OVERLAP, SMALLEST = 6, 40    # cells by which joined runs overlap; cells of a region
 ROUNDS, AGREEMENT = 20, 0.7      # random planes tried a region; px by which cells agree
-NEAR, FLAT = 1.0, 0.45    # px, and the share of trusted cells that must lie so near a plane
+NEAR, FLAT = 1.0, 0.45    # px from its plane; least share of a region's trusted cells within it
 STALE = 1.0              # px from the map of this frame at which evolved genes are crossed with it
 NEW = 0.75               # px from a label at which an evolved gene replaces it
 ROOT_PARTS = 64          # steps of a root of grey in the table
@@ -48,22 +48,23 @@ class Genes(NamedTuple):
     The chromosome of planes, as the next frame inherits it.
 
     planes: float32 (r, c, 3), of cells; evolved: uint8 (r, c), 0 where a gene follows the map;
-    work: uint8 (r, c), how often a plane was proposed; origin: uint8 (2,), pixel of the first cell
+    proposals: uint8 (r, c), how often a plane was proposed; origin: uint8 (2,), pixel of the first
+    cell
     """
 
     planes: np.ndarray
     evolved: np.ndarray
-    work: np.ndarray
+    proposals: np.ndarray
     origin: np.ndarray
 
 
 class TileHistory(NamedTuple):
     """
-    What became of the tiles of the left picture since the previous frame.
+    The tiles of the left picture compared with the previous frame.
 
     choices: int8, 0 where a tile stayed, 1 where it moved; strengths: uint8, 0 where it changed;
-    ages: float32, frames that it is the mean of; noise: grey levels; shift: px by which the
-    picture moved, down and right
+    ages: float32, frames averaged; noise: grey levels; shift: px by which the picture moved, down
+    and right
     """
 
     choices: np.ndarray
@@ -196,14 +197,14 @@ class FrameEvolution:
             return
         runs, number = self._grown(random)
         known, starts = self._known[:, :number], self._starts
-        grid.rank_regions(*runs, self._doubts, self.carried.work, *known)
-        cells, doubt, work = known
-        order = np.argsort(-(1 + doubt / cells) / (1 + work / cells), kind='stable')
+        grid.rank_regions(*runs, self._doubts, self.carried.proposals, *known)
+        cells, doubt, proposals = known
+        order = np.argsort(-(1 + doubt / cells) / (1 + proposals / cells), kind='stable')
         number = grid.choose_regions(order, cells, self._labels.size // SHARE,
                                      self._chosen[:number], starts)
         starts, planes = starts[:number + 1], self._planes[:number]
         grid.list_chosen(*runs, self._chosen, starts, self._ends[:number], self._pixels,
-                         self._labels, self._selected, self.carried.work)
+                         self._labels, self._selected, self.carried.proposals)
         region_planes(self._of_map, self._trusted, starts, self._pixels, ROUNDS,
                       np.float32(AGREEMENT), random.key, self._points, planes, 0, number)
         reject_bent(planes, starts, self._pixels, self._of_map, self._trusted, np.float32(NEAR),
@@ -244,7 +245,7 @@ class FrameEvolution:
         self._pool.each(measure, self._bands)
 
     def _accept(self, crossover, random, evolved):
-        """Take what a crossover chooses of the proposal; evolved: how to mark these genes."""
+        """Take the genes of the proposal that a crossover chooses; evolved: their mark."""
         genes, exchange, rows = self.carried, self._exchange, self._shape[0]
         for found in (self._old, self._new):
             costs.trusted_costs(found, self._trust, found, 0, rows)

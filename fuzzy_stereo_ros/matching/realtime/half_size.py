@@ -3,8 +3,8 @@
 """
 The chromosome at half size, which limits the disparity ranges of the full search.
 
-Not in the paper. It is searched anew for each pair, without the previous frame, so that it shows
-where the previous best is stale; where texture is weak it is a prior of the full search.
+Not in the paper. It is searched for each pair without the previous frame, so that it shows where
+the previous best is outdated; where texture is weak it is a prior of the full search.
 """
 from functools import partial
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
 from fuzzy_stereo_ros.matching.realtime.refinement import Speckles
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines
 import numpy as np
@@ -27,23 +27,23 @@ SPECKLE = 20            # half-size pixels; smaller components of the half map a
 DEAD_ZONE, CUT = 1, 2   # px from the prior that cost nothing; largest cost, reached at 3 px
 VOTED, VOTED_CUT = 2, 6  # weight of the prior of voted planes; largest cost, reached at 6 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
-CLEAR = 4               # least margin, in summed cost, of a label that the prior is made of
-FLAT = 1                # largest range of labels in 3 x 3 pixels of which a prior is made
-GROW, MARGIN = 8, 4     # pixels around a tile, and labels around its range, that it searches too
+CLEAR = 4               # least margin, in summed cost, of a label of the prior
+FLAT = 1                # largest range of labels in 3 x 3 pixels of the prior
+GROW, MARGIN = 8, 4     # px around a tile whose labels it searches too; labels around its range
 
 
-class Half(NamedTuple):
+class HalfSizeResult(NamedTuple):
     """
     The half-size chromosome.
 
     labels: uint8 or uint16 (R / 2, C / 2), dense; validity: uint8, which are consistent; chosen:
-    the `Chosen` of the scanlines, before inconsistent labels were filled; prior: the `Prior` of
-    the full search where texture is weak
+    the `SearchResult` before inconsistent labels were filled; prior: the `Prior` of the full
+    search where texture is weak
     """
 
     labels: np.ndarray
     validity: np.ndarray
-    chosen: Chosen
+    chosen: SearchResult
     prior: Prior
 
 
@@ -74,7 +74,7 @@ class HalfSize:
 
     def search(self, pool, inside, grey):
         """
-        Return the `Half` of the pair that the possibility was filled with.
+        Return the `HalfSizeResult` of the pair that the possibility was filled with.
 
         inside: the first and the last column of the full target that exist; grey: uint8, full left
         """
@@ -104,7 +104,7 @@ class HalfSize:
         self._speckles.join(chosen.labels, 1)
         pool.each(fill, self._scanlines.bands)
         pool.each(write_limits, cut_parts(rows))
-        return Half(self._labels, self._validity, chosen, prior)
+        return HalfSizeResult(self._labels, self._validity, chosen, prior)
 
     def mutate(self, pool, mutation, inside):
         """Give the map and the prior of the last search what a mutation (Stages.vote) takes."""
@@ -112,7 +112,7 @@ class HalfSize:
 
     def write_windows(self, windows):
         """Write the windows of the full search, of tiles of TILE pixels, by the map as it is."""
-        # alone: a join takes longer
+        # in one thread: starting helpers would take longer
         disparity_ranges.tile_windows(
             self._labels, self._half_disparities, self._disparities, TILE, GROW, MARGIN,
             windows.low, windows.blocks, 0, len(windows.low))

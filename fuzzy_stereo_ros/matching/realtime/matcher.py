@@ -23,7 +23,7 @@ from fuzzy_stereo_ros.matching.realtime.frames import FrameEvolution, NothingInh
 from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, TILE
 from fuzzy_stereo_ros.matching.realtime.operators import Population, WeakRegions
 from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
-from fuzzy_stereo_ros.matching.realtime.possibility import View
+from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.propagation import Propagation
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
 from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
@@ -42,7 +42,7 @@ class Stages(NamedTuple):
     search: called with the `CensusPossibility` of full images and TILE, returns what searches
     the chromosome at full size, see Scanlines
     noise: called with rows and columns, returns a noise estimate, see NoiseEstimate
-    describe: called with a `View` and a range of rows, writes the features of its pixels
+    describe: called with a `CensusPicture` and a range of rows, writes the features of its pixels
     previous_best: called as `WarmStart.prior_of_previous`, returns the prior of the previous best
     crossover: called with rows and columns, returns a crossover, see matching/crossover.py
     vote: called with the `Views` and the smallest disparity, returns the mutation of plain regions
@@ -55,7 +55,7 @@ class Stages(NamedTuple):
 
     search: Callable = Scanlines
     noise: Callable = NoiseEstimate
-    describe: Callable = View.describe
+    describe: Callable = CensusPicture.describe
     previous_best: Callable = WarmStart.prior_of_previous
     crossover: Callable = partial(Regions, advantage=ADVANTAGE)
     vote: Callable | None = PlainRegions
@@ -118,10 +118,10 @@ class RealtimeMatcher:
         if self._warm_start.motion:
             watch.times['pictures'] -= self._warm_start.motion_ms
             watch.times['camera_motion'] = self._warm_start.motion_ms
-        state = self._warm_start.kept_state(previous, config)
+        state = self._warm_start.reused_state(previous, config)
         if state is not None:
             return Match(state.own.still_disparity.copy(), state.own.still_confidence.copy(), [],
-                         watch.times, True, self._warm_start.motion, kept=True), state
+                         watch.times, True, self._warm_start.motion, reused=True), state
         self._views.describe(pool, self._stages.describe)
         watch.lap('possibility')
         half = self._half_size.search(pool, self._views.inside, self._views.full.left.grey)
@@ -156,7 +156,7 @@ class RealtimeMatcher:
         before = sum(watch.times.values())
         labels = self._refinement.smooth(pool, chosen.labels, best, self._views.full.left.grey)
         disparity, confidence = self._refinement.write(
-            pool, labels, chosen, self._warm_start.reliance, config)
+            pool, labels, chosen, self._warm_start.prior_margins, config)
         watch.lap('refinement')
         match = Match(disparity, confidence, history, watch.times,
                       previous_prior is not None or inherited, self._warm_start.motion)

@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.matching.over_frames.moving_camera import numbers, to_pixe
 import numpy as np
 
 AROUND = 3           # cells of a side of the square in which distances of census are summed
-# largest sum of a moved label that the search relies on: below that of chance, 12, as noise gives
+# largest sum of distances of a trusted moved label: less than by chance, 12 bits a cell
 UNLIKE = 10 * AROUND**2
 LIKELIER = 4         # by which its sum must be below that of the half map where they differ
 NEAR, FLAT = 3, 3    # labels by which they may differ; largest range of labels in 3 x 3 cells
@@ -38,7 +38,7 @@ class MovedPrior:
         self.restart()
 
     def restart(self):
-        """Rely on nothing, until `write`."""
+        """Have no prior until `write`."""
         self._packed = None
         self._strengths[:] = 0
 
@@ -46,8 +46,8 @@ class MovedPrior:
         """
         Make the moved map a prior where there is none yet; return the labels of the prior.
 
-        previous, half: the FrameState and the `Half`; census: uint8 (R, 3, C or more), of the
-        left image; labels, weights: (R, C), of the prior so far, weights written: above and a
+        previous: the FrameState; half: the `HalfSizeResult`; census: uint8 (R, 3, C or more), of
+        the left image; labels, weights: (R, C), of the prior so far; weights get `above` plus a
         strength of 1 to LONGEST. Returns None where the camera was not followed.
         """
         moving, own = self._moving, previous.own
@@ -74,7 +74,7 @@ class MovedPrior:
 
     def note(self, pool, previous, census, fine):
         """
-        Return what the next frame needs of this one: cells, census and survived.
+        Return cells, census and survived for the next frame.
 
         cells: float32 (r, c), labels; census: uint32 (R, C), of the full image; survived: uint8
         (r, c), how many frames each label survived while the camera moved; the last two of no

@@ -4,9 +4,9 @@
 The population of the profile `realtime`, and its operator: mutation by planes.
 
 The paper mutates the least possible cells by patches. Here the least certain cells are those of
-plain walls, which data cannot tell apart: a region of like grey takes the plane that fits most of
-its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). The crossover
-with the mutant keeps what is fitter.
+plain walls, whose matches are ambiguous: a region of similar grey takes the plane that fits most
+of its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). Crossover
+with the mutant takes the regions that are fitter.
 """
 from itertools import pairwise
 
@@ -36,7 +36,7 @@ class Population:
     best = 0
 
     def __init__(self, fitness, labels):
-        """Allocate; fitness: the `CensusFitness` of the pairs; labels: (R, C), it is like them."""
+        """Allocate genes like labels, (R, C); fitness: the `CensusFitness` of the pairs."""
         self._measure = fitness
         self.genes = zeros((1, *labels.shape), labels.dtype)
         self.fitness, self.converged = zeros(1), True
@@ -55,7 +55,7 @@ class Population:
         self.converged = False
 
     def accept(self, pool, crossover, random, mutant):
-        """Take what a crossover chooses of a mutant, (R, C) labels."""
+        """Take the genes of a mutant, (R, C) labels, that a crossover chooses."""
         self.fitness[0] += self._measure.cross(pool, crossover, random, self.genes[0], mutant)
         self.converged = True
 
@@ -113,9 +113,8 @@ class WeakRegions:
         """
         Return a chromosome whose regions lie in planes: (R, C) labels.
 
-        grown: the regions; chosen, validity: the `Chosen` of the scanlines, and which of its
-        labels are consistent; inside: first and last column of the target that exist; parent:
-        the other genes
+        grown: the regions; chosen, validity: the `SearchResult`, and which of its labels are
+        consistent; inside: first and last column of the target that exist; parent: the other genes
         """
         regions, number = grown
         planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The mutation of plain regions, whose evidence is the whole region.
+The mutation of plain regions by the evidence of all of their pixels.
 
 Not in the paper, which mutates cell by cell. A plain wall has texture too faint for any window:
 noise, JPEG or a vignette hide it from census and gradient. All pixels of the wall together still
-tell its disparity. A region takes the plane that its pixels vote for where their evidence beats
-that of the half-size map. It becomes a part of that map and a prior in the possibility of the full
-search, which thereby sees the same evidence. What windows can tell by themselves is left to them.
+determine its disparity. A region takes the plane that its pixels vote for where their evidence
+exceeds that of the half-size map. The plane is written into that map and is a prior of the full
+search, which so uses the same evidence. Regions that single windows can match are left alone.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, widened
@@ -19,7 +19,7 @@ import numpy as np
 
 PLAIN = 1.4          # grey levels over 2 px of a smoothed picture, below which it is plain
 BURNT = 254          # grey levels; burnt out from here on
-NEAREST = 3          # px; nearer, vignette, dust and patterns of the sensor match
+NEAREST = 3          # px of disparity; below it vignette, dust and the sensor's pattern match
 LEAST = 0.01         # of the picture, for a region to vote
 CLIP, LEAST_CLIP = 3.75, 12   # of mean sizes at which a band is clipped; in 1/64 grey level
 
@@ -110,16 +110,16 @@ class PlainRegions:
         if number == 0:
             return False
         regions = begin, end, self._row_runs, region
-        planes, kept, places = self._vote(pool, inside, half_labels, regions, number)
+        planes, accepted, places = self._vote(pool, inside, half_labels, regions, number)
         if np.isnan(planes[:, 0]).all():
             return False
         pool.each(lambda band: kernels.write_planes(
-            *regions, places, kept, planes, self._half_disparities, half_labels,
+            *regions, places, accepted, planes, self._half_disparities, half_labels,
             self._disparities, prior.labels, prior.weights, weight, *band[1:]), bands)
         return True
 
     def _vote(self, pool, inside, half_labels, regions, number):
-        """Return the planes of regions, which of their cells take them, and the cells' places."""
+        """Return the planes of regions, the cells that accept them, and the cells' places."""
         left, right, bands = self._left, self._right, self._bands
         first, last = self._base - inside[1], self._base - inside[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
@@ -144,12 +144,12 @@ class PlainRegions:
                          self._base, curves, counts, sums, *band[1:])
         pool.each(vote, bands)
         planes, self.figures = np.empty((number, 3)), np.zeros((number, 5))
-        kept = np.zeros(cells, np.uint8)
+        accepted = np.zeros(cells, np.uint8)
         power = np.array([square / max(count, 1) for _, count, square in right.sums()])
 
         def judge_region(region):
             judge(curves, counts, sums, places[region], starts[region], starts[region + 1],
                   self._disparities, self._nearest, power, planes[region], self.figures[region],
-                  kept)
+                  accepted)
         pool.each(judge_region, range(number))
-        return planes, kept, places
+        return planes, accepted, places

@@ -42,7 +42,7 @@ HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, ju
 EDGE = 20           # grey levels of 8 bits
 
 
-class View(Picture):
+class CensusPicture(Picture):
     """
     A picture with its census and gradient, allocated once.
 
@@ -50,7 +50,7 @@ class View(Picture):
     """
 
     def __init__(self, rows, columns, mirrored, reach):
-        """reach: elements behind the columns that candidates of a mirrored image may reach."""
+        """reach: elements behind the columns that may be read in a mirrored image."""
         super().__init__(rows, columns, mirrored)
         stride = columns + reach + features.SLACK
         self.denoised, self._denoised = self.luminance, zeros(self.luminance.shape, np.uint16)
@@ -91,8 +91,8 @@ class CensusPossibility:
         """
         self.model, self.rows, self.columns, self.disparities = model, rows, columns, disparities
         reach = -(-disparities // 32) * 32
-        self.left = View(rows, columns, False, 0)
-        self.right = View(rows, columns + extra, True, reach)
+        self.left = CensusPicture(rows, columns, False, 0)
+        self.right = CensusPicture(rows, columns + extra, True, reach)
         self.features = Features(
             columns, disparities, model.near_weight, model.census_cut, model.slope_cut,
             *(address_of(plane) for view in (self.left, self.right)
@@ -110,7 +110,7 @@ class CensusPossibility:
         """
         Fill the features of some rows, once both views are denoised.
 
-        describe: called with each view and the rows, as `View.describe`
+        describe: called with each view and the rows, as `CensusPicture.describe`
         """
         describe(self.left, first, last)
         describe(self.right, first, last)

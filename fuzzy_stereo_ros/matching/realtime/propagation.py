@@ -9,7 +9,7 @@ searched at full size is only what the half-size search has found nearby, see th
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.scanlines import propagation as kernels
-from fuzzy_stereo_ros.matching.realtime.scanlines import chosen_of, PAGE
+from fuzzy_stereo_ros.matching.realtime.scanlines import new_result, PAGE
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
@@ -25,7 +25,7 @@ class Propagation:
 
     def __init__(self, possibility, tile):
         """Allocate for the size of a possibility; tile: rows that bands have a multiple of."""
-        self._possibility, self.chosen = possibility, chosen_of(possibility)
+        self._possibility, self.chosen = possibility, new_result(possibility)
         self.bands = cut_bands(possibility.rows, tile)
         self._last_parent = 2 * (half_disparities(possibility.disparities) - 1)
         sizes = kernels.sizes(possibility.disparities, self.chosen.target.shape[1])
@@ -33,7 +33,7 @@ class Propagation:
 
     def search(self, pool, windows, half_prior, previous_prior=None, then=None):
         """
-        Propagate the genes; return the `Chosen`, memory that the next search overwrites.
+        Propagate the genes; return the `SearchResult`, memory that the next search overwrites.
 
         windows, previous_prior: not used; half_prior: the `Prior` of the half-size chromosome,
         the parent; then: called with each of the `bands` once its labels are chosen

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines import sweep
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
-    blocks_of, Chosen, Scratch, Search, Windows)
+    blocks_of, Scratch, Search, SearchResult, Windows)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -42,10 +42,10 @@ def prior_of(labels, weights, disparities, *rows):
     return Prior(labels, weights, np.concatenate(table).astype(np.uint8), reach)
 
 
-def chosen_of(possibility):
-    """Return memory for what is chosen of a possibility: a `Chosen`."""
+def new_result(possibility):
+    """Return memory for what is chosen of a possibility: a `SearchResult`."""
     rows, columns = possibility.rows, possibility.columns
-    return Chosen(
+    return SearchResult(
         zeros((rows, columns), gene_type(possibility.disparities)),
         zeros((rows, columns), np.int8), *(
             zeros((rows, width), np.uint8)
@@ -72,7 +72,7 @@ class Scanlines:
         height, kept = min(tile, rows), min(1 + -(-OVERLAP // tile), tiles[0])
         self._scratch, self._memory = zip(*(
             _scratch(columns, target_columns, self.most_blocks, height, kept) for _ in self.bands))
-        self.chosen = chosen_of(possibility)
+        self.chosen = new_result(possibility)
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
         self.no_prior = prior_of(
@@ -81,7 +81,7 @@ class Scanlines:
 
     def search(self, pool, windows=None, half_prior=None, previous_prior=None, then=None):
         """
-        Run the passes; return the `Chosen`, memory that the next search overwrites.
+        Run the passes; return the `SearchResult`, memory that the next search overwrites.
 
         windows: `self.windows`, written, None for all labels everywhere; priors: None for none;
         then: called with each of the `bands` once its labels are chosen

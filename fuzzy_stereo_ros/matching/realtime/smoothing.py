@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Smooths what cameras and JPEG make different in the two views of a pair, where it is seen.
+Smooths views where JPEG or an unsharp lens is detected, which make the two views differ.
 
-Not in the paper, whose pictures are of a laboratory. JPEG leaves steps between blocks and waves
-inside them, unlike in both views: both are smoothed. Where one lens is less sharp, the census of
-the other view compares details that this one lacks: the sharper view is smoothed.
+Not in the paper, whose pictures are of a laboratory. JPEG leaves steps between blocks and ripples
+inside them, which differ between the views: both are smoothed. Where one lens is less sharp, the
+census of the other view compares details that this one lacks: the sharper view is smoothed.
 """
 from fuzzy_stereo_ros.matching.kernels.possibility import sharpness as kernels
 import numpy as np
 
-BLOCKS, APART = 600, 4       # of a picture that are measured; one block in so many at the most
-SURE = 3.5           # deviations by which small coefficients must be too few for JPEG to be seen
-BLURRED = 0.85       # share of the other view's sharpness from which on a view is as sharp
+BLOCKS, APART = 600, 4       # blocks measured in a picture, about; at most every APART-th one
+SURE = 3.5           # deviations by which small coefficients must be too few to detect JPEG
+BLURRED = 0.85       # share of the other view's sharpness below which a view is blurred
 
 
 class Smoothing:
@@ -51,7 +51,7 @@ class Smoothing:
         """Smooth the views that need it, once all bands are measured."""
         (small_from, small_to), (large_from, large_to) = kernels.SMALL, kernels.LARGE
         small, large = self._counts.sum(axis=0).T
-        # as many as if all sizes were alike frequent, the least that any other picture has
+        # number expected if all sizes are equally frequent: any other picture has more
         expected = large * (small_to - small_from) / (large_to - large_from)
         self.compressed = bool(np.any(expected - small > SURE * np.sqrt(expected)))
         (left, left_far), (right, right_far) = self._steps.sum(axis=0).tolist()

@@ -3,9 +3,9 @@
 """
 A static scene is searched every n-th frame; the others reuse the result.
 
-Not in the paper. Once nothing has changed for so long that noise is averaged away and planes have
-evolved, another search finds what the last one found. A frame in which anything changed is
-searched. What changes in one tile alone looks like noise and waits for the next search.
+Not in the paper. Once nothing has changed for SETTLED frames, noise is averaged away and planes
+have evolved: another search would find the same map. A frame in which two neighbouring tiles
+changed is searched. A change in a single tile looks like noise and waits for the next search.
 """
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,38 +13,38 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
 
-SETTLED = 32    # frames without a change from which results are kept: as many are averaged
+SETTLED = 32    # unchanged frames after which results are reused: as many are averaged
 LONGEST_STEP_NS = 200_000_000   # slower cameras have each frame searched
 
 
 class StillResult(NamedTuple):
     """
-    The result of a scene that stands still, for the frames after it.
+    The result of a static scene, for the frames after it.
 
-    still: frames in a row in which nothing changed; kept: frames since the last search;
+    still: frames in a row in which nothing changed; since_search: frames since the last search;
     still_disparity, still_confidence: float32 (R, C), its result, empty until `still` is
     SETTLED
     """
 
     still: int
-    kept: int
+    since_search: int
     still_disparity: np.ndarray
     still_confidence: np.ndarray
 
 
-def kept_result(previous, views, config):
+def reused_result(previous, views, config):
     """
-    Return the `StillResult` that this frame keeps, None where it has to be searched.
+    Return the `StillResult` that this frame reuses, None where it has to be searched.
 
     previous: the FrameState of the previous frame, or None; views: the `Tiles` of both views,
     compared with it; config: the MatcherConfig
     """
     result = previous and previous.own.result
-    if (not result or result.kept + 1 >= config.still_interval
+    if (not result or result.since_search + 1 >= config.still_interval
             or result.still < SETTLED or not _same_settings(previous.config, config)
             or _moves(views, previous.shape)):
         return None
-    return result._replace(still=result.still + 1, kept=result.kept + 1)
+    return result._replace(still=result.still + 1, since_search=result.since_search + 1)
 
 
 def new_result(previous, views, match):
@@ -57,7 +57,7 @@ def new_result(previous, views, match):
 
 
 def _same_settings(one, other):
-    """Return whether a result of one configuration may be kept for the other."""
+    """Return whether a result of one configuration may be reused with the other."""
     one, other = (replace(config, threads=0, deadline_ms=0.0) for config in (one, other))
     return one == other
 
@@ -66,8 +66,8 @@ def _moves(views, shape):
     """
     Return whether two tiles of a view, side by side or one above the other, have changed.
 
-    views: the `Tiles` of each; shape: rows and columns of the images. A tile that is alone is
-    enough.
+    views: the `Tiles` of each; shape: rows and columns of the images. Where a view has one tile
+    only, its change is enough.
     """
     # With less than half a tile inside, at the right and lower edge, noise looks like a change.
     rows, columns = (max((side + TILE // 2) // TILE, 1) for side in shape)

@@ -11,24 +11,24 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE, View)
+    CensusPicture, CensusPossibility, extra_columns, FULL_SIZE, HALF_SIZE)
 from fuzzy_stereo_ros.matching.realtime.smoothing import Smoothing
 import numpy as np
 
-SPREAD = 8.0         # times the noise, the largest difference from its 3 x 3 mean that is noise
+SPREAD = 8.0         # largest difference from the 3 x 3 mean that counts as noise, times the noise
 PART = 32            # rows of which parts of the images are multiples
-NEAR, FAR = 1, 2     # rows around a row that it is denoised by, and that its census compares
+NEAR, FAR = 1, 2     # rows around a row that denoising and census read
 UNSEEN = 0.3         # grey levels of noise that are ignored
 LOUDEST = 8.0        # grey levels; no camera has more noise
-COMPRESSED = 0.5     # grey levels of noise as which the census takes what JPEG leaves
+COMPRESSED = 0.5     # grey levels of noise that JPEG counts as in the census
 
 
 def half_disparities(disparities):
     """
     Return how many labels are searched at half size.
 
-    The margin beyond the range is left out where it alone would take another block: a tile whose
-    half map reaches the end is searched up to the last label all the same.
+    The margin beyond the range is left out where it alone would need another block: a tile whose
+    half map reaches the last label is still searched up to the end of the margin.
     """
     labels = -(-disparities // 2)
     return min(labels, LANES * blocks_of(max(labels - MARGIN // 2, 1)))
@@ -55,7 +55,7 @@ class Views:
         self.inside = config.min_disparity, config.min_disparity + columns - 1
         self._shift = config.min_disparity
         # The right image as it is read and averaged.
-        self._right = View(rows, columns, True, 0) if extra else self.full.right
+        self._right = CensusPicture(rows, columns, True, 0) if extra else self.full.right
         self._estimate = noise(rows, columns)
         self.noise = 0.0
         self._bands = cut_parts(rows, PART)
@@ -85,7 +85,7 @@ class Views:
             self._smoothing.measure(views, unit, band)
 
         pool.each(read, self._bands)
-        # measured before averaging: the little that averaging leaves is hidden by texture
+        # measured before averaging: texture hides the little noise that averaging leaves
         self.noise = self._estimate.level
         self.noise *= average(*views)
         self._smoothing.smooth(pool, views, self._bands)

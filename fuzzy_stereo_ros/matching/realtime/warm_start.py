@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What this frame takes from the previous one: averaged pictures, and a prior of the search.
+What a frame uses of the previous one: averaged pictures, and a prior of the search.
 
-Not in the paper. A previous best that is still fit may be stale, and would freeze the picture. So
-pictures and chromosome count only in tiles that differ from the previous frame by noise alone, and
-the chromosome only where it was consistent, is flat and agrees with the half-size map, which does
-not depend on the previous frame. Without noise it adds nothing, and is not used.
+Not in the paper. A previous best may be fit and out of date, and would freeze the map. So pictures
+and chromosome are used only in tiles that differ from the previous frame by noise alone, and the
+chromosome only where it was consistent, is flat and agrees with the half-size map, which does not
+depend on the previous frame. Without noise the previous best gains nothing, and is not used.
 """
 from dataclasses import replace
 from typing import NamedTuple
@@ -25,7 +25,7 @@ from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
-    kept_result, LONGEST_STEP_NS, new_result, SETTLED, StillResult)
+    LONGEST_STEP_NS, new_result, reused_result, SETTLED, StillResult)
 import numpy as np
 
 QUIET = 0.2          # grey levels of noise below which the previous best is not used
@@ -34,42 +34,42 @@ FLAT = 2             # largest range of trusted labels in 3 x 3 half-size pixels
 DEAD_ZONE, MOVED_DEAD_ZONE = 0, 1   # px from the prior that cost nothing: in place, or moved
 CUTS = 1, 2, 4       # largest cost of other labels, by the frames that a tile is unchanged
 MOVED_CUTS = 1, 3, 5    # the same of labels moved with the camera, by the frames they survived
-# margin that each of these costs makes by itself, in place or moved: no evidence of this frame
+# margin that a unit of these costs makes by itself, in place or moved: not evidence of this frame
 SELF_MADE, MOVED_SELF_MADE = 16, 6
 
 
 class RealtimeState(NamedTuple):
     """
-    What the profile adds to a `FrameState`.
+    The part of the profile in a `FrameState`.
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
-    planes: float32 (R / 2, C / 2, 3), evolved, work: uint8 (R / 2, C / 2), origin: uint8 (2,), the
-    chromosome of planes, see frames.Genes; census, survived: see moved_prior.MovedPrior.note;
-    still, kept, still_disparity, still_confidence: see still_scene.StillResult
+    planes: float32 (R / 2, C / 2, 3), evolved, proposals: uint8 (R / 2, C / 2), origin: uint8
+    (2,), the chromosome of planes, see frames.Genes; census, survived: see
+    moved_prior.MovedPrior.note; still to still_confidence: see still_scene.StillResult
     """
 
     labels: np.ndarray
     validity: np.ndarray
     planes: np.ndarray
     evolved: np.ndarray
-    work: np.ndarray
+    proposals: np.ndarray
     origin: np.ndarray
     census: np.ndarray
     survived: np.ndarray
     still: int
-    kept: int
+    since_search: int
     still_disparity: np.ndarray
     still_confidence: np.ndarray
 
     @property
     def genes(self):
         """The chromosome of planes, as FrameEvolution takes it."""
-        return Genes(self.planes, self.evolved, self.work, self.origin)
+        return Genes(self.planes, self.evolved, self.proposals, self.origin)
 
     @property
     def result(self):
-        """The result of a scene that stands still, as `kept_result` takes it."""
-        return StillResult(self.still, self.kept, self.still_disparity, self.still_confidence)
+        """The result of a static scene, as `reused_result` takes it."""
+        return StillResult(*(getattr(self, name) for name in StillResult._fields))
 
     def after(self, gap_ns):
         """Return it for a frame that comes so much later: a late one is searched."""
@@ -82,7 +82,7 @@ class RealtimeState(NamedTuple):
         seen = (shape, cells) if np.size(self.census) else ((0, 0), (0, 0))
         return {'labels': (gene_type(labels), shape), 'validity': (np.uint8, shape),
                 'planes': (np.float32, (*cells, 3)), 'evolved': (np.uint8, cells),
-                'work': (np.uint8, cells), 'origin': (np.uint8, (2,)),
+                'proposals': (np.uint8, cells), 'origin': (np.uint8, (2,)),
                 'census': (np.uint32, seen[0]), 'survived': (np.uint8, seen[1]),
                 'still_disparity': result, 'still_confidence': result}
 
@@ -108,8 +108,9 @@ class WarmStart:
         nothing = zeros((rows, columns), self._half_labels.dtype)
         self._moved = zeros(nothing.shape, nothing.dtype), zeros((rows, columns), np.uint8)
         self._weights = zeros((rows, columns), np.uint8)
-        self._due = np.array([0, *(SELF_MADE * cut for cut in CUTS),
-                              *(MOVED_SELF_MADE * cut for cut in MOVED_CUTS)], np.uint8)
+        self._margin_of_prior = np.array(
+            [0, *(SELF_MADE * cut for cut in CUTS),
+             *(MOVED_SELF_MADE * cut for cut in MOVED_CUTS)], np.uint8)
         self._strengths = np.zeros_like(self._averaging.tiles[0].choices, np.uint8)
         self._prior = prior_of(
             nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),
@@ -128,8 +129,8 @@ class WarmStart:
             self._averaging.average(pool, views, History(
                 state.pictures, state.ages, state.drifts, state.own.labels))
         left, ages = self._averaging.tiles[0], self._averaging.ages_of_both
-        # The labels are of the last search: a tile that changed since then is another one.
-        searched = 1 if state is None else 1 + state.own.kept       # frames ago
+        # The labels are those of the last search: a tile that changed since then has none.
+        searched = 1 if state is None else 1 + state.own.since_search       # frames ago
         choices = np.where(ages <= searched, np.int8(-1), left.choices)
         previous_best.tile_strengths(choices, ages, len(CUTS), self._strengths)
         self._left = views[0]
@@ -156,13 +157,13 @@ class WarmStart:
         """
         The share of a frame's noise that is left in the averaged views.
 
-        The mean square over the tiles is that of `1 / ages`; its root is taken once more, since
-        tiles that are averaged with nothing have all of the noise.
+        The mean variance over the tiles is the mean of `1 / ages`. Its fourth root is returned,
+        not the square root: tiles that are not averaged have all of the noise.
         """
         return float(np.mean(1 / self._averaging.tiles[0].ages))**0.25
 
     def no_prior(self, pool, state, half):
-        """Return a prior without weight, None in a first frame: only pictures come over."""
+        """Return a prior of weight 0, None in a first frame: only pictures are used."""
         self.prior_of_previous(pool, None, half)
         return None if state is None else self._prior
 
@@ -170,7 +171,7 @@ class WarmStart:
         """
         Return the prior from the previous best of a state, None where it is not used.
 
-        half: the `Half` of this frame, which shows where the previous best is stale
+        half: the `HalfSizeResult` of this frame, which shows where the previous best is outdated
         """
         if state is None:
             self._weights[:] = 0
@@ -209,9 +210,9 @@ class WarmStart:
         return labels
 
     @property
-    def reliance(self):
-        """The weights of the prior, uint8 (R, C), and by weight the margin that it makes alone."""
-        return self._weights, self._due
+    def prior_margins(self):
+        """The weights of the prior, uint8 (R, C), and the margin that each weight makes alone."""
+        return self._weights, self._margin_of_prior
 
     def tile_history(self):
         """Return the `TileHistory` of the left picture."""
@@ -219,13 +220,13 @@ class WarmStart:
         return TileHistory(averaging.tiles[0].choices, self._strengths, averaging.ages_of_both,
                            averaging.noise, averaging.shift)
 
-    def kept_state(self, state, config):
+    def reused_state(self, state, config):
         """
-        Return the FrameState of a frame that keeps a result, None where it has to be searched.
+        Return the FrameState of a frame that reuses a result, None where it has to be searched.
 
         state: the FrameState of the previous frame, or None; config: the MatcherConfig
         """
-        result = kept_result(state, self._averaging.tiles, config)
+        result = reused_result(state, self._averaging.tiles, config)
         return result and replace(state, pictures=self._averaging.pictures,
                                   ages=self._averaging.ages, drifts=self._averaging.drifts,
                                   own=state.own._replace(**result._asdict()))

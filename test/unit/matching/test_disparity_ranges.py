@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import GROW, HalfSize, MARGIN, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPossibility, extra_columns, HALF_SIZE, View)
+    CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -160,12 +160,12 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     half_rows = shape[0] // 2
     possibility = CensusPossibility(
         half_rows, shape[1] // 2, -(-disparities // 2), HALF_SIZE, extra // 2)
-    full = View(*shape, False, 96), View(shape[0], shape[1] + extra, True, 96)
+    full = CensusPicture(*shape, False, 96), CensusPicture(shape[0], shape[1] + extra, True, 96)
     full[0].read(left, 0, places, 0, shape[0])
     read_moved(full[1], right, min_disparity, places)
     for view, half in zip(full, (possibility.left, possibility.right)):
         view.halve(half, 0, half_rows)
-    possibility.describe(View.describe, 0, half_rows)
+    possibility.describe(CensusPicture.describe, 0, half_rows)
     tiles = -(-shape[0] // TILE), -(-shape[1] // TILE)
     windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)), np.zeros(tiles[0], np.int64))
     half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)

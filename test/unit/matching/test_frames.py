@@ -49,11 +49,11 @@ def tiles_of(shape):
 def test_genes_move_with_the_picture_where_it_shows_the_same(shape, shift):
     cells, tiles = cells_of(shape), tiles_of(shape)
     genes = planes_of(cells), random_map(cells, 2), random_map(cells, 200, 1)
-    choices, settled = random_map(tiles, 2, 2, np.int8), random_map(tiles, 2, 3)
+    choices, quiet = random_map(tiles, 2, 2, np.int8), random_map(tiles, 2, 3)
     found = [np.zeros_like(part) for part in genes]
     for first, last in ((0, 1), (1, cells[0])):
-        grid.move_genes(*genes, choices, settled, *shift, *found, first, last)
-    for mine, twin in zip(found, twins.moved(*genes, choices, settled, shift)):
+        grid.move_genes(*genes, choices, quiet, *shift, *found, first, last)
+    for mine, twin in zip(found, twins.moved(*genes, choices, quiet, shift)):
         np.testing.assert_allclose(mine, twin, atol=1e-4)
 
 
@@ -176,7 +176,7 @@ def test_each_frame_is_a_generation_with_the_gains_of_its_operators():
     assert min(last.history[1].gains.values()) >= 0 and last.warm
     assert last.gains == {name: gain for row in last.history for name, gain in row.gains.items()}
     assert any(match.gains.get('region planes', 0) > 0 for match in matches)
-    assert matcher.state.own.evolved.any() and matcher.state.own.work.any()
+    assert matcher.state.own.evolved.any() and matcher.state.own.proposals.any()
 
 
 @pytest.mark.parametrize('noise', [0, 0.5])
@@ -190,9 +190,9 @@ def test_a_scene_that_stands_still_gets_better_and_never_worse_than_cold(noise):
 def test_sequences_are_the_same_with_any_number_of_threads_and_other_by_another_seed():
     one, three, other = (still(replace(CONFIG, **changes))[1].state.own for changes in (
         {}, {'threads': 3}, {'seed': 1}))
-    for name in ('labels', 'planes', 'evolved', 'work'):
+    for name in ('labels', 'planes', 'evolved', 'proposals'):
         np.testing.assert_array_equal(getattr(one, name), getattr(three, name))
-    assert (one.work != other.work).any()
+    assert (one.proposals != other.proposals).any()
 
 
 def test_a_frame_of_another_scene_inherits_nothing():
@@ -251,7 +251,7 @@ def test_the_bands_of_a_sequence_change_nothing():
             averaging.bands = [(0, 0, 19)]
         sequence += [matcher.match(*pair) for pair in pairs[1:]]
         assert matcher.state.own.evolved.any()
-        assert matcher.algorithm._warm_start.reliance[0].any()
+        assert matcher.algorithm._warm_start.prior_margins[0].any()
         found.append([matcher.state.own.planes, *(match.disparity for match in sequence),
                       *(match.confidence for match in sequence)])
     for parts, one in zip(*found):

@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.quality import planes
 from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS, STRIDE
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
-from fuzzy_stereo_ros.matching.quality.population import View
+from fuzzy_stereo_ros.matching.quality.population import EvolvingView
 from fuzzy_stereo_ros.matching.quality.result import averaged_with_planes
 from fuzzy_stereo_ros.matching.quality.strips import cut_strips
 from hypothesis import given, settings, strategies as st
@@ -42,9 +42,9 @@ def looked(seed, origin=None):
     return fitness, volume, colour, draw
 
 
-def cost_at(volume, row, column, label, lean):
+def cost_at(volume, row, column, label, column_step):
     """Return the cost of a whole label, beyond the other image what the last one inside costs."""
-    place = column + lean * label
+    place = column + column_step * label
     while place >= COLUMNS and label > 0:
         place, label = place - 1, label - 1
         if place == COLUMNS - 1:
@@ -69,7 +69,7 @@ def purity(colour, row, column):
 
 def plane_cost(volume, colour, plane, row, column, origin):
     """Return what a plane costs over its support, from the definition."""
-    lean = 0 if origin is None else 1
+    column_step = 0 if origin is None else 1
     total = mass = 0.0
     for down in range(-RADIUS, RADIUS + 1):
         for right in range(-RADIUS, RADIUS + 1):
@@ -88,9 +88,10 @@ def plane_cost(volume, colour, plane, row, column, origin):
             within = min(max(disparity, 0), LABELS - 1)
             label = int(within)
             place = x if origin is None else origin - x
-            cost = cost_at(volume, y, place, label, lean)
+            cost = cost_at(volume, y, place, label, column_step)
             if within > label:
-                cost += (within - label) * (cost_at(volume, y, place, label + 1, lean) - cost)
+                next_cost = cost_at(volume, y, place, label + 1, column_step)
+                cost += (within - label) * (next_cost - cost)
             total += weight * cost
     return total / mass * 1024 / 255
 
@@ -306,7 +307,7 @@ def test_a_segment_in_a_plane_is_averaged_with_it_and_a_curved_one_is_not():
     disparity = (truth + noise).astype(np.float32)
     disparity[3:6, 3:6] += 2
     fitness = PlaneFitness(40, 60, 16)
-    view = View(POOL, fitness, None, [None, (labels, 2)], (None, None, None))
+    view = EvolvingView(POOL, fitness, None, [None, (labels, 2)], (None, None, None))
     found = averaged_with_planes(view, disparity, disparity, Random((0,)))
     np.testing.assert_array_equal(found[labels == 1], disparity[labels == 1])
     np.testing.assert_array_equal(found[3:6, 3:6], disparity[3:6, 3:6])

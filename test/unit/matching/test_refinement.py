@@ -191,7 +191,7 @@ def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities
 def test_bands_change_nothing(rows, columns, height, seed):
     shape = rows, columns
     chosen, validity, final = chosen_at_random(shape, 30, seed)
-    grey, reliance = random_map(shape, 256, seed + 7), random_map(shape, 3, seed + 8)
+    grey, prior_weight = random_map(shape, 256, seed + 7), random_map(shape, 3, seed + 8)
     edges = [*range(0, rows, height), rows]
     found = []
     for bands in ([(0, 0, rows)], list(zip(range(len(edges)), edges, edges[1:]))):
@@ -199,17 +199,17 @@ def test_bands_change_nothing(rows, columns, height, seed):
         refinement.validity[:] = validity
         labels = refinement.smooth(POOL, chosen.labels, final, grey)
         found.append((labels, *refinement.write(
-            POOL, labels, chosen, (reliance, DUE), MatcherConfig(disparities=30))))
+            POOL, labels, chosen, (prior_weight, MARGINS), MatcherConfig(disparities=30))))
     for whole, parts in zip(*found):
         np.testing.assert_array_equal(whole, parts)
 
 
 POOL = ThreadPool(1)
-DUE = np.array([0, 6, 24], np.uint8)
+MARGINS = np.array([0, 6, 24], np.uint8)
 
 
-def no_reliance(shape):
-    return np.zeros(shape, np.uint8), DUE
+def no_prior(shape):
+    return np.zeros(shape, np.uint8), MARGINS
 
 
 def chosen_at_random(shape, disparities, seed):
@@ -232,11 +232,11 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     config = MatcherConfig(disparities=disparities, **changes)
     refinement = Refinement(shape[1], disparities, final.dtype, cut_bands(shape[0]))
     refinement.final_validity[:] = validity
-    reliance = random_map(shape, 3, seed + 6)
-    disparity, confidence = refinement.write(POOL, final, chosen, (reliance, DUE), config)
+    prior_weight = random_map(shape, 3, seed + 6)
+    disparity, confidence = refinement.write(POOL, final, chosen, (prior_weight, MARGINS), config)
     fine, agreeing = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
     sure = twins.confidence(twins.certainty(
-        chosen.sums, np.maximum(chosen.margins.astype(int) - DUE[reliance], 0), validity),
+        chosen.sums, np.maximum(chosen.margins.astype(int) - MARGINS[prior_weight], 0), validity),
         agreeing, validity)
     return disparity, confidence, fine, sure, validity
 
@@ -275,7 +275,7 @@ def test_only_where_nothing_is_known_a_pixel_is_rejected_without_a_threshold(mar
                              sums=np.full((19, 19), 255, np.uint8), margins=margins)
     refinement = Refinement(19, 64, np.uint8, cut_bands(19))
     disparity, _ = refinement.write(
-        POOL, labels, chosen, no_reliance(labels.shape), MatcherConfig())
+        POOL, labels, chosen, no_prior(labels.shape), MatcherConfig())
     assert np.count_nonzero(disparity == 7) == valid * AROUND**2
     assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
 
@@ -290,13 +290,13 @@ def half_certain(shape):
 
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     chosen, refinement = half_certain((5, 5))
-    labels, reliance = chosen.labels, no_reliance((5, 5))
+    labels, prior_weight = chosen.labels, no_prior((5, 5))
     confidence = float(refinement.write(
-        POOL, labels, chosen, reliance, MatcherConfig())[1][2, 2])
+        POOL, labels, chosen, prior_weight, MatcherConfig())[1][2, 2])
     assert confidence == pytest.approx(RIGHT[5], abs=1e-6)
     for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
         disparity, _ = refinement.write(
-            POOL, labels, chosen, reliance, MatcherConfig(confidence_threshold=threshold))
+            POOL, labels, chosen, prior_weight, MatcherConfig(confidence_threshold=threshold))
         assert np.isfinite(disparity[2, 2]) == known
 
 
@@ -306,7 +306,7 @@ def test_a_pixel_is_as_sure_as_many_neighbours_found_its_disparity(away, agreein
     labels = chosen.labels.copy()
     chosen.labels[0] += np.uint8(away)      # one of five rows found another surface
     confidence = refinement.write(
-        POOL, labels, chosen, no_reliance((5, 5)), MatcherConfig())[1][2, 2]
+        POOL, labels, chosen, no_prior((5, 5)), MatcherConfig())[1][2, 2]
     assert confidence == pytest.approx(
         np.interp(10 * 0.5 * agreeing / 25, range(11), RIGHT), abs=1e-6)
 

@@ -5,7 +5,7 @@ from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
 from fuzzy_stereo_ros.matching.kernels.addresses import repeat_bytes
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, carry, clear, copy, step
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Chosen
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, choose_of_target, fit_offsets, least_elsewhere)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, splat, store
@@ -129,7 +129,7 @@ class Scanned:
         self.possibility = seen(left, right, disparities, min_disparity, model)
         self.scanlines = Scanlines(self.possibility, tile)
         maps, self._guarded = zip(*map(guarded, self.scanlines.chosen))
-        self.scanlines.chosen = Chosen(*maps)
+        self.scanlines.chosen = SearchResult(*maps)
         self.windows = None if windows_seed is None else self.scanlines.windows
         if windows_seed is not None:
             self._choose_windows(np.random.default_rng(windows_seed))

@@ -35,7 +35,7 @@ def settled():
     matcher = StereoMatcher(CONFIG)
     for pair in frames(SETTLED + 1):
         match = matcher.match(*pair)
-    assert not match.kept
+    assert not match.reused
     return matcher.state, match
 
 
@@ -57,7 +57,7 @@ def with_object(rows, columns):
 
 def test_one_frame_in_so_many_is_searched_once_nothing_has_moved_for_long():
     matcher = StereoMatcher(CONFIG)
-    kept = [matcher.match(*pair).kept for pair in frames(SETTLED + 10)]
+    kept = [matcher.match(*pair).reused for pair in frames(SETTLED + 10)]
     assert kept == [False] * (SETTLED + 1) + 3 * [True, True, False]
 
 
@@ -65,7 +65,7 @@ def test_frames_between_have_the_result_of_the_last_search_in_arrays_of_their_ow
     matcher, found = after_settling(), settled()[1]
     for pair in frames(2, seed=1):
         match = matcher.match(*pair)
-        assert match.kept and match.warm and match.generations == 0
+        assert match.reused and match.warm and match.generations == 0
         np.testing.assert_array_equal(match.disparity, found.disparity)
         np.testing.assert_array_equal(match.confidence, found.confidence)
         match.disparity[:] = match.confidence[:] = 7
@@ -84,7 +84,7 @@ def test_noise_is_averaged_away_while_results_are_kept():
     pytest.param(lambda: make_pair(96, 160, 32, seed=9)[:2], id='a cut')])
 def test_a_frame_in_which_anything_changes_is_searched(change):
     matcher = after_settling()
-    assert not matcher.match(*next(frames(1, 1, change()))).kept
+    assert not matcher.match(*next(frames(1, 1, change()))).reused
 
 
 def test_an_object_that_appears_is_in_the_map_at_once():
@@ -99,14 +99,14 @@ def test_a_scene_comes_to_rest_again_after_an_object_has_appeared():
         matcher.match(*one)
     thing = np.random.default_rng(5).integers(0, 255, (24, 24)).astype(np.uint8)
     pair[0][96:120, 160:184] = pair[1][96:120, 140:164] = thing
-    kept = [matcher.match(*one).kept for one in frames(SETTLED + 8, 1, pair, noise=4.0)]
+    kept = [matcher.match(*one).reused for one in frames(SETTLED + 8, 1, pair, noise=4.0)]
     assert kept[-3:].count(True) == 2
 
 
 def test_what_appears_in_one_tile_waits_for_the_next_search():
     matcher = after_settling()
     pairs = frames(3, 1, with_object(8, 8))
-    assert [matcher.match(*pair).kept for pair in pairs] == [True, True, False]
+    assert [matcher.match(*pair).reused for pair in pairs] == [True, True, False]
 
 
 def test_the_search_after_kept_frames_forgets_the_map_where_a_tile_changed_meanwhile():
@@ -127,7 +127,7 @@ def test_the_search_after_kept_frames_forgets_the_map_where_a_tile_changed_meanw
         again = StereoMatcher(replace(config, still_interval=interval))
         again.restore(matcher.state)
         *_, last = (again.match(*one) for one in frames(3, 1, (left, right)))
-        assert not last.kept
+        assert not last.reused
         return np.mean(np.abs(last.disparity - truth)[np.isfinite(truth)] < 1)
 
     assert found(3) > found(1) - 0.03
@@ -137,7 +137,7 @@ def test_the_search_after_kept_frames_forgets_the_map_where_a_tile_changed_meanw
 def test_borders_that_are_a_fraction_of_a_tile_wide_do_not_look_as_if_something_moved(size):
     matcher, pair = StereoMatcher(CONFIG), make_pair(*size, 32)[:2]
     matches = [matcher.match(*one) for one in frames(SETTLED + 2, pair=pair)]
-    assert matches[-1].kept
+    assert matches[-1].reused
 
 
 @pytest.mark.parametrize('size', [(16, 16), (10, 14)])
@@ -146,20 +146,20 @@ def test_a_cut_is_seen_in_an_image_of_a_single_tile(size):
     matcher, pair, other = StereoMatcher(config), *(
         make_pair(*size, 4, seed=seed)[:2] for seed in (0, 5))
     matches = [matcher.match(*one) for one in frames(SETTLED + 2, pair=pair)]
-    assert matches[-1].kept
-    assert not matcher.match(*next(frames(1, 1, other))).kept
+    assert matches[-1].reused
+    assert not matcher.match(*next(frames(1, 1, other))).reused
 
 
 def test_settings_that_change_the_result_ask_for_a_search_threads_and_deadlines_do_not():
     pair = next(frames(1, seed=1))
-    assert not after_settling(replace(CONFIG, fill=True)).match(*pair).kept
-    assert after_settling(replace(CONFIG, threads=2)).match(*pair).kept
-    assert after_settling(replace(CONFIG, deadline_ms=30.0)).match(*pair).kept
+    assert not after_settling(replace(CONFIG, fill=True)).match(*pair).reused
+    assert after_settling(replace(CONFIG, threads=2)).match(*pair).reused
+    assert after_settling(replace(CONFIG, deadline_ms=30.0)).match(*pair).reused
 
 
 def test_an_interval_of_one_searches_every_frame():
     matcher = StereoMatcher(replace(CONFIG, still_interval=1))
-    assert not any(matcher.match(*pair).kept for pair in frames(SETTLED + 4))
+    assert not any(matcher.match(*pair).reused for pair in frames(SETTLED + 4))
 
 
 @pytest.mark.parametrize('step, kept', [(SECOND // 30, True), (SECOND // 5, True),
@@ -167,20 +167,20 @@ def test_an_interval_of_one_searches_every_frame():
 def test_a_result_is_kept_only_for_frames_that_follow_within_a_fifth_of_a_second(step, kept):
     matcher = StereoMatcher(CONFIG)
     matcher.restore(replace(settled()[0], stamp=SECOND))
-    assert matcher.match(*next(frames(1, seed=1)), stamp=SECOND + step).kept is kept
+    assert matcher.match(*next(frames(1, seed=1)), stamp=SECOND + step).reused is kept
 
 
 def test_each_frame_of_a_slow_camera_is_searched():
     matcher = StereoMatcher(CONFIG)
     matcher.restore(replace(settled()[0], stamp=SECOND))
-    assert not any(matcher.match(*pair, stamp=SECOND + number * SECOND // 2).kept
+    assert not any(matcher.match(*pair, stamp=SECOND + number * SECOND // 2).reused
                    for number, pair in enumerate(frames(4, seed=1), start=1))
 
 
 def test_results_of_the_right_image_are_kept_the_right_way_round():
     matcher = StereoMatcher(replace(CONFIG, reference='right'))
     *_, found, kept = (matcher.match(*pair) for pair in frames(SETTLED + 2))
-    assert kept.kept and not found.kept
+    assert kept.reused and not found.reused
     np.testing.assert_array_equal(kept.disparity, found.disparity)
 
 
@@ -188,4 +188,4 @@ def test_no_frame_of_a_camera_that_drives_is_kept():
     matcher = StereoMatcher(replace(CONFIG, still_interval=1000))
     matches = [matcher.match(left, right) for left, right, *_ in
                make_sequence(96, 160, 32, frames=SETTLED + 3, noise=NOISE, drive=0.5)]
-    assert not any(match.kept for match in matches)
+    assert not any(match.reused for match in matches)

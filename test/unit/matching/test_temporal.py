@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
     previous_prior, tile_strengths, trusted_cells)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion, RULES
-from fuzzy_stereo_ros.matching.realtime.possibility import View
+from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -198,7 +198,7 @@ def follow(scenes, noise):
     """Average views of scenes, noise added to each; return Averaging once all are seen."""
     random, averaging, pool = np.random.default_rng(7), Averaging(*SIZE, 0), ThreadPool(1)
     for number, shown in enumerate(scenes):
-        views = View(*SIZE, False, 0), View(*SIZE, True, 0)
+        views = CensusPicture(*SIZE, False, 0), CensusPicture(*SIZE, True, 0)
         for view in views:
             image = np.clip(np.rint(shown + noise * random.standard_normal(SIZE)), 0, 255)
             view.read(image.astype(np.uint8), 0, 8, 0, SIZE[0])

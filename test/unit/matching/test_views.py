@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns, FULL_SIZE, View
+from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture, extra_columns, FULL_SIZE
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -24,7 +24,7 @@ BOTH_WAYS = pytest.mark.parametrize('mirrored', [False, True])
 def view_of(image, mirrored=False, shift=0, places=None):
     """Return a view that has read and described an image."""
     rows, columns = image.shape[:2]
-    view = View(rows, columns, mirrored, REACH)
+    view = CensusPicture(rows, columns, mirrored, REACH)
     view.read(image, shift, luminance_shift(image, image) if places is None else places, 0, rows)
     view.describe(0, rows)
     return view
@@ -134,7 +134,7 @@ def test_a_black_pair_has_a_scale_too():
 @pytest.mark.parametrize('begin, extra', [(1, 2), (3, 4), (4, 4), (20, 6), (20, 20), (200, 8)])
 def test_a_view_is_spread_into_a_wider_one_that_loses_nothing_of_it(shape, begin, extra):
     image = image_of(shape)
-    narrow, wide = view_of(image, True), View(shape[0], shape[1] + extra, True, REACH)
+    narrow, wide = view_of(image, True), CensusPicture(shape[0], shape[1] + extra, True, REACH)
     grey = wide.grey.copy()
     for first, last in ((shape[0] // 2, shape[0]), (0, shape[0] // 2)):
         wide.spread(narrow, begin, first, last)
@@ -164,7 +164,7 @@ def test_the_target_has_all_columns_that_labels_reach_and_an_even_number_more(
 def test_the_half_size_image_is_the_mean_of_2_by_2_pixels(shape, mirrored):
     image = image_of(shape, 3)
     view = view_of(image, mirrored)
-    half = View(shape[0] // 2, shape[1] // 2, mirrored, REACH)
+    half = CensusPicture(shape[0] // 2, shape[1] // 2, mirrored, REACH)
     view.halve(half, 0, half.rows)
     luminance = twins.luminance(image, 0, 6)
     np.testing.assert_array_equal(luminance_of(half), twins.halved(luminance, rounded=False))
@@ -202,7 +202,7 @@ def test_labels_beyond_the_image_look_at_the_target_s_first_column():
 def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
     edges = sorted({0, rows, *data.draw(st.lists(st.integers(0, rows), max_size=3))})
     image = image_of((rows, 13), seed=rows)
-    whole, banded = view_of(image), View(rows, 13, False, REACH)
+    whole, banded = view_of(image), CensusPicture(rows, 13, False, REACH)
     bands = list(zip(edges, edges[1:]))
     for band in data.draw(st.permutations(bands)):
         banded.read(image, 0, 8, *band)
@@ -232,7 +232,8 @@ ROWS, COLUMNS = 96, 160
 def estimated(image):
     """Return the noise that is found in an image, grey levels."""
     rows, columns = image.shape[:2]
-    full, half = View(rows, columns, False, 0), View(rows // 2, columns // 2, False, 0)
+    full = CensusPicture(rows, columns, False, 0)
+    half = CensusPicture(rows // 2, columns // 2, False, 0)
     full.read(image, 0, 8 if image.ndim == 2 else 6, 0, rows)
     full.halve(half, 0, half.rows)
     estimate = NoiseEstimate(rows, columns)
@@ -286,7 +287,7 @@ def test_pixels_within_the_tolerance_take_the_mean_of_nine(seed, rows, columns, 
 @pytest.mark.parametrize('mirrored', [False, True])
 def test_the_census_compares_the_nearest_as_they_are_and_the_others_denoised(mirrored):
     image = np.random.default_rng(8).integers(0, 256, (11, 45)).astype(np.uint8)
-    view = View(*image.shape, mirrored, 32)
+    view = CensusPicture(*image.shape, mirrored, 32)
     view.read(image, 0, 8, 0, view.rows)
     view.denoise(5000, 0, view.rows)
     view.describe(0, view.rows)
@@ -307,7 +308,7 @@ def test_the_bands_of_a_pair_change_nothing(min_disparity):
         views._bands = bands
         views.read(ThreadPool(1), left, right, lambda *_: 1.0)
         assert views.noise > 0.4
-        views.describe(ThreadPool(1), View.describe)
+        views.describe(ThreadPool(1), CensusPicture.describe)
         found.append([array for size in (views.full, views.half)
                       for array in (size.left.census, size.right.census, size.left.slopes,
                                     size.right.slopes, *size.penalties[1:])])

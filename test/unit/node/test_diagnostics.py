@@ -17,10 +17,10 @@ KEYS = 'pairs dropped', 'unmatched left/image_rect', 'unmatched right/camera_inf
 NODE = SimpleNamespace(create_publisher=lambda *_: None)
 
 
-def matched(times=None, kept=False, disparity=(1.0,), confidence=(1.0,), misalignment=None,
+def matched(times=None, reused=False, disparity=(1.0,), confidence=(1.0,), misalignment=None,
             generations=0, motion=''):
     return SimpleNamespace(
-        times=times or {}, generations=generations, warm=True, motion=motion, kept=kept,
+        times=times or {}, generations=generations, warm=True, motion=motion, reused=reused,
         disparity=np.float32([disparity]), confidence=np.float32([confidence]),
         misalignment=misalignment)
 

@@ -55,10 +55,10 @@ def fill_supports(colours, radius, stride, by_colour, by_distance, share, suppor
 
 
 @inlined
-def _cost_at(volume, row, column, label, lean):
-    """Return the cost of a match; lean: columns of the volume that a label moves by."""
+def _cost_at(volume, row, column, label, column_step):
+    """Return the cost of a match; column_step: columns that its place moves by for each label."""
     columns = volume.shape[1]
-    place = column + lean * label
+    place = column + column_step * label
     if place < columns and place >= 0:
         return np.float32(volume[row, place, label])
     inside = label - (place - columns + 1)
@@ -69,19 +69,19 @@ def _cost_at(volume, row, column, label, lean):
 
 @kernel
 def plane_costs(volume, disparities, planes, selected, supports, masses, radius, stride, origin,
-                lean, costs, first, last):
+                column_step, costs, first, last):
     """
     Write what the planes of the selected pixels cost over their supports, 0 to UNIT.
 
-    volume: uint8 (R, C, labels), 0 to MOST, of the left image's pixels; origin, lean: 0, 0 for
-    planes of the left view; for the mirrored right view column x has its match of label d in
-    column origin - x + d of the left image, lean is 1. planes: float32 (R, C, 3); selected: bool
-    (R, C); supports, masses: see fill_supports; costs: int16 (R, C)
+    volume: uint8 (R, C, labels), 0 to MOST, of the left image's pixels; origin, column_step: 0, 0
+    for planes of the left view; for the mirrored right view column x has its match of label d in
+    column origin - x + d of the left image, column_step is 1. planes: float32 (R, C, 3);
+    selected: bool (R, C); supports, masses: see fill_supports; costs: int16 (R, C)
     """
     rows, columns = selected.shape
-    side, direction, reach = 2 * radius + 1, 1 - 2 * lean, radius * stride
+    side, direction, reach = 2 * radius + 1, 1 - 2 * column_step, radius * stride
     labels, flat, weights = volume.shape[2], volume.reshape(-1), supports.reshape(-1)
-    step = 1 + lean * labels
+    step = 1 + column_step * labels
     top, half = np.float32(disparities - 1), np.float32(0.5)
     for row in range(first, last):
         for column in range(columns):
@@ -94,11 +94,12 @@ def plane_costs(volume, disparities, planes, selected, supports, masses, radius,
                       + planes[row, column, 2])
             spread = (abs(slope) + abs(fall)) * np.float32(reach) + np.float32(1)
             least, most = middle - spread, middle + spread
-            nearest = origin + lean * np.int64(min(max(least, -half), top))
-            farthest = origin + lean * np.int64(min(max(most, -half), top))
+            nearest = origin + column_step * np.int64(min(max(least, -half), top))
+            farthest = origin + column_step * np.int64(min(max(most, -half), top))
             inside = (least >= 0 and most < top and begin >= 0 and end < columns
                       and row >= reach and row + reach < rows
-                      and (lean == 0 or (nearest - end > 0 and farthest - begin < columns - 2)))
+                      and (column_step == 0
+                           or (nearest - end > 0 and farthest - begin < columns - 2)))
             for down in range(max(radius - row // stride, 0),
                               min(side, (rows - 1 - row) // stride + radius + 1)):
                 y = row + (down - radius) * stride
@@ -127,10 +128,10 @@ def plane_costs(volume, disparities, planes, selected, supports, masses, radius,
                             within = min(max(disparity, np.float32(0)), top)
                             label = np.int64(within)
                             share = within - np.float32(label)
-                            cost = _cost_at(volume, y, origin + direction * x, label, lean)
+                            cost = _cost_at(volume, y, origin + direction * x, label, column_step)
                             if share > 0:
-                                cost += share * (_cost_at(
-                                    volume, y, origin + direction * x, label + 1, lean) - cost)
+                                cost += share * (_cost_at(volume, y, origin + direction * x,
+                                                          label + 1, column_step) - cost)
                             total += weight * cost
                     x += stride
                     disparity += slope * np.float32(stride)

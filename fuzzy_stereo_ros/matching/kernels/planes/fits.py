@@ -49,7 +49,7 @@ def random_plane(points, first, number, key, count):
 @kernel
 def local_planes(disparities, colours, radius, by_colour, limit, growth, planes, first, last):
     """
-    Write the plane fitted to the like neighbours around each pixel, its slopes held back.
+    Write the plane fitted to the similar neighbours of each pixel, with damped slopes.
 
     disparities: float32 (R, C), px; colours, by_colour, limit, growth: as in
     refinement/dense_map.local_planes; planes: float32 (R, C, 3)
@@ -89,7 +89,7 @@ def list_regions(labels, starts, pixels):
 
 @kernel
 def _points_of(flat, known, begin, end, pixels, columns, points):
-    """Write x, y and disparity of the trusted pixels of a region, of all if those are few."""
+    """Write x, y and disparity of a region's trusted pixels, or of all if few are trusted."""
     for few in range(2):
         number = 0
         for place in range(begin, end):
@@ -108,7 +108,7 @@ def _points_of(flat, known, begin, end, pixels, columns, points):
 def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, points, planes, first,
                   last):
     """
-    Fit a plane to each region: the best of random ones, then least squares of what agrees.
+    Fit a plane to each region: the best of random ones, then least squares of its inliers.
 
     Fischler and Bolles, Random sample consensus, 1981. Of regions with few trusted pixels all
     count.

@@ -16,34 +16,35 @@ import numpy as np
 
 
 @kernel
-def move_genes(planes, evolved, work, choices, settled, down, right, moved_planes, moved_evolved,
-               moved_work, first, last):
+def move_genes(planes, evolved, proposals, choices, quiet, down, right, moved_planes,
+               moved_evolved, moved_proposals, first, last):
     """
     Shift the genes of moved tiles by a number of cells; copy those of unmoved tiles.
 
-    planes: float32 (r, c, 3); evolved: uint8 (r, c), 0 where a gene follows the map; work: uint8
-    (r, c); choices: int8 (tile rows, tile columns), 0 where a tile of pixels stayed; settled:
-    uint8, likewise, 0 where nothing comes over and zeros are written; down, right: cells; rows
-    first .. last are written
+    planes: float32 (r, c, 3); evolved: uint8 (r, c), 0 where a gene follows the map; proposals:
+    uint8 (r, c), how many planes were proposed; choices: int8 (tile rows, tile columns), 0 where
+    a tile of pixels stayed; quiet: uint8, likewise, 0 for tiles whose genes are set to 0; down,
+    right: cells; the rows first to last - 1 are written
     """
     rows, columns = evolved.shape
     side = TILE // 2
     for row in range(first, last):
-        for tile in range(settled.shape[1]):
+        for tile in range(quiet.shape[1]):
             begin, end = tile * side, min((tile + 1) * side, columns)
             here = row // side, tile
             y, moved = (row - down, right) if choices[here] != 0 else (row, 0)
             from_, to = begin, begin        # of the cells of this tile that come over
-            if settled[here] != 0 and 0 <= y < rows:
+            if quiet[here] != 0 and 0 <= y < rows:
                 from_, to = max(begin, moved), min(end, columns + moved)
             for column in range(begin, end):
                 if not from_ <= column < to:
-                    moved_evolved[row, column] = moved_work[row, column] = 0
+                    moved_evolved[row, column] = moved_proposals[row, column] = 0
                     moved_planes[row, column] = 0
             for column in range(from_, to):
                 x = np.uint64(column - moved)
                 slope, fall, offset = planes[y, x, 0], planes[y, x, 1], planes[y, x, 2]
-                moved_evolved[row, column], moved_work[row, column] = evolved[y, x], work[y, x]
+                moved_evolved[row, column] = evolved[y, x]
+                moved_proposals[row, column] = proposals[y, x]
                 moved_planes[row, column, 0], moved_planes[row, column, 1] = slope, fall
                 moved_planes[row, column, 2] = (offset - slope * np.float32(moved)
                                                 - fall * np.float32(row - y))
@@ -53,11 +54,11 @@ def move_genes(planes, evolved, work, choices, settled, down, right, moved_plane
 def sample_map(chromosome, labels, offsets, validity, margins, clear, down, right, disparities,
                consistent, mutated, doubts, first, last):
     """
-    Write what a chromosome and the scanlines say of the cells of some rows.
+    Sample a chromosome and the result of the search at the cells of some rows.
 
-    chromosome: (R, C) labels; labels, offsets, margins: of the scanlines' `Chosen`; validity:
-    uint8 (R, C); clear: margin that leaves no doubt; disparities: float32 (r, c), px; consistent:
-    bool (r, c); mutated: bool (r, c), consistent matches that the chromosome has otherwise;
+    chromosome: (R, C) labels; labels, offsets, margins: of the `SearchResult`; validity: uint8
+    (R, C); clear: margin that leaves no doubt; disparities: float32 (r, c), px; consistent: bool
+    (r, c); mutated: bool (r, c), consistent matches whose label the chromosome has changed;
     doubts: uint8 (r, c), 0 to clear
     """
     for row in range(first, last):
@@ -197,14 +198,14 @@ def trust_visible(planes, consistent, right, begin, highest, full, little, neare
 
 
 @kernel
-def rank_regions(begin, end, row_runs, region, doubts, work, cells, doubt, worked):
+def rank_regions(begin, end, row_runs, region, doubts, proposals, cells, doubt, proposed):
     """
     Sum cells, doubt and proposals per region: int64 (N,).
 
     begin, end, row_runs, region: runs of rows and their regions, see segments.py; doubts,
-    work: uint8 (r, c)
+    proposals: uint8 (r, c), of the cells; cells, doubt, proposed: their number and sums by region
     """
-    cells[:] = doubt[:] = worked[:] = 0
+    cells[:] = doubt[:] = proposed[:] = 0
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
             mine = region[run]
@@ -213,7 +214,7 @@ def rank_regions(begin, end, row_runs, region, doubts, work, cells, doubt, worke
             cells[mine] += end[run] - begin[run]
             for column in range(begin[run], end[run]):
                 doubt[mine] += doubts[row, column]
-                worked[mine] += work[row, column]
+                proposed[mine] += proposals[row, column]
 
 
 @kernel
@@ -235,9 +236,9 @@ def choose_regions(order, cells, most, numbers, starts):
 
 @kernel
 def list_chosen(begin, end, row_runs, region, numbers, starts, ends, pixels, labels, selected,
-                work):
+                proposals):
     """
-    List the cells of the chosen regions, and count that they are worked on.
+    List the cells of the chosen regions, and count a proposal for each of these cells.
 
     starts: int32 (n + 1,); ends: int32 (n,), memory; pixels: int32, those of region i are
     pixels[starts[i]:starts[i + 1]]; labels: int32 (r, c), its number; selected: bool (r, c)
@@ -253,22 +254,22 @@ def list_chosen(begin, end, row_runs, region, numbers, starts, ends, pixels, lab
                 pixels[ends[mine]] = row * selected.shape[1] + column
                 ends[mine] += 1
                 labels[row, column], selected[row, column] = mine, True
-                work[row, column] = min(work[row, column] + 1, 255)
+                proposals[row, column] = min(proposals[row, column] + 1, 255)
 
 
 @kernel
-def propose_planes(planes, labels, region_planes, settled, highest, selected, proposal,
+def propose_planes(planes, labels, region_planes, quiet, highest, selected, proposal,
                    disparities):
     """
     Write a proposal: the selected cells have the planes of their regions, others their own.
 
     planes, proposal: float32 (r, c, 3); labels: int32 (r, c); region_planes: float32 (n, 3);
-    settled: uint8 (tile rows, tile columns), 0 where nothing is proposed; highest: px;
+    quiet: uint8 (tile rows, tile columns), 0 where nothing is proposed; highest: px;
     disparities: float32 (r, c), px, of the proposal where it is selected
     """
     for row in range(labels.shape[0]):
         for column in range(labels.shape[1]):
-            selected[row, column] &= settled[2 * row // TILE, 2 * column // TILE] > 0
+            selected[row, column] &= quiet[2 * row // TILE, 2 * column // TILE] > 0
             if selected[row, column]:
                 mine = labels[row, column]
                 for part in range(3):

@@ -29,7 +29,7 @@ def _like(luminance, y, x, row, column, down, right, shape):
 
 @inlined
 def _spread(planes, evolved, row, apart, lines):
-    """Write of the cells of a row: disparity, slope, fall, and how far labels may lie from it."""
+    """Write disparity, slope, fall and tolerance of labels, px, of each cell of a row."""
     columns = evolved.shape[1]
     middle, slopes, falls, slack = lines[0], lines[1], lines[2], lines[3]
     for column in range(columns):

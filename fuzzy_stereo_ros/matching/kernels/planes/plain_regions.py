@@ -3,10 +3,10 @@
 """
 Evidence of plain regions for disparities: faint texture of both views, correlated and summed.
 
-A pixel of a plain wall says nothing, all of them together do. Pictures are measured on every other
-row. Their texture is split into two bands by differences of binomial means inside the mask of what
-is plain, so that edges around do not ring into it. The products of both views are summed in cells
-of 8 of these rows and 16 columns, for every disparity.
+One pixel of a plain wall does not determine its disparity; all of its pixels together do. Pictures
+are measured on every other row. Their texture is split into two bands by differences of binomial
+means inside the mask of plain pixels, so that edges outside the mask add nothing. The products of
+both views are summed in cells of 8 of these rows and 16 columns, for every disparity.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -18,12 +18,12 @@ import numpy as np
 
 PAD = 4              # columns around a picture, as far as the widest mean reaches
 BANDS = 2            # of texture: 1 to 2 px and 2 to 4 px
-LARGEST = 11         # of a quantised band: the sums of a cell stay below 2**15
+LARGEST = 11         # value of a quantised band: the sums of a cell stay below 2**15
 ROWS, COLUMNS = 8, 16    # rows (of the picture: every other one) and columns of a cell
-COUNTED = 4          # one row in so many is counted
-PLAIN = 2**16 - 1    # of a mask at full width
+COUNTED = 4          # every COUNTED-th row is counted
+PLAIN = 2**16 - 1    # value of a set pixel in a mask at full width
 REACH = 3            # rows that the means of a row reach over, above and below
-NONE = np.uint32(0xFFFFFFFF)     # which lanes of an empty part of a mask are 0
+NONE = np.uint32(0xFFFFFFFF)     # the bits of lanes equal to 0 where no lane of a mask is set
 RING = 8             # rows, at least 2 * REACH + 1
 
 
@@ -200,7 +200,7 @@ def _subtract_row(fine, coarse, mask, row, band, target, ends, sums):
 @kernel(allocates=True)
 def split(luminance, mask, ends, offset, inside, bands, seen, written, sums, first, last):
     """
-    Split the texture of every other row into bands, where it is plain, from fine to coarse.
+    Split the texture of every other row into bands, fine to coarse, where the picture is plain.
 
     Each is the difference of a mean of pixels and a wider one: of 3 x 3 pixels, then of a row's
     pixels 2 apart and those of the rows above and below, then of twice as far ones.
@@ -307,9 +307,9 @@ def vote(left, right, seen, begin, end, row_runs, region, places, half_labels, b
     left, right: int16 (BANDS, r, ...), padded, the right one mirrored; seen: uint16, its mask;
     places: of list_cells; half_labels: (r, c), the map at half size; base: index of the candidate
     of column 0 for label 0; curves: int16 (cells, BANDS, labels), counts: int16 (cells, labels),
-    of candidates that are seen, in one of COUNTED rows; cells: int32 (cells, 4 + BANDS): pixels of
-    half size, sums of their columns, rows and labels, and the power of each band; first, last: the
-    rows of whole cells
+    how many candidates are seen, in every COUNTED-th row; cells: int32 (cells, 4 + BANDS): number
+    of half-size pixels, sums of their columns, rows and labels, and the power of each band; first,
+    last: the rows of whole cells
     """
     labels = curves.shape[2]
     sums, numbers = curves.view(np.uint16).reshape(-1), counts.view(np.uint16).reshape(-1)
@@ -352,13 +352,14 @@ def vote(left, right, seen, begin, end, row_runs, region, places, half_labels, b
 
 
 @kernel
-def write_planes(begin, end, row_runs, region, places, kept, planes, half_disparities, half_labels,
-                 disparities, labels, weights, weight, first, last):
+def write_planes(begin, end, row_runs, region, places, accepted, planes, half_disparities,
+                 half_labels, disparities, labels, weights, weight, first, last):
     """
-    Write planes into a half-size map and into the prior of the full search, in the cells kept.
+    Write planes into a half-size map and into the prior of the full search, in accepted cells.
 
-    kept: uint8, by cell; planes: float64 (regions, 3), of half-size x and y and full disparity;
-    half_labels: (r, c); labels, weights: (R, C), of the prior; first, last: half-size rows
+    accepted: uint8, by cell; planes: float64 (regions, 3), of half-size x and y and full
+    disparity; half_labels: (r, c); labels, weights: (R, C), of the prior; first, last: half-size
+    rows
     """
     half_highest, highest = np.int64(half_disparities - 1), np.int64(disparities - 1)
     for row in range(first, last):
@@ -369,7 +370,7 @@ def write_planes(begin, end, row_runs, region, places, kept, planes, half_dispar
             half = np.int64(begin[run])
             while half < end[run]:
                 stop = min(np.int64(end[run]), (half // (COLUMNS // 2) + 1) * (COLUMNS // 2))
-                if kept[places[region[run], row // ROWS, half // (COLUMNS // 2)]]:
+                if accepted[places[region[run], row // ROWS, half // (COLUMNS // 2)]]:
                     step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
                     for lower in range(2):
                         label = np.int64(2**16 * (

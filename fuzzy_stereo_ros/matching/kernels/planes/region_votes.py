@@ -1,26 +1,27 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which plane the evidence of a plain region is for, and whether it is taken.
+The plane that the evidence of a plain region supports, and whether the region takes it.
 
-The evidence is a curve over the disparities for each cell, see plain_regions.py. In a sum of cells
-it is counted in deviations of what other disparities have. No estimate of noise is needed.
+The evidence is a curve over the disparities for each cell, see plain_regions.py. A sum over cells
+is measured in standard deviations of the evidence of the other disparities, so that no estimate of
+noise is needed.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED
 import numpy as np
 
-APART = 3            # px from the best disparity from which another one is another one
+APART = 3            # px from the best disparity; nearer ones count as the same
 LOWEST = 6.5         # deviations that the best disparity must have
 LEAD = 2.0           # deviations by which it must exceed the map
 TILTED = 2.0         # deviations that a slant must gain
-SECOND = 0.6         # of its deviations, the most that another one may have
+SECOND = 0.6         # share of its deviations that the second best disparity may reach
 AGREE = 1            # px by which both halves of the region may differ from it
-DECISIVE = 4.0       # deviations of a cell at which the map needs no help
-LENIENT = -2.5       # deviations by which a cell may speak for the map
-VISIBLE = 0.3        # of the pixels most seen at a disparity, those that another one needs
+DECISIVE = 4.0       # deviations of the map in a cell from which the cell keeps the map
+LENIENT = -2.5       # deviations by which a cell may support the map instead of the plane
+VISIBLE = 0.3        # least share of visible pixels, of the most that any disparity has
 STEPS, STEEPEST = (2.0, 1.0, 0.5, 0.25), 6.0     # px at the border of a region: climbed, at most
-SAMPLES = 8          # wrong disparities that show what a cell has by chance
+SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 GAIN = 0.05          # deviations that a step must gain
 
 
@@ -71,7 +72,7 @@ def _score(totals, counts, valid, floors, scores, middles, spreads, deviations):
 
 @inlined
 def _best(deviations, nearest):
-    """Return the label of most evidence, from the nearest one on."""
+    """Return the label with the most evidence, from the label `nearest` on."""
     best = min(nearest, deviations.size - 1)
     for label in range(best, deviations.size):
         if deviations[label] > deviations[best]:
@@ -125,7 +126,7 @@ def sum_cells(curves, counts, cells, places, start, power, totals, seen, floors)
     Sum the cells of a region, all of them and each half, chequered.
 
     totals: int32 (3, BANDS, labels), seen: int32 (3, labels), 0 at first: the whole and both
-    halves; floors: float64 (BANDS,), what products of independent pixels deviate by
+    halves; floors: float64 (BANDS,), standard deviation of products of independent pixels
     """
     labels, pixels = seen.shape[1], 0
     floors[:] = 0
@@ -178,7 +179,7 @@ def centres(cells, start, right, down):
 @kernel(allocates=True)
 def evidence_of_map(cells, places, start, nearest, weighted, seen, found):
     """
-    Return the deviations of a map from no evidence; write what each cell has of them.
+    Return the evidence for a map, in deviations from none; write the part of each cell.
 
     The map is smoothed: each cell has the mean of the labels around it. found: float64 (cells,)
     """
@@ -199,7 +200,7 @@ def evidence_of_map(cells, places, start, nearest, weighted, seen, found):
 
 @kernel(allocates=True)
 def evidence_of_plane(weighted, seen, right, down, plane, found):
-    """Return the deviations of a plane from no evidence; write what each cell has of them."""
+    """Return the evidence for a plane, in deviations from none; write the part of each cell."""
     total = number = 0.0
     for place in range(right.size):
         disparity = plane[0] + plane[1] * right[place] + plane[2] * down[place]
@@ -212,9 +213,9 @@ def evidence_of_plane(weighted, seen, right, down, plane, found):
 @kernel(allocates=True)
 def climb(weighted, seen, right, down, plane, found):
     """
-    Tilt a plane to where it has most evidence, if that is much more; return its deviations.
+    Tilt a plane to where it has the most evidence, if it gains much; return its deviations.
 
-    They count from no evidence; what each cell has of them is written.
+    They count from no evidence; the part of each cell is written.
 
     plane: float64 (3,), disparity at the centre, and by how much it changes to the border
     """
@@ -237,7 +238,7 @@ def climb(weighted, seen, right, down, plane, found):
 
 @kernel(allocates=True)
 def by_chance(weighted, valid, places, start, nearest, best):
-    """Return what cells and those around deviate by at wrong disparities, the median of some."""
+    """Return the median evidence of 3 x 3 cells at some wrong disparities, in deviations."""
     labels, number = valid.size, len(weighted)
     around, found, samples = np.zeros(number), np.zeros(labels), 0
     for label in range(nearest, labels, max(labels // SAMPLES, 1)):
@@ -250,16 +251,16 @@ def by_chance(weighted, valid, places, start, nearest, best):
 
 @kernel(allocates=True)
 def judge(curves, counts, cells, places, start, stop, disparities, nearest, power, plane, figures,
-          kept):
+          accepted):
     """
-    Write the plane that a region has most evidence for; return whether it is taken.
+    Write the plane with the most evidence in a region; return whether the region takes it.
 
     curves, counts, cells: of plain_regions.vote; places: int32 (cell rows, cell columns), of the
     region; start, stop: its cells; nearest: label from which on there is evidence; power:
     float64 (BANDS,), mean square of the other view; plane: float64 (3,), of half-size x and y and
     full disparity, NaN where none is taken; figures: float64 (5,): deviations of the best
-    disparity, of the best other one, by how much halves differ, px, deviations of the map, and of
-    cells in those by chance; kept: uint8 (cells,), where the plane is taken
+    disparity, of the second best, difference of the halves in px, deviations of the map, and
+    deviations of cells by chance; accepted: uint8 (cells,), where the plane is taken
     """
     number, labels = stop - start, disparities
     plane[:], figures[:] = np.nan, 0
@@ -304,7 +305,7 @@ def judge(curves, counts, cells, places, start, stop, disparities, nearest, powe
         return False
     limit = max(figures[4] - DECISIVE, LENIENT) * usual
     spread_around(of_plane - of_map, places, start, around)
-    kept[start:stop] = around > limit
+    accepted[start:stop] = around > limit
     plane[0], plane[1] = found[1] / wide, found[2] / high
     plane[2] = found[0] - plane[0] * x - plane[1] * y
     return True

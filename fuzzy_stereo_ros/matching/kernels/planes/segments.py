@@ -4,8 +4,8 @@
 Segments of like pixels; regions of weak texture, a plane for each, and the mutant of these planes.
 
 Segments are those of Felzenszwalb and Huttenlocher, Efficient graph-based image segmentation,
-2004. Regions of weak texture are grown by runs of a row, whose mean tells more than a pixel: no
-edges are sorted, and noise leads no region across an edge. Their coordinates are those of the
+2004. Regions of weak texture are grown by runs of a row, whose mean is less noisy than a pixel: no
+edges are sorted, and noise joins no regions across an edge. Their coordinates are those of the
 half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
@@ -14,8 +14,8 @@ from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
-PARTS = 16           # differences of pixels are counted in such parts of 1
-LEVELS = 2**13       # differences from here on count alike
+PARTS = 16           # differences of pixels are counted in units of 1 / PARTS
+LEVELS = 2**13       # larger differences count as equal
 
 
 @kernel
@@ -110,9 +110,10 @@ def find_runs(luminance, margin, weak, step, apart, overlap, begin, end, parent,
 
     Those of the rows first .. last are numbered from first * c on.
 
-    luminance: uint16 (r + 2 margin, ...), with a margin; weak: uint8 (r, c); step: what a pixel
-    may differ from its run by; apart: what the means of two runs may differ by where they overlap,
-    by `overlap` pixels or more; begin, end, parent: int32 (r * c,), columns of each run and
+    luminance: uint16 (r + 2 margin, ...), with a margin; weak: uint8 (r, c); step: largest
+    difference of a pixel from its run; apart: largest difference of the means of two runs that
+    are joined, where they overlap by `overlap` pixels or more; begin, end, parent: int32 (r * c,),
+    columns of each run and
     the union-find of runs; row_runs: int32 (r, 2), the first run of each row and the one after
     its last; sums: int32 (2, c + 1), memory.
     """

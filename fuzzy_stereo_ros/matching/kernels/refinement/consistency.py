@@ -83,17 +83,17 @@ def reject_nearer(disparity, confidence, highest, counts, first, last):
 
 
 @kernel
-def reject_changed(labels, genes, validity, settled, first, last):
+def reject_changed(labels, genes, validity, final_validity, first, last):
     """
     Copy the validity, and invalidate cells whose gene changed by more than one label.
 
-    labels, genes: (R, C); validity, settled: uint8 (R, C). A step of one is no change.
+    labels, genes: (R, C); validity, final_validity: uint8 (R, C). A step of one is no change.
     """
     for row in range(first, last):
         for column in range(labels.shape[1]):
             away = abs(np.int32(labels[row, column]) - np.int32(genes[row, column]))
             before = validity[row, column]      # always read: AVX2 masks no bytes
-            settled[row, column] = np.uint8(INVALID) if away > 1 else before
+            final_validity[row, column] = np.uint8(INVALID) if away > 1 else before
 
 
 @kernel

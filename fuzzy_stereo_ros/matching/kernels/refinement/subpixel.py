@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Sub-pixel disparities, the mean offset of the like neighbours of a pixel, and the output.
+Sub-pixel disparities, the mean offset of similar neighbours of a pixel, and the output.
 
 The output is disparity and confidence as the user gets them.
 """
@@ -75,24 +75,24 @@ def smooth_offsets(final, fitted, total, count, fine, agreeing, first, last):
 
 CLEAR_MARGIN = 24    # summed cost by which the best label elsewhere is worse: half sure
 CERTAIN = 255 * 256   # of a label that is certain
-LINES = 10           # that confidence is the least of
+LINES = 10           # confidence is the minimum of so many lines
 
 
 @kernel(allocates=True)
-def certainty(sums, margins, reliance, due, validity, certain, first, last):
+def certainty(sums, margins, prior_weight, margin_of_prior, validity, certain, first, last):
     """
     Compute the certainty of each label from its cost and its uniqueness margin.
 
     sums, margins: uint8 (R, C), the summed cost of the label and how much worse the best label
-    elsewhere is; reliance: uint8 (R, C), how much the search relied on the previous best, and
-    due: uint8, by that, how much of a margin comes of it; certain: uint16 (R, C), 0 to CERTAIN, 0
-    where not consistent.
+    elsewhere is; prior_weight: uint8 (R, C), the weight of the prior from the previous frame;
+    margin_of_prior: uint8, the margin that each weight makes by itself; certain: uint16 (R, C), 0
+    to CERTAIN, 0 where not consistent.
     """
     columns = sums.shape[1]
     lost = np.empty(columns, np.uint8)
     for row in range(first, last):
         for column in range(columns):
-            lost[column] = due[reliance[row, column]]
+            lost[column] = margin_of_prior[prior_weight[row, column]]
         for column in range(columns):
             possible = np.float32(256) - np.float32(sums[row, column])
             consistent = np.float32(validity[row, column] == CONSISTENT)
@@ -107,9 +107,9 @@ def certainty(sums, margins, reliance, due, validity, certain, first, last):
 def write_out(fine, validity, certain, agreeing, lines, min_disparity, disparities, fill,
               threshold, disparity, confidence, first, last):
     """
-    Write disparities in pixels and how sure each is.
+    Write disparities in pixels and their confidence.
 
-    The fewer neighbours found a disparity, the less sure it is: the surface ends, or is none.
+    A disparity that few neighbours found has less confidence: the surface ends there.
 
     fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: int32 (R, C), the sum of the area;
     agreeing: uint8 (R, C), see smooth_offsets; lines: float32 (LINES, 2), confidence is the least

@@ -13,7 +13,7 @@ import numpy as np
 def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, first_row,
                  last_row):
     """
-    Write the labels that each tile searches: those of the half map around it, and a margin.
+    Write the label range that each tile searches: that of the half map around it, and a margin.
 
     half: (r, c) labels at half size, of half_disparities; tile, grow: pixels of the full image,
     even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32;
@@ -85,7 +85,7 @@ def weak_texture(steps, limit, weak, first, last):
 
 @kernel(allocates=True)
 def flat(labels, most, smooth, first, last):
-    """Mark the pixels whose 3 x 3 labels span at most `most`: uint8 (r, c)."""
+    """Mark the pixels whose 3 x 3 labels differ by at most `most`: uint8 (r, c)."""
     rows, columns = labels.shape
     low, high = np.empty(columns + 2, labels.dtype), np.empty(columns + 2, labels.dtype)
     for row in range(first, last):
@@ -108,8 +108,8 @@ def half_prior(half, found, validity, weak, smooth, clear, labels, weights, firs
     """
     Spread the half map, doubled, as a prior: weight 1 where it can be relied on, else 0.
 
-    A label that is still the one found first is doubled with its sub-pixel offset. What was found
-    with a margin below `clear` is left out: a prior from no evidence would look like evidence.
+    A label that the median has not changed is doubled with its sub-pixel offset. Labels found with
+    a margin below `clear` are left out: a prior without evidence would look like evidence.
 
     half, validity, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
     labels, weights: (R, C), R in (2 r, 2 r + 1); first, last: rows of the half map.

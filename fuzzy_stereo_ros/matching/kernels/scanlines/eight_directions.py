@@ -3,8 +3,8 @@
 """
 Scanline optima from eight directions, along the surface of a parent (Hirschmueller, 2008).
 
-Not in the paper: the best that data alone gives. With a parent, what counts as smooth is
-not an equal label but an equal distance to the parent's surface (Scharstein, Taniai and Sinha,
+Not in the paper: the best map that the data alone give. With a parent, smooth means an equal
+distance to the parent's surface instead of an equal label (Scharstein, Taniai and Sinha,
 Semi-global stereo matching with surface orientation priors, 2017): slanted surfaces cost nothing.
 Four directions are summed on the way down the rows, the others on the way up, where the labels
 are chosen at once. Sums are uint16: a path costs at most FULL + P2.
@@ -145,7 +145,7 @@ def _first_equal(sums, place, labels, value):
 
 @kernel
 def _stretched(offset):
-    """Return an offset pushed away from the whole pixel, to which costs of supports pull it."""
+    """Return an offset moved away from whole pixels, to which costs of supports bias it."""
     size = np.float32(0.5) * np.float32(2 * abs(offset))**np.float32(STRETCH)
     return size if offset > 0 else -size
 

@@ -5,10 +5,10 @@ Full-size genes from a half-size parent: inherited, mutated by one, and selected
 
 Not in the paper, whose cells mutate one by one. In a small tile the half-size map has few labels:
 these genes, doubled and changed by one, are the candidates of all of the tile's cells, so that a
-cell may inherit from its neighbours. Their costs are summed over the neighbours of like grey, down
-the columns, then along the rows; a candidate that differs from what the cell itself inherits, or
-from the previous best, costs more. The cheapest is selected. Vectors hold the pixels of a row, not
-labels, from the right to the left: what one candidate points at lies side by side.
+cell may inherit from its neighbours. Their costs are summed over neighbours of similar grey, down
+the columns, then along the rows; a candidate that differs from the parent of the cell itself costs
+more, up to CUT labels. The cheapest is selected. Vectors hold the pixels of a row, not
+labels, from the right to the left: the pixels that one candidate points at lie side by side.
 """
 from typing import NamedTuple
 
@@ -25,23 +25,23 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 WIDE = 2 * LANES    # pixels of a vector
-RADIUS = 3          # px, of the neighbours that costs are summed over
-ALIKE = 12          # grey levels, by which they may differ
+RADIUS = 3          # px, of the square of neighbours over which costs are summed
+ALIKE = 12          # grey levels by which these may differ
 SUM_PLACES = 2      # sums over columns are divided by 2**SUM_PLACES, to stay bytes
-CUT = 4             # labels from its own parent from where on a candidate costs no more
-OWN, WEAK = 4, 20   # what each of these labels costs, and where texture is weak
+CUT = 4             # labels from the parent of a cell beyond which the cost does not grow
+OWN, WEAK = 4, 20   # cost of each of these labels, and where texture is weak
 ROWS = 16           # of a tile
 COLUMNS = WIDE - 2 * (RADIUS + 1)    # of a tile: the sums of the others lack neighbours
 GROW = 4            # px, even, around a tile whose genes it inherits
-MOST = 255          # candidates of a tile; of more the largest are left out
-AROUND = ROWS + 2 * RADIUS           # rows that costs are needed of
+MOST = 255          # largest number of candidates of a tile; the largest disparities are dropped
+AROUND = ROWS + 2 * RADIUS           # rows whose costs are needed
 TAPS = 2 * RADIUS + 1
-PAD = 8             # bytes around a vector: what is beyond counts nothing
+PAD = 8             # bytes around a vector, whose values have no effect
 PADDED = WIDE + 2 * PAD
 
 
 class Pair(NamedTuple):
-    """A pair and what is chosen for it; what is no size or number of the model is an address."""
+    """A pair and its result; fields other than sizes and constants of the model are addresses."""
 
     rows: int
     columns: int             # from here on see Features
@@ -63,7 +63,7 @@ class Pair(NamedTuple):
     label_bytes: int         # of parents and labels: 1 or 2
     last_parent: int         # a parent cannot be nearer
     target_columns: int
-    labels: int              # see Chosen
+    labels: int              # from here on see SearchResult
     offsets: int
     sums: int
     margins: int
@@ -83,8 +83,8 @@ class Tile(NamedTuple):
     numbers: int        # uint16: the candidates
     inner: int          # 255 where both neighbours of a candidate are candidates
     seen: int           # a byte a label, and one before and behind them
-    lines: int          # five vectors: what is handed over of a row
-    offers: int         # uint16: what the target's pixels are offered
+    lines: int          # five vectors: the result of a row
+    offers: int         # uint16: labels offered to the target's pixels
 
 
 def sizes(labels, target_columns):
@@ -147,7 +147,7 @@ def _inherit(pair, tile, top, below, left, right):
 
 @inlined
 def _gather(pair, tile, kind, start, top, below):
-    """Gather what the costs and sums of a tile need, whichever the candidate is."""
+    """Gather the inputs of a tile's costs and sums that do not depend on the candidate."""
     rows, columns = pair.rows, pair.columns
     for near in range(AROUND):
         row = top - RADIUS + near
@@ -185,7 +185,7 @@ def _gather(pair, tile, kind, start, top, below):
 
 @inlined
 def _gather_parents(pair, tile, kind, start, top, below):
-    """Gather the parents of a tile's cells, and what each label away from them costs."""
+    """Gather the parents of a tile's cells, and the cost of each label away from them."""
     columns, own, weak = pair.columns, splat_like(kind, OWN), splat_like(kind, WEAK - OWN)
     for near in range(below - top):
         at, place = (top + near) * columns, 2 * near * WIDE
@@ -230,7 +230,7 @@ def _sum_columns(tile, kind, index, height):
 
 @inlined
 def _summed(tile, kind, near, index, here):
-    """Return the cost of a candidate in a row of a tile: that of inheritance, and the sums."""
+    """Return the cost of a candidate in a row of a tile: distance from its parent, and sums."""
     parent = load_like(kind, tile.parents, 2 * near * WIDE)
     away = minimum(minimum(subtract(here, parent), subtract(parent, here)), splat_like(kind, CUT))
     total = multiply(away, load_like(kind, tile.parents, (2 * near + 1) * WIDE))
@@ -257,7 +257,7 @@ def _select(tile, kind, near, count):
         label = np.int64(load_short(tile.numbers, index))
         total = _summed(tile, kind, near, index, splat_like(kind, label & 255))
         better = less(total, best)
-        # labels that are not beside this one have lost to `apart`
+        # the best cost so far among the labels that are not beside this one
         beside = splat_like(kind, 255 if label == before + 1 else 0)
         beside_best = bit_and(beside, equal(chosen, splat_like(kind, index - 1)))
         apart = choose(beside, former, best)
@@ -276,7 +276,7 @@ def _select(tile, kind, near, count):
 
 @inlined
 def _hand_over(pair, tile, lane, at, width):
-    """Write what was selected of a row of a tile, from lane on; at: the first pixel."""
+    """Write the selected genes of a row of a tile, from lane on; at: the first pixel."""
     indices, offsets = tile.lines + lane, pair.offsets + at
     least, elsewhere = indices + WIDE, indices + 4 * WIDE
     fit_offsets(indices + 2 * WIDE, least, indices + 3 * WIDE, width, offsets)

@@ -33,8 +33,8 @@ class Penalties(NamedTuple):
     down: np.ndarray         # uint8 (R, C), P2 to the upper neighbour
 
 
-class Chosen(NamedTuple):
-    """What the sweeps choose."""
+class SearchResult(NamedTuple):
+    """The result of a search."""
 
     labels: np.ndarray       # uint8 or uint16 (R, C)
     offsets: np.ndarray      # int8 (R, C), 1/16 px
@@ -79,7 +79,7 @@ class Search(NamedTuple):
     blocks: int
     offset: int
     row_size: int
-    labels: int              # see Chosen
+    labels: int              # see SearchResult
     offsets: int
     sums: int
     margins: int

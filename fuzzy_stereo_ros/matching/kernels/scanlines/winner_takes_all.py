@@ -3,8 +3,8 @@
 """
 Winner takes all: the label of least summed cost, seen from the reference and from the target.
 
-With it come the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001) and how much worse
-the best label elsewhere would be.
+Also the sub-pixel offset (equiangular fit: Shimizu and Okutomi, 2001) and the uniqueness margin:
+how much more the best label elsewhere costs.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, store_byte, store_short)
@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 from fuzzy_stereo_ros.matching.kernels.units import STEPS
 import numpy as np
 
-# loaded from MIDDLE - best on, it has 255 in the lanes best - 1, best and best + 1
+# A vector loaded from MIDDLE - best has 255 in the lanes best - 1, best and best + 1.
 MIDDLE = 4 * LANES
 NEAR = np.zeros(3 * MIDDLE, np.uint8)
 NEAR[MIDDLE - 1:MIDDLE + 2] = 255
@@ -40,7 +40,7 @@ def fit_offsets(below, least, above, width, offsets):
 
 @inlined
 def best_label(sums, at, blocks):
-    """Return the index of the first of the least sums from `at` on, and that sum."""
+    """Return the index of the least sum from `at` on, the first of equals, and that sum."""
     smallest = splat(np.uint8(255))
     for block in range(blocks):
         smallest = minimum(smallest, load(sums, at + LANES * block))

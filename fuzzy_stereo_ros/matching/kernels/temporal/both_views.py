@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the views of a pair say of each other's changes, by the disparities of the frame before.
+Compare the changes in both views of a pair, matched by the disparities of the previous frame.
 
-Noise differs in both views, while texture that moves changes both alike. What comes nearer may
-stay in place in one view.
+Noise is independent in both views, while moving texture changes both in the same way. An object
+that comes nearer may stay in place in one of the views.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -12,10 +12,10 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     BLOCK, SIZE_OF_NOISE, TILE, UNITS)
 import numpy as np
 
-FAINTER, STRONGER = 0.4, 1.5    # contrast of texture that moved, times its differences
-CUT = 8.0           # grey levels of contrast that slopes show at least, cut as they are
-LEAST = 3 * TILE**2 // (4 * BLOCK)     # pixels: noise of fewer may correlate
-DROPPED_BITS = 5    # bits of luminance that are left out, so that sums of products fit
+FAINTER, STRONGER = 0.4, 1.5    # contrast of texture that moved, as a factor of its differences
+CUT = 8.0           # grey levels of contrast from which slopes are clipped
+LEAST = 3 * TILE**2 // (4 * BLOCK)     # pixels compared; noise of fewer may correlate by chance
+DROPPED_BITS = 5    # low bits of luminance that are dropped, so that sums of products fit
 
 
 @inlined
@@ -34,7 +34,7 @@ def changes_alike(left, right, before, labels, offset, shifts, differences, choi
     """
     Correlate how the points of tiles changed in both views; a row in BLOCK is read.
 
-    Only tiles that texture may have moved in are read: it differs by about its own contrast.
+    Only tiles in which texture may have moved are read: they differ by about their contrast.
     left, right: uint16, padded, luminance, the right one mirrored; before: uint16 (2, R, C), the
     pictures before; labels: (R, C), of the left picture before; offset: of disparities from
     labels, px; shifts: int64 (N, 2), down and right, of the left view; differences: float32
@@ -104,9 +104,9 @@ def reject_pointed_at(moves, labels, offset, choices, ages):
 @kernel
 def ages_of_both(ages, labels, offset, shifts, choices, found):
     """
-    Write by tile of the left view its age, or that of what it matches in the right view if less.
+    Write for each tile of the left view its age, or that of its match in the right view if less.
 
-    That is the harmonic mean of the tiles that its pixels match, as noise falls with 1 / age.
+    The age of the match is the harmonic mean over the matched tiles, as noise falls with 1 / age.
     ages: float32 (2, tile rows, tile columns), those of the right view mirrored; labels to
     choices: as in changes_alike; found: float32 (tile rows, tile columns); a pixel in BLOCK x
     BLOCK is read.

@@ -13,8 +13,8 @@ import numpy as np
 
 TILE = 16        # pixels of a side of the tiles that are compared
 BLOCK = 4        # pixels of a side of the blocks whose mean differences are compared
-DROPPED_BITS = 3    # bits of luminance that comparing leaves out
-UNITS = 32       # what is left for a grey level
+DROPPED_BITS = 3    # low bits of luminance that a comparison drops
+UNITS = 32       # units of a compared difference in a grey level
 # larger slopes and differences of sums of BLOCK rows are cut, bits of products are dropped, to fit
 STEEPEST, PRODUCT_BITS = 1024, 8
 LEAST_VARIED = 0.02     # share of the squares of slopes that is left without their mean
@@ -24,13 +24,13 @@ SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
 class Rules(NamedTuple):
     """By how much a tile may differ from the previous picture and still count as unchanged."""
 
-    loud: float      # its pixels: times what noise makes them differ
-    white: float     # the means of its blocks: times its pixels; 1 is white noise
-    peak: float      # the mean of any block: times its pixels
-    bump: float      # the pixels of any block: times its pixels
+    loud: float      # limit of the differences of its pixels, as a factor of those of noise
+    white: float     # limit of the means of its blocks, as a factor of its pixels; white noise: 1
+    peak: float      # limit of the mean of any block, as a factor of its pixels
+    bump: float      # limit of the pixels of any block, as a factor of its pixels
     slack: float     # grey levels added to each limit, twice to those of blocks
-    oldest: int      # frames that are averaged at the most
-    drift: float     # standard deviations of what noise alone would add up to over frames
+    oldest: int      # largest number of frames that are averaged
+    drift: float     # limit of a drift, in standard deviations of the sum of noise over frames
     alike: float     # correlation of the changes that both views show at a point
 
 
@@ -45,9 +45,9 @@ def compare_tiles(now, before, down, right, differences, first, last):
     BLOCK, which is as large where differences are white noise; the largest size of the mean
     difference of a block, and the largest mean size. Tiles that show nothing of the picture
     before are infinitely different. The next three, of sums of BLOCK rows and in units of their
-    own: the sum of differences times slopes along the row, without the means of both, whose sign
-    is that of a motion and which light does not change; its variance where all is noise; and the
-    sum of the squares of slopes. The last: the mean grey level before.
+    own: the covariance of differences and slopes along the row, summed, whose sign is that of a
+    motion and which a change of light leaves as it is; its variance if all differences are noise;
+    and the sum of the squares of slopes. The last: the mean grey level before.
     """
     rows, columns = before.shape
     top, bottom = max(down, 0), rows + min(down, 0)
@@ -221,8 +221,9 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
     differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages,
     noises: float32 (N, tile rows, tile columns), moved alike: frames, and the grey levels that
     noise alone makes them differ by; rules: the fields of Rules;
-    choices: int8, the shift that differs least, -1 where the tile has changed; new_ages: float32,
-    the frames that it is the mean of from now on; sizes: float32, how much it differs.
+    choices: int8, index of the shift with the least difference, -1 where the tile has changed;
+    new_ages: float32, number of frames in the average, with this one; sizes: float32, the
+    difference.
     """
     rules = Rules(*rules)
     for row in range(choices.shape[0]):
@@ -245,7 +246,7 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
 @kernel
 def add_drifts(differences, rules, choices, drifts_then, drifts):
     """
-    Add what each tile differs in the direction of a motion to that of the frames before.
+    Add the difference of each tile in the direction of a motion to that of the previous frames.
 
     Noise cancels, a motion too slow to be seen in one frame adds up. differences, rules, choices:
     as in choose_tiles; drifts_then, drifts: float32 (N, 2, ...) and (2, tile rows, tile columns):
@@ -261,7 +262,7 @@ def add_drifts(differences, rules, choices, drifts_then, drifts):
                 drifts[:, row, column] = 0
                 continue
             size, of_blocks = differences[choice, :2, row, column]
-            # noise that is alike in neighbours cancels less
+            # noise that is correlated in neighbours cancels less
             coloured = max(of_blocks / max(size, np.float32(1e-6)), np.float32(1))**2
             drifts[0, row, column] = (keep * drifts_then[choice, 0, row, column]
                                       + differences[choice, 4, row, column])
@@ -272,7 +273,7 @@ def add_drifts(differences, rules, choices, drifts_then, drifts):
 @kernel(allocates=True)
 def reject_drifting(rules, choices, ages, drifts):
     """
-    Start tiles anew that drift, alone or with the tiles around them.
+    Restart the average of tiles that drift, alone or with the tiles around them.
 
     rules, choices, ages: as in choose_tiles, changed; drifts: see add_drifts, changed
     """
@@ -300,9 +301,9 @@ def blend(luminance, grey, before, shifts, choices, ages, limits, after, first, 
 
     luminance: uint16, padded, changed with its padding; grey: uint8 (R, C + slack), luminance /
     256; before, after: uint16 (R, C); shifts: int64 (N, 2), down and right; choices: int8 (tile
-    rows, tile columns), the shift of a tile, < 0 where it stays as it is; ages: float32 by tile,
-    of how many frames it is to be the mean; limits: float32 by tile, grey levels: a pixel is
-    moved as one that differs by no more.
+    rows, tile columns), index of the tile's shift, < 0 where it is not averaged; ages: float32 by
+    tile, number of frames in the new average; limits: float32 by tile, grey levels: larger
+    differences of a pixel count as this one.
     """
     rows, columns = before.shape
     weight, limit = np.zeros(columns, np.uint16), np.zeros(columns, np.uint16)

@@ -30,8 +30,8 @@ def best_shift(now, before, down, right, reach, every):
     """
     Return the shift, at most `reach` from a known one in both directions, that fits best.
 
-    now: uint16, padded; before: uint16 (R, C). A row in `every` is read; of equals the first is
-    taken, the known one before all others.
+    now: uint16, padded; before: uint16 (R, C). Every `every`-th row is read. Among equally good
+    shifts the known one is preferred, then the first.
     """
     best, least = (down, right), _mismatch(now, before, down, right, every)
     for more_down in range(-reach, reach + 1):
@@ -85,10 +85,10 @@ def move_ages(ages, down, right, moved):
 @kernel
 def move_map(source, choices, down, right, outside, result, first, last):
     """
-    Move a map (R, C) down and right, but for the tiles that stayed where they were.
+    Move a map (R, C) down and right, except in tiles that stayed in place.
 
-    choices: int8 (tile rows, tile columns), 0 where a tile stayed; outside: what comes from
-    beyond the border; the tile rows first .. last are written.
+    choices: int8 (tile rows, tile columns), 0 where a tile stayed; outside: value of pixels from
+    beyond the border; the tile rows first to last - 1 are written.
     """
     rows, columns = source.shape
     begin = min(max(right, 0), columns)

@@ -10,10 +10,10 @@ import numpy as np
 @kernel
 def tile_strengths(choices, ages, most, strengths):
     """
-    Write by tile how much the previous best counts: uint8, 0 in and beside changed tiles.
+    Write the weight of the previous best in each tile: uint8, 0 in and beside changed tiles.
 
-    choices: int8, < 0 for changed tiles; ages: float32, frames that a tile is the mean
-    of, this one with them; most: the largest strength, which as many frames before give.
+    choices: int8, < 0 for changed tiles; ages: float32, number of averaged frames with this one;
+    most: the largest strength, reached after as many previous frames.
     """
     rows, columns = choices.shape
     for row in range(rows):

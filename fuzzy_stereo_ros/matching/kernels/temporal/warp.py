@@ -3,9 +3,9 @@
 """
 Warp a map by the motion of the camera, and compare the census of a point in two frames.
 
-Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A view is a matrix P of 3 rows and
-4 columns, as a tuple of 12: P (column, row, 1, d) = s (column', row', 1) of the other frame, and
-d' = d / s. Labels are disparities minus `lowest`.
+Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A matrix P (3, 4) is a tuple of 12
+numbers: P (column, row, 1, d) = s (column', row', 1) of the other frame, and d' = d / s. Labels
+are disparities minus `lowest`.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
@@ -14,30 +14,35 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
 NOTHING = -1.0      # label of a cell that nothing moved to
-UNSEEN = 12         # distance of a census to a place outside the image: as good as any
-FARTHEST = 0.3      # px of disparity; what is farther is not moved
+UNSEEN = 12         # census distance to a place outside the image: that of unrelated pixels
+FARTHEST = 0.3      # px of disparity; points with less are not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
-BEHIND = 0.05       # share of its distance to which a point may come near
+BEHIND = 0.05       # least new distance of a point, as a share of its old one
 
 
 @inlined
-def _seen_from(view, column, row, disparity):
+def _product(line, column, row, disparity):
+    """Return the product of a line of the matrix, four numbers, with a point."""
+    return line[0] * column + (line[1] * row + line[2]) + line[3] * disparity
+
+
+@inlined
+def _seen_from(matrix, column, row, disparity):
     """Return column and row of a point in the other frame, and 1 / scale; 0 where it is behind."""
-    scale = view[8] * column + (view[9] * row + view[10]) + view[11] * disparity
+    scale = _product(matrix[8:], column, row, disparity)
     nearness = 1 / scale if scale >= BEHIND else 0.0
-    return ((view[0] * column + (view[1] * row + view[2]) + view[3] * disparity) * nearness,
-            (view[4] * column + (view[5] * row + view[6]) + view[7] * disparity) * nearness,
-            nearness)
+    return (_product(matrix[:4], column, row, disparity) * nearness,
+            _product(matrix[4:8], column, row, disparity) * nearness, nearness)
 
 
 @kernel
-def move_labels(labels, lowest, view, moved, source):
+def move_labels(labels, lowest, matrix, moved, source):
     """
     Move each cell to its place in the other frame; where several meet, the nearest one stays.
 
-    labels: float32 (r, c); view: from cells to cells; moved: float32 (r, c), labels there, NOTHING
-    where no cell came to; source: int32 (r, c), the cell that it was, row * c + column, -1
-    there.
+    labels: float32 (r, c); matrix: from cells to cells; moved: float32 (r, c), labels there,
+    NOTHING where no cell moved to; source: int32 (r, c), the cell of the previous frame, row * c +
+    column, -1 where there is none.
     """
     rows, columns = labels.shape
     moved[:] = NOTHING
@@ -47,7 +52,7 @@ def move_labels(labels, lowest, view, moved, source):
             disparity = np.float64(labels[row, column]) + lowest
             if disparity < FARTHEST:
                 continue
-            across, down, nearness = _seen_from(view, column, row, disparity)
+            across, down, nearness = _seen_from(matrix, column, row, disparity)
             if nearness == 0.0 or not (-1 < across < columns and -1 < down < rows):
                 continue
             label = np.float32(disparity * nearness - lowest)
@@ -72,24 +77,24 @@ def pack_census(census, packed, first, last):
 
 
 @inlined
-def _place_before(label, lowest, view, row, column, rows, columns):
+def _place_before(label, lowest, matrix, row, column, rows, columns):
     """Return the pixel, row * columns + column, that showed the point of a cell; or -1."""
-    across, down, nearness = _seen_from(view, column, row, np.float64(label) + lowest)
+    across, down, nearness = _seen_from(matrix, column, row, np.float64(label) + lowest)
     inside = (nearness > 0.0) & (across > -0.5) & (across < columns - 0.5) & (down > -0.5) & (
         down < rows - 0.5)
     return np.int64(down + 0.5) * columns + np.int64(across + 0.5) if inside else np.int64(-1)
 
 
 @kernel
-def census_distances(moved, half, near, lowest, view, now, before, distances, half_distances,
+def census_distances(moved, half, near, lowest, matrix, now, before, distances, half_distances,
                      first, last):
     """
-    Write the census distance of each cell to its point in the previous frame, if that stood still.
+    Write the census distance between each cell and the place of its point in the previous frame.
 
-    moved: of move_labels; half: (r, c), labels of the half map; near: what differs by less is
-    not told apart; view: from cells now to pixels before; now, before: uint32 (R, C), of
-    pack_census; distances, half_distances: uint8 (r, c), by the moved label, and by
-    that of the half map; the half rows first .. last.
+    The place is computed as if the point stood still. moved: of move_labels; half: (r, c), labels
+    of the half map; near: labels that differ by less count as equal; matrix: from cells now to
+    pixels before; now, before: uint32 (R, C), of pack_census; distances, half_distances: uint8
+    (r, c), by the moved label, and by that of the half map; the half rows first to last - 1.
     """
     rows, columns = before.shape
     then = before.reshape(-1)       # an array handed to an inlined function is counted each time
@@ -99,13 +104,13 @@ def census_distances(moved, half, near, lowest, view, now, before, distances, ha
             found = other = np.int64(UNSEEN)
             if label >= 0:
                 here = now[2 * row, 2 * column]
-                place = _place_before(label, lowest, view, row, column, rows, columns)
+                place = _place_before(label, lowest, matrix, row, column, rows, columns)
                 if place >= 0:
                     found = count_bits_of_word(here ^ then[place])
                 seen = np.float32(2 * np.int32(half[row, column])) + np.float32(0.5)
                 other = found
                 if abs(seen - label) > near:
-                    place = _place_before(seen, lowest, view, row, column, rows, columns)
+                    place = _place_before(seen, lowest, matrix, row, column, rows, columns)
                     other = count_bits_of_word(here ^ then[place]) if place >= 0 else np.int64(
                         UNSEEN)
             distances[row, column], half_distances[row, column] = found, other
@@ -115,14 +120,15 @@ def census_distances(moved, half, near, lowest, view, now, before, distances, ha
 def trusted_moved(moved, source, validity, distances, half, half_distances, rules, strengths,
                   survived, first, last):
     """
-    Write by cell how much the search may rely on the moved map: 0, or a strength.
+    Write the weight of the moved map in the prior of each cell: 0, or a strength.
 
     moved, source: of move_labels; validity: (r, c), of the previous cells; distances,
-    half_distances: uint16 (r, c), summed, of the moved and of the half map, half: (r, c) labels of
-    this; rules: int64 (most, near, likelier, flat, longest): the largest distance; labels by which
-    it may differ from the half map; by how much its distance must be the smaller where it differs
-    more; the largest range of labels around; the largest strength; strengths: uint8 (r, c),
-    written; survived: uint8 (r, c), of the previous frame, how many it had survived there.
+    half_distances: uint16 (r, c), summed, of the moved map and of the half map; half: (r, c),
+    labels of the half map; rules: int64 (most, near, likelier, flat, longest): the largest
+    distance; the largest difference from the half map; by how much the distance must be smaller
+    where the difference is larger; the largest range of labels around a cell; the largest
+    strength; strengths: uint8 (r, c), written; survived: uint8 (r, c), how many frames the label
+    had survived in the previous frame.
     """
     most, near, likelier, flat, longest = rules
     rows, columns = moved.shape
@@ -152,14 +158,14 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
 
 @inlined
 def _or_far(label):
-    """Return a label, or one above all others where there is none."""
+    """Return a label, or a number above all labels for NOTHING."""
     return label if label >= 0 else np.float32(np.inf)
 
 
 @kernel(allocates=True)
 def moved_prior(moved, strengths, highest, above, known, weights, labels, first, last):
     """
-    Spread the moved map to full size, where the search relies on nothing yet.
+    Spread the moved map to full size, where there is no prior yet.
 
     moved, strengths: (r, c); highest: the last label; above: strengths are added to it; known:
     (R, C), labels that the weights belong to; weights: uint8 (R, C), 0 where there is none,
@@ -186,7 +192,7 @@ def moved_prior(moved, strengths, highest, above, known, weights, labels, first,
 def note_survivors(fine, steps, moved, strengths, source, survived, labels, survived_now, first,
                    last):
     """
-    Note what the next frame needs of this one, on the half grid.
+    Write the labels of this frame on the half grid, and how many frames they survived.
 
     fine: (R, C), 1 / steps of a label; moved, strengths, source: of this frame, survived: uint8
     (r, c), of the one before; labels: float32 (r, c), survived_now: uint8 (r, c), written: 0 where
@@ -226,11 +232,11 @@ def to_right(moved, shift, seen):
 
 
 @kernel
-def look_back(labels, lowest, view, shift, of_right, across, down, first, last):
+def look_back(labels, lowest, matrix, shift, of_right, across, down, first, last):
     """
-    Write which pixel of the previous frame showed the point of a cell's centre.
+    Write the pixel of the previous frame that showed the point at each cell's centre.
 
-    labels: float32 (r, c), as the left or the right image sees them; view: from centres of cells
+    labels: float32 (r, c), as the left or the right image sees them; matrix: from centres of cells
     of the left image to its pixels before; shift: as of to_right; across, down: float32 (r, c),
     px, outside the image where it is not known.
     """
@@ -241,7 +247,7 @@ def look_back(labels, lowest, view, shift, of_right, across, down, first, last):
             if label < 0:
                 continue
             place = column + (0.5 * (label + shift) if of_right else 0.0)
-            there, here, nearness = _seen_from(view, place, row, label + lowest)
+            there, here, nearness = _seen_from(matrix, place, row, label + lowest)
             if nearness > 0.0:
                 if of_right:
                     there -= (label + lowest) * nearness - lowest + shift
