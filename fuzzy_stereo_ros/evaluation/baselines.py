@@ -110,11 +110,14 @@ def _opencv_matcher(algorithm, settings, labels):
     return matcher
 
 
-def _tuned(block, p1, ratio, cap, uniqueness, left_right=1, speckle_size=100, speckle_range=2,
-           texture=0):
-    """Return `Settings`; p1: a multiple of the square of the block's side, ratio: P2 / P1."""
-    return Settings(block, p1 * block**2, ratio * p1 * block**2, cap, uniqueness, left_right,
-                    speckle_size, speckle_range, texture)
+def _tuned(block, p1, ratio, *others):
+    """
+    Return `Settings`.
+
+    p1: a multiple of the square of the block's side; ratio: P2 / P1; others: cap, uniqueness,
+    left-right difference, speckle size and range.
+    """
+    return Settings(block, p1 * block**2, ratio * p1 * block**2, *others, texture=0)
 
 
 # Found by `python -m bench tuning` on scenes 1, 3, 5 and so on of each group: by the error
@@ -127,8 +130,8 @@ TUNED_SETTINGS = {
                  'HH4': _tuned(3, 8, 4, 31, 0, 1, 400, 4)},
     KITTI: {'BM': _tuned(7, 0, 1, 31, 0, -1, 100, 4),
             'SGBM': _tuned(5, 4, 8, 31, 0, 2, 400, 1),
-            '3WAY': _tuned(7, 8, 8, 31, 0),
-            'HH4': _tuned(5, 16, 8, 31, 0, 1, 400)},
+            '3WAY': _tuned(7, 8, 8, 31, 0, 1, 100, 2),
+            'HH4': _tuned(5, 16, 8, 31, 0, 1, 400, 2)},
 }
 DEFAULT = [Baseline(f'{name} default', name) for name in ALGORITHMS]
 TUNED = [Baseline(f'{name} tuned', name, tuned=True) for name in ALGORITHMS]

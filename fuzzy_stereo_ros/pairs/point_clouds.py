@@ -19,25 +19,25 @@ POINT_LAYOUTS = {(True, False): (8, 4), (False, False): (4, None),
 LAST_VOXEL = 2**20 - 1      # along an axis, from the camera, so that three make a 64-bit number
 
 
-def fill_points(message, match, pair, point_field, *, use_color, avoid_point_cloud_padding,
-                points_stride, points_max_depth, points_voxel_size):
+def fill_points(message, match, pair, point_field, settings):
     """
     Fill a sensor_msgs/PointCloud2 with a point for each pixel, in rows and columns; return it.
 
     A message of the same layout and size is filled in its own memory.
     match.disparity: float32 (R, C), px, NaN = invalid; invalid and infinitely far points are NaN.
-    point_field(**fields): returns a PointField message.
+    point_field(**fields): returns a PointField message. settings: {name: value}, which has
     use_color, avoid_point_cloud_padding: the fields and their offsets are those that
-    stereo_image_proc's point_cloud_node sends with these parameters; rgb is of the left image.
-    points_stride: of rows and columns. points_max_depth: m, points beyond are NaN, too.
-    points_voxel_size: m; a list of finite points is sent, one of each cube of this size.
-    0 is no limit, and no cubes.
+    stereo_image_proc's point_cloud_node sends with these parameters; rgb is of the left image;
+    points_stride: step of rows and columns;
+    points_max_depth: m, points beyond are NaN, too; 0 is no limit;
+    points_voxel_size: m; a list of finite points is sent, one of each cube of this size; 0 is all.
     """
-    words, colour = POINT_LAYOUTS[use_color, avoid_point_cloud_padding]
-    few = np.s_[::points_stride, ::points_stride]
+    words, colour = POINT_LAYOUTS[settings['use_color'], settings['avoid_point_cloud_padding']]
+    stride, farthest = settings['points_stride'], settings['points_max_depth']
+    few = np.s_[::stride, ::stride]
     depth = pair.calibration.depth(match.disparity[few])
-    if points_max_depth:
-        np.copyto(depth, np.nan, where=depth > points_max_depth)
+    if farthest:
+        np.copyto(depth, np.nan, where=depth > farthest)
     (rows, columns), size = depth.shape, 4 * words * depth.size
     indices = [('x', 0), ('y', 1), ('z', 2), *([] if colour is None else [('rgb', colour)])]
     fields = [point_field(name=name, offset=4 * index, datatype=FLOAT32, count=1)
@@ -46,20 +46,21 @@ def fill_points(message, match, pair, point_field, *, use_color, avoid_point_clo
     if len(data) != size or message.fields != fields or message.point_step != 4 * words:
         data = array('B', b'\0') * size
     values = np.frombuffer(data, '<f4').reshape(rows, columns, words)
-    Projection(*(number / points_stride for number in pair.calibration.left)).points(depth, values)
+    Projection(*(number / stride for number in pair.calibration.left)).points(depth, values)
     if colour is not None:
         image = in_eight_bits(pair.left[few])
         from_to = [number for byte, channel in enumerate(range(3) if image.ndim == 3 else 3 * [0])
                    for number in (channel, 4 * colour + byte)]  # 0x00RRGGBB, little-endian
         cv2.mixChannels([image], [values.view(np.uint8)], from_to)
-    if points_voxel_size:
-        values = one_of_each_voxel(values[np.isfinite(depth)], points_voxel_size)
+    voxel = settings['points_voxel_size']
+    if voxel:
+        values = one_of_each_voxel(values[np.isfinite(depth)], voxel)
         (rows, columns), data = (1, len(values)), array('B', values.tobytes())
     fill_header(message.header, pair)
     message.height, message.width = rows, columns
     message.fields, message.data = fields, data
     message.point_step, message.row_step = 4 * words, 4 * words * columns
-    message.is_bigendian, message.is_dense = False, bool(points_voxel_size)
+    message.is_bigendian, message.is_dense = False, bool(voxel)
     return message
 
 

@@ -11,7 +11,7 @@ import cv2
 from fuzzy_stereo_ros.matching.colours import colour_disparity
 from fuzzy_stereo_ros.pairs.calibration import millimetres_of
 from fuzzy_stereo_ros.pairs.messages import fill_header, fill_pixels
-from fuzzy_stereo_ros.pairs.point_clouds import fill_points, POINT_SETTINGS
+from fuzzy_stereo_ros.pairs.point_clouds import fill_points
 import numpy as np
 
 DISPARITY, POINTS = 'disparity', 'points2'
@@ -70,7 +70,7 @@ class ResultMessages:
             return fill_points(
                 self._cloud, match, pair,
                 lambda **fields: self._make('sensor_msgs/msg/PointField', **fields),
-                **{name: self._settings[name] for name in POINT_SETTINGS})
+                self._settings)
         if topic == DEPTH_CAMERA:
             return fill_camera_info(self._make('sensor_msgs/msg/CameraInfo'), pair)
         if topic in (DEPTH_COMPRESSED, PREVIEW_COMPRESSED):

@@ -79,7 +79,7 @@ def filled(pair):
     fill_camera_info(camera_info_stand_in(), pair)
     for size in (0.0, 0.05):
         fill_points(cloud_stand_in(), match, pair, SimpleNamespace,
-                    **{**USUAL_POINTS, 'points_voxel_size': size})
+                    {**USUAL_POINTS, 'points_voxel_size': size})
     return fill_disparity(disparity_stand_in(), match, pair, config)
 
 

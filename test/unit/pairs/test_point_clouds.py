@@ -21,8 +21,8 @@ def filled_points(disparity, left, use_color=True, avoid_point_cloud_padding=Fal
                   **settings):
     return fill_points(
         message or cloud_stand_in(), made_match(disparity), make_pair(left.shape[:2], left=left),
-        SimpleNamespace, **{**USUAL_POINTS, 'use_color': use_color,
-                            'avoid_point_cloud_padding': avoid_point_cloud_padding, **settings})
+        SimpleNamespace, {**USUAL_POINTS, 'use_color': use_color,
+                          'avoid_point_cloud_padding': avoid_point_cloud_padding, **settings})
 
 
 def scene():
@@ -116,8 +116,8 @@ def test_points_go_through_ros_and_back(use_color, avoid_padding, step, places):
     serialization = pytest.importorskip('rclpy.serialization')
     message = fill_points(
         sensor_messages.PointCloud2(), made_match(np.full((80, 100), 5.0)), make_pair((80, 100)),
-        sensor_messages.PointField, **{**USUAL_POINTS, 'use_color': use_color,
-                                       'avoid_point_cloud_padding': avoid_padding})
+        sensor_messages.PointField, {**USUAL_POINTS, 'use_color': use_color,
+                                     'avoid_point_cloud_padding': avoid_padding})
     read = serialization.deserialize_message(
         serialization.serialize_message(message), sensor_messages.PointCloud2)
     assert read == message
