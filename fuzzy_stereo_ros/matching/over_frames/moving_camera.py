@@ -7,7 +7,6 @@ Not in the paper.
 """
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.evolution import Stopwatch
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.over_frames.camera_motion import between
@@ -24,10 +23,10 @@ class MovingCamera:
     """
     The previous frame moved to this one, of one image size.
 
-    description: how the camera moved, '' where no camera is given; milliseconds: time of that;
-    motion: the `CameraMotion`, None where the camera was not followed; lowest: px, the disparity
-    of label 0; offset: px, of the principal points; moved: float32 (r, c), labels of cells, and
-    source: int32 (r, c), where they were, see warp.move_labels
+    description: how the camera moved, '' where no camera is given; motion: the `CameraMotion`,
+    None where the camera was not followed; lowest: px, the disparity of label 0; offset: px, of
+    the principal points; moved: float32 (r, c), labels of cells, and source: int32 (r, c), where
+    they were, see warp.move_labels
     """
 
     def __init__(self, rows, columns, min_disparity):
@@ -38,7 +37,7 @@ class MovingCamera:
         self.source = np.zeros(cells, np.int32)
         self._columns, self._rows = (np.zeros(cells, np.float32) for _ in range(2))
         self._shift, self._min_disparity = min(min_disparity, 0), min_disparity
-        self.description, self.milliseconds, self.motion = '', 0.0, None
+        self.description, self.motion = '', None
 
     def follow(self, pool, previous, camera, half_grey, in_place):
         """
@@ -48,13 +47,12 @@ class MovingCamera:
         in_place: whether most of the picture is unchanged: then nothing has to be moved
         """
         self._pool, self._camera, self.motion, self.description = pool, camera, None, ''
-        self._half_grey, self.milliseconds = half_grey, 0.0
+        self._half_grey = half_grey
         if camera is None or previous is None or not previous.camera.half_grey.size:
             return False
         if in_place:
             self.description = IN_PLACE
             return False
-        watch = Stopwatch()
         self.lowest, self.offset = self._min_disparity - camera.offset, camera.offset
         before = previous.camera
         self.motion, self.description = between(
@@ -62,8 +60,6 @@ class MovingCamera:
         if self.motion is not None:
             warp.move_labels(before.cells, self.lowest,
                              numbers(_between_cells(self.motion.forward)), self.moved, self.source)
-        watch.lap('motion')
-        self.milliseconds = watch.times['motion']
         return self.motion is not None
 
     def warped(self, previous, others=(), sides=()):

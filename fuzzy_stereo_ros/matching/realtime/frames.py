@@ -17,6 +17,7 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
+from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_bent, reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
@@ -41,6 +42,7 @@ NEAR, FLAT = 1.0, 0.45    # px from its plane; least share of a region's trusted
 STALE = 1.0              # px from the map of this frame at which evolved genes are crossed with it
 NEW = 0.75               # px from a label at which an evolved gene replaces it
 ROOT_PARTS = 64          # steps of a root of grey in the table
+WRITING = 'set the map and write it'    # for Durations
 
 
 class Genes(NamedTuple):
@@ -117,6 +119,7 @@ class FrameEvolution:
         self._by_step = np.float32(
             SMOOTH * costs.UNIT * np.maximum(np.exp(-steps / EDGE), LEAST_EDGE))
         self.carried, self.fitness, self.converged = None, zeros(1), True
+        self._durations = Durations()
 
     @property
     def genes(self):
@@ -152,14 +155,29 @@ class FrameEvolution:
             *self.carried[:3], band[1], band[2]), self._bands)
         return True
 
-    def set_map(self, chromosome, chosen, validity, half_luminance, inside):
+    def evolve(self, chromosome, chosen, validity, views, random, budget, evolution_ms):
         """
-        Set the map of this frame; genes that are not inherited follow it.
+        Evolve the inherited genes, and write them into the map of this frame; return the history.
 
-        chromosome: (R, C) labels; chosen, validity: of Scanlines and Refinement; half_luminance:
-        uint16, the left picture at half size; inside: first and last column of the target that
-        exist
+        chromosome: (R, C) labels of the map, written; chosen, validity: the `SearchResult` and
+        which of its labels are consistent, both written; views: the `Views` of the pair; random,
+        budget: as `evolution.evolve` takes them; evolution_ms: most of it, 0 for one generation
         """
+        if self.converged or not budget.in_time(self._durations[WRITING]):
+            return []
+        watch, found = Stopwatch(), (chromosome, chosen, validity)
+        self._set_map(*found, views.half.left.luminance, views.inside)
+        watch.lap('set_map')
+        history = evolve(self, self.operators, random, budget.reserving(
+            self._durations[WRITING]).limited_to(evolution_ms), None, self._durations)
+        watch.lap('generations')
+        self._write(*found, views.full.left.luminance)
+        watch.lap('write')
+        self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
+        return history
+
+    def _set_map(self, chromosome, chosen, validity, half_luminance, inside):
+        """Set the map of this frame; genes that are not inherited follow it."""
         genes, self._inside, self._half_luminance = self.carried, inside, half_luminance
 
         def follow(band):
@@ -178,13 +196,8 @@ class FrameEvolution:
                 self._trust, *rows)
         self._pool.each(follow, self._bands)
 
-    def write(self, chromosome, chosen, validity, luminance):
-        """
-        Write the evolved genes into the map of this frame.
-
-        chromosome: (R, C) labels; chosen, validity: as in set_map, written; luminance: uint16, the
-        left picture
-        """
+    def _write(self, chromosome, chosen, validity, luminance):
+        """Write the evolved genes into the map of this frame."""
         genes = self.carried
         self._pool.each(lambda band: grid_labels.write_labels(
             genes.planes, genes.evolved, self._trusted, luminance, *self._origin, np.float32(NEW),

@@ -31,7 +31,7 @@ from fuzzy_stereo_ros.matching.realtime.views import Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmStart
 
 PLANES = 1          # child of the frame's random source for the evolution of planes
-REFINING, WRITING = 'all after the generations', 'set_map and write'     # for Durations
+REFINING = 'all after the generations'      # for Durations
 ADVANTAGE = 1       # cost a cell by which a region must be cheaper to be taken
 
 
@@ -83,7 +83,6 @@ class RealtimeMatcher:
     def __init__(self, config, rows, columns, stages=None):
         """Allocate all that pairs of one size need."""
         self._config, self._stages = config, stages or STAGES[config.search]
-        self._evolution_ms = config.evolution_ms
         self.pool = ThreadPool(config.threads)
         self._views = Views(config, rows, columns, self._stages.noise)
         self._half_size = HalfSize(self._views.half, rows, columns, config.disparities)
@@ -112,33 +111,43 @@ class RealtimeMatcher:
         FrameState or None; random, budget, observe: as `evolve` takes them; camera: a `Camera`
         that may have moved, or None
         """
-        config, pool, watch = self._config, self.pool, Stopwatch()
-        self._views.read(pool, left, right, partial(self._average, previous, camera))
+        config, pool, views, warm = self._config, self.pool, self._views, self._warm_start
+        watch = Stopwatch()
+        views.read(pool, left, right)
+        if config.warm_start:
+            warm.average(pool, previous, views)
         watch.lap('pictures')
-        if self._warm_start.motion:
-            watch.times['pictures'] -= self._warm_start.motion_ms
-            watch.times['camera_motion'] = self._warm_start.motion_ms
-        state = self._warm_start.reused_state(previous, config)
+        if config.warm_start:
+            warm.follow(pool, previous, camera, views)
+            views.noise *= warm.noise_left
+        if warm.motion:
+            watch.lap('camera_motion')
+        state = warm.reused_state(previous, config)
         if state is not None:
             return Match(state.own.still_disparity.copy(), state.own.still_confidence.copy(), [],
-                         watch.times, True, self._warm_start.motion, reused=True), state
-        self._views.describe(pool, self._stages.describe)
+                         watch.times, True, warm.motion, reused=True), state
+        views.smooth(pool)
+        views.describe(pool, self._stages.describe)
         watch.lap('possibility')
-        half = self._half_size.search(pool, self._views.inside, self._views.full.left.grey)
+        half = self._half_size.search(pool, views.inside, views.full.left.grey)
         if self._stages.vote is not None:
-            self._half_size.mutate(pool, self._plain, self._views.inside)
+            self._half_size.mutate(pool, self._plain, views.inside)
         if self._search.windows is not None:
             self._half_size.write_windows(self._search.windows)
-        previous_prior = self._stages.previous_best(self._warm_start, pool, previous, half)
+        previous_prior = self._stages.previous_best(warm, pool, previous, half)
         watch.lap('coarse')
         chosen = self._search.search(
             pool, self._search.windows, half.prior, previous_prior,
-            partial(self._refinement.check, self._search.chosen, self._views.inside, config))
+            partial(self._refinement.check, self._search.chosen, views.inside, config))
         watch.lap(self._search.stage)
-        validity = self._refinement.reject_speckles(
-            pool, self._search.bands, chosen, config,
-            partial(self.population.fill, chosen.labels, self._refinement.validity))
-        self._fitness.set_pair(self._views.inside)
+        validity = self._refinement.validity
+        self._refinement.join_speckles(chosen, config)
+
+        def fill(band):
+            self._refinement.reject_speckles(config, band)
+            self.population.fill(chosen.labels, validity, band)
+        pool.each(fill, self._search.bands)
+        self._fitness.set_pair(views.inside)
         self.population.measure(pool)
         watch.lap('seeds')
         budget = budget.reserving(self._durations[REFINING])
@@ -149,21 +158,21 @@ class RealtimeMatcher:
         inherited = False
         if config.warm_start:
             inherited = self.frames.inherit(
-                pool, previous and previous.own.genes, self._warm_start.tile_history())
-            history += [replace(row, number=row.number + len(history)) for row in
-                        self._evolve_planes(best, chosen, validity, random, budget)]
+                pool, previous and previous.own.genes, warm.tile_history())
+            planes = self.frames.evolve(best, chosen, validity, views, random.child(PLANES),
+                                        budget, config.evolution_ms)
+            history += [replace(row, number=row.number + len(history)) for row in planes]
             watch.lap('evolution')
         before = sum(watch.times.values())
-        labels = self._refinement.smooth(pool, chosen.labels, best, self._views.full.left.grey)
+        labels = self._refinement.smooth(pool, chosen.labels, best, views.full.left.grey)
         disparity, confidence = self._refinement.write(
-            pool, labels, chosen, self._warm_start.prior_margins, config)
+            pool, labels, chosen, warm.prior_margins, config)
         watch.lap('refinement')
         match = Match(disparity, confidence, history, watch.times,
-                      previous_prior is not None or inherited, self._warm_start.motion)
+                      previous_prior is not None or inherited, warm.motion)
         if config.warm_start:
-            state = self._warm_start.next_state(
-                pool, labels, self._refinement.final_validity, self._refinement.fine_labels,
-                self.frames.carried, config, match, previous)
+            state = warm.next_state(
+                pool, labels, self._refinement, self.frames.carried, config, match, previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)
         return match, state
@@ -192,33 +201,7 @@ class RealtimeMatcher:
             Random((self._config.seed,)))
         population.accept(self.pool, self._crossover, random, mutant)
 
-    def _evolve_planes(self, best, chosen, validity, random, budget):
-        """Evolve the inherited planes, write them into the best chromosome; return the history."""
-        frames, views = self.frames, self._views
-        if frames.converged or not budget.in_time(self._durations[WRITING]):
-            return []
-        watch = Stopwatch()
-        frames.set_map(best, chosen, validity, views.half.left.luminance, views.inside)
-        watch.lap('set_map')
-        budget = budget.reserving(self._durations[WRITING]).limited_to(self._evolution_ms)
-        history = evolve(
-            frames, frames.operators, random.child(PLANES), budget, None, self._durations)
-        watch.lap('generations')
-        frames.write(best, chosen, validity, views.full.left.luminance)
-        watch.lap('write')
-        self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
-        return history
-
     @property
     def noise(self):
-        """The noise of the last pair, what averaging left of it: grey levels, deviation."""
+        """The noise that averaging left in the last pair: grey levels, standard deviation."""
         return self._views.noise
-
-    def _average(self, previous, camera, *views):
-        """Average the views of a pair with the previous ones; return the share of noise left."""
-        if not self._config.warm_start:
-            return 1.0
-        half = self._views.half
-        self._warm_start.average(self.pool, previous, camera,
-                                 half.left.grey[:, :half.columns], self._views.noise, *views)
-        return self._warm_start.noise_left

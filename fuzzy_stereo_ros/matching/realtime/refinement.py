@@ -119,21 +119,15 @@ class Refinement:
         if config.speckle_size > 1:
             self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
 
-    def reject_speckles(self, pool, bands, chosen, config, then):
-        """
-        Reject speckles once all bands are checked; return the validity, uint8 (R, C).
-
-        bands: those that were checked; then: called with each once its speckles are rejected
-        """
+    def join_speckles(self, chosen, config):
+        """Join the speckles of bands that touch, once all bands are checked."""
         if config.speckle_size > 1:
             self._speckles.join(chosen.labels, config.speckle_range)
 
-        def reject(band):
-            if config.speckle_size > 1:
-                self._speckles.reject(self.validity, config.speckle_size, band)
-            then(band)
-        pool.each(reject, bands)
-        return self.validity
+    def reject_speckles(self, config, band):
+        """Set the validity of the speckles of a band, once all are joined."""
+        if config.speckle_size > 1:
+            self._speckles.reject(self.validity, config.speckle_size, band)
 
     def smooth(self, pool, labels, chromosome, grey):
         """

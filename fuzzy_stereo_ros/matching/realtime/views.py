@@ -61,19 +61,17 @@ class Views:
         self._bands = cut_parts(rows, PART)
         self._smoothing = Smoothing(rows, columns, len(self._bands))
 
-    def read(self, pool, left, right, average):
+    def read(self, pool, left, right):
         """
-        Read a pair, average it with the previous frames, and smooth it where that is needed.
+        Read a pair and measure its noise.
 
         The right image is moved by the smallest disparity: to the right while it is read, to the
         left into a wider view, so that no column is lost.
 
-        left, right: uint8 or uint16 (R, C) or (R, C, 3); average: called with the left and the
-        right view once they are read, returns the share of noise that it leaves
+        left, right: uint8 or uint16 (R, C) or (R, C, 3)
         """
         full, half, shift = self.full, self.half, self._shift
         left_shift = luminance_shift(left, right)
-        views = full.left, self._right
         unit = (1 if left.ndim == 2 else 4) << left_shift if left.dtype == np.uint8 else 0
 
         def read(band):
@@ -82,17 +80,28 @@ class Views:
             self._right.read(right, max(shift, 0), left_shift, first, last)
             full.left.halve(half.left, first // 2, last // 2)
             self._estimate.measure(full.left, half.left, first, last)
-            self._smoothing.measure(views, unit, band)
+            self._smoothing.measure(self.pictures, unit, band)
 
         pool.each(read, self._bands)
-        # measured before averaging: texture hides the little noise that averaging leaves
         self.noise = self._estimate.level
-        self.noise *= average(*views)
-        self._smoothing.smooth(pool, views, self._bands)
+
+    @property
+    def pictures(self):
+        """The left and the right view as they were read, which averaging and smoothing change."""
+        return self.full.left, self._right
+
+    @property
+    def half_grey(self):
+        """The left view in grey at half size, as it was read: uint8 (r, c)."""
+        return self.half.left.grey[:, :self.half.columns]
+
+    def smooth(self, pool):
+        """Smooth the pair where JPEG or a blurred lens needs it."""
+        self._smoothing.smooth(pool, self.pictures, self._bands)
 
     def describe(self, pool, describe):
         """
-        Write the features of the pair that was read.
+        Write the features of the pair.
 
         describe: called with a view and a range of rows, writes its features
         """

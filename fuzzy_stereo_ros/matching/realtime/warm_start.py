@@ -116,36 +116,34 @@ class WarmStart:
             nothing, self._weights, disparities, *((DEAD_ZONE, cut) for cut in CUTS),
             *((MOVED_DEAD_ZONE, cut) for cut in MOVED_CUTS))
 
-    def average(self, pool, state, camera, half_grey, noise, *views):
-        """
-        Average the left and the right view with those of a state; None starts anew.
-
-        camera: a `Camera` that may have moved, or None; half_grey: uint8 (r, c), the left image;
-        noise: of this pair, grey levels
-        """
+    def average(self, pool, state, views):
+        """Average the pictures of `Views` with those of a state; None starts anew."""
         if state is None:
-            self._averaging.restart(pool, views)
+            self._averaging.restart(pool, views.pictures)
         else:
-            self._averaging.average(pool, views, History(
+            self._averaging.average(pool, views.pictures, History(
                 state.pictures, state.ages, state.drifts, state.own.labels))
         left, ages = self._averaging.tiles[0], self._averaging.ages_of_both
         # The labels are those of the last search: a tile that changed since then has none.
         searched = 1 if state is None else 1 + state.own.since_search       # frames ago
         choices = np.where(ages <= searched, np.int8(-1), left.choices)
         previous_best.tile_strengths(choices, ages, len(CUTS), self._strengths)
-        self._left = views[0]
+        self._left = views.pictures[0]
         self._moved_prior.restart()
-        followed = self._moving.follow(pool, state, camera, half_grey,
+
+    def follow(self, pool, state, camera, views):
+        """
+        Follow a camera that moved since a state, and average the `Views` with its warped pictures.
+
+        These are averaged only where noise is high and `average` found no unchanged tiles.
+        camera: a `Camera` that may have moved, or None
+        """
+        followed = self._moving.follow(pool, state, camera, views.half_grey,
                                        self._averaging.share >= STILL)
-        if followed and noise > NOISY and self._averaging.share < ANOTHER:
-            self._averaging.average(pool, views, History(
+        if followed and views.noise > NOISY and self._averaging.share < ANOTHER:
+            self._averaging.average(pool, views.pictures, History(
                 *self._moving.warped(state)[:2], np.zeros_like(state.drifts), None), search=False)
             self._strengths[:] = 0      # the previous map is not in place
-
-    @property
-    def motion_ms(self):
-        """How long it took to follow the camera, ms."""
-        return self._moving.milliseconds
 
     @property
     def motion(self):
@@ -231,14 +229,17 @@ class WarmStart:
                                   ages=self._averaging.ages, drifts=self._averaging.drifts,
                                   own=state.own._replace(**result._asdict()))
 
-    def next_state(self, pool, labels, validity, fine, genes, config, match, before=None):
+    def next_state(self, pool, labels, refinement, genes, config, match, before=None):
         """
         Return the FrameState of this frame, a copy.
 
-        fine: (R, C), sub-pixel labels; genes: its `Genes`; config: the MatcherConfig; match: the
-        `Match`; before: the FrameState of the previous frame
+        labels: (R, C), of the best chromosome; refinement: the `Refinement` that has made the
+        match of it; genes: its `Genes`; config: the MatcherConfig; match: the `Match`; before: the
+        FrameState of the previous frame
         """
-        cells, *seen = self._moved_prior.note(pool, before, self._left.census, fine)
+        validity = refinement.final_validity
+        cells, *seen = self._moved_prior.note(
+            pool, before, self._left.census, refinement.fine_labels)
         result = new_result(before, self._averaging.tiles, match)
         averaging = self._averaging
         return FrameState(

@@ -64,7 +64,8 @@ def views_of(pair, min_disparity=0):
     config = MatcherConfig.from_profile(
         'realtime', disparities=DISPARITIES, min_disparity=min_disparity)
     views, pool = Views(config, *pair[0].shape[:2], NoiseEstimate), ThreadPool(1)
-    views.read(pool, *pair[:2], lambda *_: 1.0)
+    views.read(pool, *pair[:2])
+    views.smooth(pool)
     views.describe(pool, Stages().describe)
     return views
 
@@ -140,7 +141,8 @@ def test_a_pair_leaves_no_texture_to_the_next_one():
     pair = wall()
     other = [np.roll(image, 120, axis=1) for image in pair]
     (_, used), (_, fresh) = matched(pair), matched(other)
-    used._views.read(used.pool, *other[:2], lambda *_: 1.0)
+    used._views.read(used.pool, *other[:2])
+    used._views.smooth(used.pool)
     used._views.describe(used.pool, Stages().describe)
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), 5, np.uint8)
     used._plain.mutate(used.pool, used._views.inside, half, used._half_size._prior, 2)

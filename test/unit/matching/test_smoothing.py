@@ -33,11 +33,12 @@ def compressed(image, quality):
 
 
 def read(left, right, bands=None):
-    """Return the `Views` of a pair, read."""
+    """Return the `Views` of a pair, read and smoothed."""
     views = Views(MatcherConfig(disparities=16), *left.shape[:2], NoiseEstimate)
     if bands:
         views._bands = bands
-    views.read(ThreadPool(1), left, right, lambda *_: 1.0)
+    views.read(ThreadPool(1), left, right)
+    views.smooth(ThreadPool(1))
     return views
 
 

@@ -306,7 +306,7 @@ def test_the_bands_of_a_pair_change_nothing(min_disparity):
     for bands in ([(0, 0, 300)], [(0, 0, 64), (1, 64, 128), (2, 128, 192), (3, 192, 300)]):
         views = Views(config, 300, 70, NoiseEstimate)
         views._bands = bands
-        views.read(ThreadPool(1), left, right, lambda *_: 1.0)
+        views.read(ThreadPool(1), left, right)
         assert views.noise > 0.4
         views.describe(ThreadPool(1), CensusPicture.describe)
         found.append([array for size in (views.full, views.half)
