@@ -10,9 +10,6 @@ from threading import Thread
 import time
 from weakref import finalize
 
-import numpy as np
-
-OVERLAP = 16        # rows by which a band's vertical paths start early
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
 _WINDOW = 64        # calls, about three frames, over which the pace of a placement is measured
 _PROBE = 8          # windows after which the other placement is tried again
@@ -132,24 +129,6 @@ class ThreadPool:
         self._end()
         for helper in self._helpers:
             helper.join()
-
-
-def cut_by_work(work, bands, height):
-    """
-    Return as many bands, of about the same work each.
-
-    work: whole numbers, one a row; bands: those that `cut_bands` cuts; height: rows that each band
-    but the last has a multiple of, at least one
-    """
-    count, rows = len(bands), len(work)
-    done = np.cumsum(work)
-    edges = [0]
-    for index in range(1, count):
-        edge = int(np.searchsorted(count * done, index * done[-1]))
-        edge = (edge + height // 2) // height * height
-        most = (rows - 1) // height * height - (count - 1 - index) * height
-        edges.append(max(min(edge, most), edges[-1] + height))
-    return list(zip(range(count), edges, [*edges[1:], rows]))
 
 
 def widened(band, reach, rows):

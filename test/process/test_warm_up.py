@@ -125,7 +125,7 @@ def test_a_worker_that_ends_costs_its_answer_alone():
 
 def test_what_is_reported_goes_from_nothing_to_all(monkeypatch):
     monkeypatch.setattr(Workers, 'request', lambda self, call: [
-        ('fuzzy_stereo_ros.matching.kernels.scanlines.sweep', 'upwards', '()'),
+        ('fuzzy_stereo_ros.matching.kernels.scanlines.row_paths', 'across', '()'),
         ('fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut', 'unload', '()')])
     told = []
     compile_kernels(MatcherConfig(), told.append)

@@ -202,13 +202,12 @@ def pass_along(costs, jumps, small, closed=None):
     return paths
 
 
-def summed_passes(costs, closed, across, down, small, bands, strip, overlap):
+def summed_passes(costs, closed, across, down, small, strip, overlap):
     """
     Return the sum of the passes right, left, down and up: int64 (R, C, D), at most 255.
 
-    closed: bool (R, C, D), labels outside of a pixel's window; bands: (first, last) rows. The
-    downward pass of a band starts `overlap` rows above it, and the upward pass of a band's
-    rows of each `strip` rows of the image so many below them.
+    closed: bool (R, C, D), labels outside of a pixel's window. The upward pass of each `strip`
+    rows starts `overlap` rows below them.
     """
     rows = len(across)
     costs = np.where(closed, 255, costs)
@@ -217,17 +216,14 @@ def summed_passes(costs, closed, across, down, small, bands, strip, overlap):
     sums = sums + pass_along(
         costs[:, ::-1], after[:, ::-1], small, closed[:, ::-1])[:, ::-1]
     below = np.pad(down, ((0, 1), (0, 0)))[1:]
-    for first, last in bands:
-        above = np.s_[max(first - overlap, 0):last]
-        sums[first:last] += pass_along(
-            *(values[above].swapaxes(0, 1) for values in (costs, down)), small,
-            closed[above].swapaxes(0, 1)).swapaxes(0, 1)[first - above.start:]
-        tops = [first, *range((first // strip + 1) * strip, last, strip)]
-        for top, end in zip(tops, [*tops[1:], last]):
-            under = np.s_[top:min(end + overlap, rows)]
-            sums[top:end] += pass_along(
-                *(values[under][::-1].swapaxes(0, 1) for values in (costs, below)), small,
-                closed[under][::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1][:end - top]
+    sums = sums + pass_along(
+        *(values.swapaxes(0, 1) for values in (costs, down)), small,
+        closed.swapaxes(0, 1)).swapaxes(0, 1)
+    for top in range(0, rows, strip):
+        under = np.s_[top:min(top + strip + overlap, rows)]
+        sums[top:top + strip] += pass_along(
+            *(values[under][::-1].swapaxes(0, 1) for values in (costs, below)), small,
+            closed[under][::-1].swapaxes(0, 1)).swapaxes(0, 1)[::-1][:strip]
     return np.minimum(sums, 255)
 
 

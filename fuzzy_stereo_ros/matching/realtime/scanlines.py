@@ -7,10 +7,12 @@ Not in the paper, whose random population does not converge in the time of a fra
 passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands, cut_by_work, OVERLAP
+from fuzzy_stereo_ros.matching.bands import cut_parts
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
-from fuzzy_stereo_ros.matching.kernels.scanlines import sweep
+from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import (
+    choose_of_targets, down_and_up)
+from fuzzy_stereo_ros.matching.kernels.scanlines.row_paths import across
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     blocks_of, Scratch, Search, SearchResult, Windows)
@@ -21,6 +23,9 @@ _SLACK = 64          # bytes behind an array that a vector may read or write
 # Rows and arrays a multiple of a page apart would evict each other from the cache.
 PAGE = 4096          # bytes
 SHIFT = 448          # bytes
+OVERLAP = 16         # rows by which paths from below start early
+PART = 16            # rows that a thread begins at a time
+STEP = 4 << 20       # bytes of costs that are begun in a step, if it has several rows of tiles
 
 
 def gene_type(disparities):
@@ -53,7 +58,12 @@ def new_result(possibility):
 
 
 class Scanlines:
-    """Scanline optima for one image size: memory, ranges of labels, and the chosen labels."""
+    """
+    Scanline optima for one image size: memory, ranges of labels, and the chosen labels.
+
+    Horizontal paths are independent by row, vertical ones by column, so that neither needs a
+    neighbour's rows: while columns of tiles complete one row of tiles, the next one is begun.
+    """
 
     stage, by_membership = 'scanlines', True
 
@@ -62,17 +72,23 @@ class Scanlines:
         Allocate for the size of a possibility.
 
         tile: pixels of a side, 1 or more, of the tiles that search labels of their own. Costs
-        are kept for as many rows of tiles only as a tile and the overlap reach into.
+        are kept for as many rows of tiles only as are worked on at a time.
         """
         rows, columns = possibility.rows, possibility.columns
-        target_columns = possibility.right.columns
-        self.possibility, self.tile, self.bands = possibility, tile, cut_bands(rows, tile)
+        self.possibility, self.tile, self.bands = possibility, tile, cut_parts(rows)
         self.most_blocks = blocks_of(possibility.disparities)
-        tiles = -(-rows // tile), -(-columns // tile)
-        height, kept = min(tile, rows), min(1 + -(-OVERLAP // tile), tiles[0])
-        self._scratch, self._memory = zip(*(
-            _scratch(columns, target_columns, self.most_blocks, height, kept) for _ in self.bands))
         self.chosen = new_result(possibility)
+        tiles = -(-rows // tile), -(-columns // tile)
+        row = columns * LANES * self.most_blocks + PAGE
+        strip = min(tile, rows) * row
+        at_a_time = min(max(STEP // strip, 1), tiles[0])
+        self._steps = self._cut(rows, *tiles, at_a_time)
+        kept = min(2 * at_a_time + -(-OVERLAP // tile), tiles[0])
+        self._numbers = {'strip': strip, 'kept': kept, 'chain': LANES * self.most_blocks,
+                         'words': columns + LANES}
+        self._shared, self._shared_memory = _placed(
+            {'costs': kept * strip, 'sums': kept * strip, 'down': row})
+        self._free, self._memory = [], []
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
         self.no_prior = prior_of(
@@ -90,18 +106,53 @@ class Scanlines:
             self.windows.low[:] = 0
             self.windows.blocks[:] = self.most_blocks
         self._pack()
-        if windows is not None:
-            self.bands = cut_by_work(self._work(), self.bands, OVERLAP)
         # Kept alive: the kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
-        self._last = self.search_by(*self._priors)
+        search = tuple(self.search_by(*self._priors))
+        self._reserve(pool.threads)
 
-        def work(band):
-            self._search_band(*band)
+        def work(item):
+            do, *place = item
+            scratch = self._free.pop()
+            try:
+                do(search, scratch, *place)
+            finally:
+                self._free.append(scratch)
+
+        def finish(band):
+            work((choose_of_targets, *band[1:]))
             if then is not None:
                 then(band)
-        pool.each(work, self.bands)
+        for items in self._steps:
+            pool.each(work, items)
+        pool.each(finish, self.bands)
         return self.chosen
+
+    def _cut(self, rows, tile_rows, tile_columns, at_a_time):
+        """
+        Return the steps of a search, each a list of items that are independent of each other.
+
+        An item is a function, called with the Search, a Scratch and the rest of it. A step
+        completes the rows of tiles below which OVERLAP rows are begun, while they are in the
+        cache, and begins as many more.
+        """
+        steps, begun, done = [], 0, 0
+        while done < tile_rows:
+            end = tile_rows if begun == rows else max(begun - OVERLAP, 0) // self.tile
+            first, begun = begun, min((end + at_a_time) * self.tile + OVERLAP, rows)
+            steps.append([
+                *((self._complete, tile, done, end)
+                  for tile in range(tile_columns) if end > done),
+                *((across, top, min(top + PART, begun)) for top in range(first, begun, PART))])
+            done = end
+        return steps
+
+    def _complete(self, search, scratch, tile, first, last):
+        """Choose the labels of a column of tiles in the rows of tiles first .. last - 1."""
+        rows = len(self.chosen.labels)
+        for tile_row in range(first, last):
+            start = min((tile_row + 1) * self.tile + OVERLAP, rows) - 1
+            down_and_up(search, scratch, tile, tile_row, start)
 
     def _pack(self):
         """Place the costs of the tiles one behind the other in a row of pixels."""
@@ -112,26 +163,21 @@ class Scanlines:
         used = sizes.sum(axis=1)
         windows.row_size[:] = used + (SHIFT - used) % PAGE
 
-    def _work(self):
-        """Return about how long each row takes: windows of up to four blocks are fast."""
-        blocks = self.windows.blocks
-        of_tiles = np.where(blocks <= 4, 2 + blocks, 3 * blocks).sum(axis=1)
-        return np.repeat(of_tiles, self.tile)[:len(self.chosen.labels)]
-
-    def _kernel_arguments(self, band):
-        """Return the Search and the Scratch of a band, as kernels take them."""
-        return tuple(self._last), tuple(self._scratch[band])
-
-    def _search_band(self, band, first, last):
-        """Sweep down and up through one row of tiles after the other."""
-        arguments = self._kernel_arguments(band)
-        start, strip, row = max(first - OVERLAP, 0), first, first
-        while strip < last:
-            end = min((strip // self.tile + 1) * self.tile, last)
-            below = min(end + OVERLAP, self._last.rows)
-            sweep.downwards(*arguments, start, first, row, min(below, last), below)
-            sweep.upwards(*arguments, strip, end, below - 1)
-            strip, row = end, below
+    def _reserve(self, threads):
+        """Have working memory for so many threads."""
+        columns, labels = self.chosen.labels.shape[1], LANES * self.most_blocks
+        words, tile = self._numbers['words'], min(self.tile, columns) * labels
+        sizes = {
+            'up': tile, 'carried': tile, 'chains': ROWS_AT_ONCE * labels,
+            'labels': max(labels, 16 * LANES) + 128, 'outside': labels,
+            'ring': 3 * columns * labels if self.possibility.model.box else 0,
+            'codes': 4 * 4 * ROWS_AT_ONCE * words, 'priors': 4 * 2 * ROWS_AT_ONCE * words,
+            'across': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns, 'least_below': columns,
+            'least_above': columns, 'offers': 2 * self.chosen.target.shape[1]}
+        while len(self._memory) < threads:
+            places, memory = _placed(sizes)
+            self._memory.append(memory)
+            self._free.append(tuple(Scratch(**self._numbers, **self._shared, **places)))
 
     def search_by(self, half_prior, previous_prior):
         """Return the Search of two priors; it has addresses of arrays here and in the priors."""
@@ -152,25 +198,12 @@ def _addresses(prior):
     return (*map(address_of, (prior.labels, prior.weights, prior.table)), prior.reach)
 
 
-def _scratch(columns, target_columns, blocks, height, kept):
-    """
-    Return the working memory of a band: a Scratch and the array that its addresses lie in.
-
-    blocks: of a window at most; height: rows of a row of tiles; kept: rows of tiles.
-    """
-    row, words, labels = columns * LANES * blocks + PAGE, columns + LANES, LANES * blocks
-    sizes = {
-        'costs': kept * height * row, 'sums': kept * height * row, 'down': row, 'up': row,
-        'carried': row, 'chains': ROWS_AT_ONCE * labels, 'labels': max(labels, 16 * LANES) + 128,
-        'outside': labels, 'ring': 3 * row, 'codes': 4 * 4 * ROWS_AT_ONCE * words,
-        'priors': 4 * 2 * ROWS_AT_ONCE * words, 'across': 4 * ROWS_AT_ONCE * words,
-        'below': 4 * ROWS_AT_ONCE * words, 'chosen': 2 * columns,
-        'least_below': columns, 'least_above': columns, 'offers': 2 * target_columns}
+def _placed(sizes):
+    """Return {name: address} of parts of memory, and the array that they lie in; sizes: bytes."""
     places, end = {}, 0
     for name, size in sizes.items():
         places[name] = end
         end += -(-(size + _SLACK) // PAGE) * PAGE + SHIFT
     memory = zeros(end + PAGE, np.uint8)
     start = memory.ctypes.data + -memory.ctypes.data % PAGE
-    return Scratch(height * row, kept, labels, words,
-                   **{name: start + place for name, place in places.items()}), memory
+    return {name: start + place for name, place in places.items()}, memory

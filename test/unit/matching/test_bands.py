@@ -7,7 +7,7 @@ import threading
 import time
 
 from fuzzy_stereo_ros.matching.bands import (
-    cut_bands, cut_by_work, cut_parts, filter_band, HelperPlaces, ThreadPool, widened)
+    cut_bands, cut_parts, filter_band, HelperPlaces, ThreadPool, widened)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -27,23 +27,6 @@ def test_bands_are_of_like_size(rows, height):
     bands = cut_bands(rows, height)
     for _, first, last in bands:
         assert abs(last - first - rows / len(bands)) < height + 1
-
-
-@given(st.integers(1, 3000), st.sampled_from([1, 8, 16]), st.integers(0, 99))
-def test_bands_of_like_work_cover_each_row_once_and_in_order(rows, height, seed):
-    bands = cut_bands(rows)
-    work = np.random.default_rng(seed).integers(0, 9, rows) ** 3
-    cut = cut_by_work(work, bands, height)
-    assert [index for index, _, _ in cut] == list(range(len(bands)))
-    assert [row for _, first, last in cut for row in range(first, last)] == list(range(rows))
-    assert all(first < last and first % height == 0 for _, first, last in cut)
-
-
-def test_bands_of_like_work_are_short_where_there_is_much():
-    work = np.repeat([1, 3], [320, 160])
-    assert cut_by_work(work, cut_bands(480), 16) == [(0, 0, 352), (1, 352, 480)]
-    assert cut_by_work(np.repeat([0, 1], [479, 1]), cut_bands(480), 16) == [
-        (0, 0, 464), (1, 464, 480)]
 
 
 @given(st.integers(1, 9), st.integers(0, 4), st.integers(1, 60))

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
 from census_scene import random_map, read_moved, small_pair
-from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
     flat, half_prior, texture_steps, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Windows
@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.half_size import GROW, HalfSize, MARGIN, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type
+from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, OVERLAP
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -135,9 +135,8 @@ def half_map_of_twins(left, right, disparities, places, min_disparity):
         *features, half_disparities, HALF_SIZE), HALF_SIZE.box)
     across, down = reference_census.jump_penalties(
         halves[0][1], reference_census.jump_table(HALF_SIZE))
-    rows = len(costs)
     sums = reference_census.summed_passes(costs, np.zeros(costs.shape, bool), across, down,
-                                          HALF_SIZE.small, [(0, rows)], TILE, OVERLAP)
+                                          HALF_SIZE.small, TILE, OVERLAP)
     everything = np.array([[0]]), np.array([[half_disparities]]), max(costs.shape)
     chosen = reference_census.chosen(sums, *everything)
     labels = chosen[0].astype(np.uint8)

@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scanline passes: a step, windows, the sum of four directions, and the label of least cost."""
 from census_scene import random_map, seen, small_pair, twin_costs
-from fuzzy_stereo_ros.matching.bands import OVERLAP, ThreadPool
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.addresses import repeat_bytes
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, carry, clear, copy, step
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
 from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
     best_label, choose_of_target, fit_offsets, least_elsewhere)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, splat, store
+from fuzzy_stereo_ros.matching.realtime import scanlines
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of, Scanlines, SHIFT
+from fuzzy_stereo_ros.matching.realtime.scanlines import (
+    gene_type, OVERLAP, prior_of, Scanlines, SHIFT)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 from numba import njit
@@ -135,12 +137,13 @@ class Scanned:
             self._choose_windows(np.random.default_rng(windows_seed))
         self.priors = [self._prior(shape, seed) for seed in (1, 2)] if priors else []
         self.pool = ThreadPool(threads)
+        self.scanlines._reserve(threads)
         self.search()
         self.pool.close()
         self._pair = left, right, min_disparity, model
 
     def search(self):
-        for memory in self.scanlines._memory:
+        for memory in (*self.scanlines._memory, self.scanlines._shared_memory):
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
         chosen = self.scanlines.search(self.pool, self.windows, *self.priors)
@@ -152,12 +155,11 @@ class Scanned:
 
     def _unused(self):
         """Return the bytes of the working memory that belong to none of its parts."""
-        unused = []
-        for scratch, memory in zip(self.scanlines._scratch, self.scanlines._memory):
-            places = scratch._asdict()
-            for number in ('strip', 'kept', 'chain', 'words'):
-                del places[number]
-            starts = sorted(place - memory.ctypes.data for place in places.values())
+        scanlines, unused = self.scanlines, []
+        shared = scanlines._shared.values()
+        own = [{*places} - {*shared, *scanlines._numbers.values()} for places in scanlines._free]
+        for places, memory in zip((shared, *own), (scanlines._shared_memory, *scanlines._memory)):
+            starts = sorted(place - memory.ctypes.data for place in places)
             unused += [memory[start - SHIFT:start].tobytes() for start in starts[1:]]
             unused.append(memory[-SHIFT:].tobytes())
         return unused
@@ -187,7 +189,7 @@ class Scanned:
         across, down = twins.jump_penalties(grey, twins.jump_table(model))
         sums = twins.summed_passes(
             costs, twins.outside_windows(costs.shape, *search), across, down, model.small,
-            [band[1:] for band in self.scanlines.bands], self.scanlines.tile, OVERLAP)
+            self.scanlines.tile, OVERLAP)
         return sums, search
 
 
@@ -233,24 +235,49 @@ def test_any_size_of_images_tiles_and_windows_is_that_of_the_twin(
     check(Scanned((rows, columns), disparities, tile, model, min_disparity, seed, priors))
 
 
+@pytest.fixture(params=[0, 5000, 4 << 20])
+def step_size(request, monkeypatch):
+    """Have steps of one row of tiles, of some, and of all."""
+    monkeypatch.setattr(scanlines, 'STEP', request.param)
+
+
 @pytest.mark.parametrize('tile', [1000, 64, 20, 6])
 @pytest.mark.parametrize('rows', [127, 128, 133, 150])
-def test_the_bands_of_larger_images_start_their_paths_outside(rows, tile):
-    scanned = Scanned((rows, 12), 40, tile, windows_seed=2)
-    assert len(scanned.scanlines.bands) == (2 if rows >= 128 else 1)
-    check(scanned)
+def test_rows_of_tiles_are_those_of_the_twin_however_many_are_a_step(step_size, rows, tile):
+    check(Scanned((rows, 12), 40, tile, windows_seed=2))
 
 
 @pytest.mark.parametrize('tile', [1000, 64, 8])
-def test_the_box_sums_of_larger_images_are_those_of_the_twin_in_every_strip_and_band(tile):
+def test_box_sums_are_those_of_the_twin_in_every_step(step_size, tile):
     check(Scanned((150, 7), 9, tile, model=HALF_SIZE))
 
 
 @pytest.mark.parametrize('model', [FULL_SIZE, HALF_SIZE])
-def test_four_bands_at_both_sizes_are_those_of_the_twin(model):
-    scanned = Scanned((641, 5), 5, model=model, threads=3)
-    assert len(scanned.scanlines.bands) == 4
-    check(scanned)
+def test_three_threads_at_both_sizes_are_those_of_the_twin(step_size, model):
+    check(Scanned((641, 5), 5, model=model, threads=3))
+
+
+@pytest.mark.parametrize('rows, tile', [(480, 64), (31, 64), (100, 20), (64, 1), (97, 16)])
+def test_items_begin_and_complete_each_row_of_tiles_once_and_after_those_it_needs(
+        step_size, rows, tile):
+    made = Scanlines(seen(*small_pair(rows, 130), 5), tile)
+    begun, done, completed = 0, 0, {}
+    for items in made._steps:
+        before = begun
+        for work, *place in items:
+            if work == made._complete:
+                column, first, last = place
+                assert first == completed.get(column, 0)
+                assert before >= min(tile * last + OVERLAP, rows)
+                completed[column] = last
+            else:
+                assert place[0] == begun
+                begun = place[1]
+        kept = tile * made._numbers['kept']
+        assert begun - tile * done <= kept
+        done = min(completed.values(), default=0)
+    assert begun == rows
+    assert completed == dict.fromkeys(range(-(-130 // tile)), -(-rows // tile))
 
 
 @pytest.mark.parametrize('disparities', [40, 300])

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Paths from left, right and above through a tile of some rows, in step with each other.
+Paths from left and right through a tile of some rows, in step with each other.
 
 With windows of one, two or four blocks, four rows go at once and stay in registers.
 """
@@ -15,24 +15,22 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.four import (
     add_four, advance_four, load_four, splat_four, store_four, without_least)
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, step
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, LANES, lanes_of, load_like, splat, splat_like, store)
+    bit_or, LANES, lanes_of, splat, splat_like, store)
 import numpy as np
 
-ROWS_AT_ONCE = 4
+ROWS_AT_ONCE = 8     # of which paths from the left, whose costs are computed, take four
 
 
 class TileRows(NamedTuple):
-    """Some rows of a tile; costs to down are addresses of the column `begin` of the first row."""
+    """Some rows of a tile; costs and sums are addresses of column `begin` of the first row."""
 
     begin: int               # columns
     end: int
     size: int                # bytes from a row of costs or sums to the next
     costs: int
     sums: int
-    down: int                # downward paths
     words: int               # from a row of P2 to the next
     across: int              # addresses of words: P2 of column 0 to the left
-    below: int               # and to the row above
     chain: int               # bytes from a horizontal path to the next
     chains: int              # address of the horizontal paths
     small: int               # P1
@@ -79,7 +77,7 @@ def costs_and_rightwards_four(penalty, search, scratch, rows, row, low):
     penalty: P1, a vector of all labels of the window. Returns the number of columns.
     """
     begin, far = rows.begin, search.target_stride
-    prepare_costs(search, row, ROWS_AT_ONCE, begin, rows.end, low, scratch.codes, scratch.priors)
+    prepare_costs(search, row, 4, begin, rows.end, low, scratch.codes, scratch.priors)
     cuts = cuts_of(search, penalty)
     mask = beyond(penalty, low, search.disparities)
     pointed = search.columns - 1 - begin + low
@@ -110,51 +108,38 @@ def rightwards_four(penalty, rows):
 
 
 @kernel
-def left_and_down(rows, blocks, begin, end, first, last):
-    """Run the paths from right and above through rows first .. last - 1, columns begin .. end."""
+def leftwards(rows, blocks, count):
+    """Run the paths from the right through `count` rows of a tile and add them to the sums."""
     penalty = splat(np.uint8(rows.small))
-    for column in range(end - 1, begin - 1, -1):
-        place = (column - rows.begin) * LANES * blocks
-        for row in range(first, last):
-            pixel, jump = place + row * rows.size, row * rows.words + column
-            step(rows.chains, row * rows.chain, blocks, splat_word(penalty, rows.across, jump + 1),
-                 penalty, rows.costs, pixel, rows.sums, pixel, False)
-            step(rows.down, place, blocks, splat_word(penalty, rows.below, jump), penalty,
-                 rows.costs, pixel, rows.sums, pixel, False)
+    for column in range(rows.end - 1, rows.begin - 1, -1):
+        for row in range(count):
+            pixel = (column - rows.begin) * LANES * blocks + row * rows.size
+            jump = splat_word(penalty, rows.across, row * rows.words + column + 1)
+            step(rows.chains, row * rows.chain, blocks, jump, penalty, rows.costs, pixel,
+                 rows.sums, pixel, False)
 
 
 @inlined
-def left_and_down_four(penalty, rows):
-    """
-    Do in registers what left_and_down does, for four rows; return the number of columns.
+def _left_four(penalty, rows, paths, row, column):
+    """Move four paths from the right on to a column of the rows from `row` on; return them."""
+    at = row * rows.size + lanes_of(penalty) * (column - rows.begin)
+    paths = advance_four(
+        paths, splat_four(penalty, rows.across, row * rows.words + column + 1, rows.words),
+        penalty, load_four(penalty, rows.costs, at, rows.size))
+    store_four(rows.sums, at, rows.size,
+               add_four(load_four(penalty, rows.sums, at, rows.size), paths))
+    return without_least(paths)
 
-    Each row is a column behind the one above it, so that its downward path is in a register and
-    all eight paths of a turn are independent of each other.
-    """
-    begin, end, lanes = rows.begin, rows.end, lanes_of(penalty)
-    blocks, slant, words = lanes // LANES, rows.size + lanes, rows.words + 1
-    for row in range(3):
-        left_and_down(rows, blocks, end - 3 + row, end, row, row + 1)
-    paths = load_four(penalty, rows.chains, 0, rows.chain)
-    at = lanes * (end - 4 - begin)
-    above = load_four(penalty, rows.down, at, lanes)[1:]
-    for column in range(end - 4, begin - 1, -1):
-        costs = load_four(penalty, rows.costs, at, slant)
-        downward = advance_four(
-            (load_like(penalty, rows.down, at), above[0], above[1], above[2]),
-            splat_four(penalty, rows.below, column, words), penalty, costs)
-        paths = advance_four(paths, splat_four(penalty, rows.across, column + 1, words), penalty,
-                             costs)
-        store_four(rows.sums, at, slant, add_four(
-            load_four(penalty, rows.sums, at, slant), add_four(paths, downward)))
-        paths, downward = without_least(paths), without_least(downward)
-        store(rows.down, at + 3 * lanes, downward[3])
-        above = downward[:3]
-        at -= lanes
-    store(rows.down, 0, above[0])
-    store(rows.down, lanes, above[1])
-    store(rows.down, 2 * lanes, above[2])
-    store_four(rows.chains, 0, rows.chain, paths)
-    for row in range(1, 4):
-        left_and_down(rows, blocks, begin, begin + row, row, row + 1)
-    return end - begin
+
+@inlined
+def leftwards_eight(penalty, rows):
+    """Do in registers what leftwards does, for eight rows; return the number of columns."""
+    below = 4 * rows.chain
+    upper = load_four(penalty, rows.chains, 0, rows.chain)
+    lower = load_four(penalty, rows.chains, below, rows.chain)
+    for column in range(rows.end - 1, rows.begin - 1, -1):
+        upper = _left_four(penalty, rows, upper, 0, column)
+        lower = _left_four(penalty, rows, lower, 4, column)
+    store_four(rows.chains, 0, rows.chain, upper)
+    store_four(rows.chains, below, rows.chain, lower)
+    return rows.end - rows.begin

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the sweeps of a search work on, and where its costs lie while a sweep passes.
+What a search works on, and where its costs lie meanwhile.
 
-Costs and sums are not kept for the whole image: a sweep works on one row of tiles after the other
-and keeps only those that it still needs, so that they stay in the processor's cache. The sweeps
+Costs and sums are not kept for the whole image: a search works on a few rows of tiles at a time
+and keeps only those that it still needs, so that they stay in the processor's cache. Its kernels
 get addresses, not arrays, of which each would cost compile time in every kernel; whoever calls
 them keeps the arrays alive.
 """
@@ -87,7 +87,7 @@ class Search(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """The addresses of the working memory of one band: bytes, but for words of 32 bits."""
+    """Addresses of working memory, shared on to `down`: bytes, but for words of 32 bits."""
 
     strip: int               # bytes of a row of tiles at most
     kept: int                # rows of tiles that are kept
@@ -95,7 +95,7 @@ class Scratch(NamedTuple):
     words: int               # words of a row of pixels at most
     costs: int               # of the rows of tiles kept, each from a multiple of `strip`
     sums: int                # the same
-    down: int                # downward paths of a row of pixels
+    down: int                # downward paths of a row of pixels, `chain` bytes each
     up: int                  # upward paths of a row of a tile
     carried: int             # paths while they are carried to other windows
     chains: int              # horizontal paths of the rows at once
@@ -104,8 +104,7 @@ class Scratch(NamedTuple):
     ring: int                # raw costs of the three rows of a box sum
     codes: int               # words: census codes and gradients of the rows at once
     priors: int              # words: where the priors' tables begin
-    across: int              # words: P2 of the rows at once to the left
-    below: int               # words: and to the row above
+    across: int              # words: P2 of the rows at once, to the left or to the row above
     chosen: int              # uint16: the labels chosen for a row of a tile
     least_below: int         # sums of the labels below the best ones
     least_above: int         # and above them

@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The paths from above and below complete the sums, of which labels are chosen: a column of tiles.
+
+Columns are independent. Paths from below start some rows below a row of tiles, paths from above at
+the top of the image.
+"""
+from fuzzy_stereo_ros.matching.kernels.addresses import (
+    load_byte, load_long, load_short, repeat_bytes, splat_word, store_byte, store_short)
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.scanlines.four import (
+    add_four, advance_four, first_of_four, load_four, lowest_of_four, mask_four, splat_four,
+    store_four, store_packed, unpacked, without_least)
+from fuzzy_stereo_ros.matching.kernels.scanlines.steps import (
+    advance, carry, clear, copy, in_registers, step)
+from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
+    columns_of, row_start, Scratch, Search, window_of)
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
+    best_label, choose_of_target, fit_offsets, least_elsewhere, MIDDLE, NEAR)
+from fuzzy_stereo_ros.matching.kernels.simd import (
+    LANES, lanes_of, load, lowest, prefetch, splat, store, subtract)
+import numpy as np
+
+CACHE_LINE = 64      # bytes
+
+
+@inlined
+def _note(scratch, column, best, low, totals, at):
+    """Write the label of a pixel and the sums beside it; its sums are at totals + at."""
+    store_short(scratch.chosen, column, low + best)
+    store_byte(scratch.least_below, column, load_byte(totals, at + best - 1))
+    store_byte(scratch.least_above, column, load_byte(totals, at + best + 1))
+
+
+@inlined
+def _choose_four(penalty, search, scratch, low, width, at, size, out):
+    """Do in registers what _choose_columns does, four columns at once; return their number."""
+    costs, sums, totals, lanes = scratch.costs, scratch.sums, scratch.labels, lanes_of(penalty)
+    column = place = 0
+    while column + 4 <= width:
+        for line in range(0, 4 * lanes, CACHE_LINE):
+            prefetch(costs, at - size + line)
+            prefetch(sums, at - size + line)
+        paths = advance_four(load_four(penalty, scratch.up, place, lanes),
+                             splat_four(penalty, scratch.across, column, 1), penalty,
+                             load_four(penalty, costs, at, lanes))
+        store_four(scratch.up, place, lanes, without_least(paths))
+        four = add_four(load_four(penalty, sums, at, lanes), paths)
+        store_four(totals, LANES, lanes, four)
+        cheapest = lowest_of_four(four)
+        best = first_of_four(four, unpacked(penalty, cheapest))
+        elsewhere = lowest_of_four(mask_four(four, NEAR, MIDDLE, best))
+        store_packed(search.sums, out + column, cheapest)
+        store_packed(search.margins, out + column, subtract(elsewhere, cheapest))
+        _note(scratch, column, best[0], low, totals, LANES)
+        _note(scratch, column + 1, best[1], low, totals, LANES + lanes)
+        _note(scratch, column + 2, best[2], low, totals, LANES + 2 * lanes)
+        _note(scratch, column + 3, best[3], low, totals, LANES + 3 * lanes)
+        place += 4 * lanes
+        at += 4 * lanes
+        column += 4
+    return column
+
+
+@inlined
+def _choose_columns(search, scratch, blocks, low, begin, end, at, out):
+    """
+    Move the upward paths of one tile's columns begin .. end on by a row and choose their labels.
+
+    at: where the costs and sums of the tile's column 0 are.
+    """
+    penalty, sums = splat(np.uint8(search.small)), scratch.sums
+    for column in range(begin, end):
+        place = LANES * blocks * column
+        step(scratch.up, place, blocks, splat_word(penalty, scratch.across, column), penalty,
+             scratch.costs, at + place, sums, at + place, False)
+        best, cheapest = best_label(sums, at + place, blocks)
+        store_byte(search.sums + out, column, cheapest)
+        store_byte(search.margins + out, column,
+                   least_elsewhere(sums, at + place, blocks, best) - cheapest)
+        _note(scratch, column, best, low, sums, at + place)
+
+
+@inlined
+def _hand_over(search, at, width, low, high, scratch):
+    """Write what was chosen for a row of a tile; at the window's ends there is nothing to fit."""
+    chosen, below, above = scratch.chosen, scratch.least_below, scratch.least_above
+    sums, first, last = search.sums + at, np.uint16(low), np.uint16(high)
+    for column in range(width):
+        label, least = load_short(chosen, column), load_byte(sums, column)
+        at_end = (label == first) | (label == last)
+        store_byte(below, column, least if at_end else load_byte(below, column))
+        store_byte(above, column, least if at_end else load_byte(above, column))
+    fit_offsets(below, sums, above, width, search.offsets + at)
+    if search.label_bytes == 1:
+        for column in range(width):
+            store_byte(search.labels + at, column, np.uint8(load_short(chosen, column)))
+    else:
+        for column in range(width):
+            store_short(search.labels + 2 * at, column, load_short(chosen, column))
+
+
+@inlined
+def _down_four(penalty, scratch, width, at, size, paths):
+    """Do in registers what _add_downwards does, four columns at once; return their number."""
+    costs, sums, lanes = scratch.costs, scratch.sums, lanes_of(penalty)
+    column = place = 0
+    while column + 4 <= width:
+        for line in range(0, 4 * lanes, CACHE_LINE):
+            prefetch(costs, at + size + line)
+            prefetch(sums, at + size + line)
+        four = advance_four(load_four(penalty, paths, place, lanes),
+                            splat_four(penalty, scratch.across, column, 1), penalty,
+                            load_four(penalty, costs, at, lanes))
+        store_four(sums, at, lanes, add_four(load_four(penalty, sums, at, lanes), four))
+        store_four(paths, place, lanes, without_least(four))
+        place += 4 * lanes
+        at += 4 * lanes
+        column += 4
+    return column
+
+
+@inlined
+def _add_downwards(search, scratch, tile, first, last, paths):
+    """Run the paths from above through rows first .. last - 1 of a tile, and add them to sums."""
+    begin, end = columns_of(search, tile)
+    _, blocks, offset = window_of(search, first // search.tile, tile)
+    size, penalty = load_long(search.row_size, first // search.tile), splat(np.uint8(search.small))
+    for row in range(first, last):
+        jumps, at = row * search.columns, row_start(search, scratch, row) + offset
+        repeat_bytes(search.down, jumps + begin, jumps + end, scratch.across, 0)
+        middle = in_registers(_down_four, search.small, blocks, scratch, end - begin, at, size,
+                              paths)
+        for column in range(middle, end - begin):
+            place = LANES * blocks * column
+            step(paths, place, blocks, splat_word(penalty, scratch.across, column), penalty,
+                 scratch.costs, at + place, scratch.sums, at + place, False)
+
+
+@inlined
+def _step_upwards(search, scratch, tile, row):
+    """Move the paths from below of a tile on to a row whose costs are there, without sums."""
+    penalty, words, costs = splat(np.uint8(search.small)), scratch.across, scratch.costs
+    begin, end = columns_of(search, tile)
+    _, blocks, offset = window_of(search, row // search.tile, tile)
+    at, place = row_start(search, scratch, row) + offset, 0
+    first = min(row + 1, search.rows - 1) * search.columns
+    repeat_bytes(search.down, first + begin, first + end, words, 0)
+    for index in range(end - begin):
+        jump = splat_word(penalty, words, index)
+        if blocks == 1:
+            path = advance(load(scratch.up, place), jump, penalty, load(costs, at))
+            store(scratch.up, place, subtract(path, splat(lowest(path))))
+        else:
+            step(scratch.up, place, blocks, jump, penalty, costs, at, scratch.outside, 0, True)
+        place += LANES * blocks
+        at += LANES * blocks
+
+
+@inlined
+def _choose_rows(search, scratch, tile, first, last):
+    """Choose the labels of the rows first .. last - 1 of a tile; its paths are those of `last`."""
+    tile_row = first // search.tile
+    low, blocks, offset = window_of(search, tile_row, tile)
+    begin, end = columns_of(search, tile)
+    size, start = load_long(search.row_size, tile_row), row_start(search, scratch, first) + offset
+    width, high = end - begin, min(low + LANES * blocks, search.disparities) - 1
+    for row in range(last - 1, first - 1, -1):
+        jumps = min(row + 1, search.rows - 1) * search.columns
+        repeat_bytes(search.down, jumps + begin, jumps + end, scratch.across, 0)
+        at, out = start + (row - first) * size, row * search.columns + begin
+        middle = in_registers(_choose_four, search.small, blocks, search, scratch, low, width, at,
+                              size, out)
+        _choose_columns(search, scratch, blocks, low, middle, width, at, out)
+        _hand_over(search, out, width, low, high, scratch)
+
+
+@inlined
+def _carry_tile(search, scratch, tile, tile_row, new_tile_row, paths):
+    """Carry the vertical paths of a tile's columns to the window of the tile below or above."""
+    begin, end = columns_of(search, tile)
+    low, blocks, _ = window_of(search, tile_row, tile)
+    new_low, new_blocks, _ = window_of(search, new_tile_row, tile)
+    if new_low == low and new_blocks == blocks:
+        return
+    for column in range(end - begin):
+        carry(paths, LANES * blocks * column, blocks, low, scratch.carried,
+              LANES * new_blocks * column, new_blocks, new_low, scratch.labels)
+    copy(scratch.carried, paths, LANES * new_blocks * (end - begin))
+
+
+@kernel
+def down_and_up(search, scratch, tile, tile_row, start):
+    """
+    Complete the sums of a tile and choose its labels.
+
+    The tile above is done; costs are there on to row `start`, where the paths from below start.
+    search, scratch: the fields of a Search and of a Scratch
+    """
+    search, scratch = Search(*search), Scratch(*scratch)
+    begin, end = columns_of(search, tile)
+    first, last = tile_row * search.tile, min((tile_row + 1) * search.tile, search.rows)
+    down = scratch.down + begin * scratch.chain
+    if tile_row == 0:
+        clear(down, 0, window_of(search, 0, tile)[1] * (end - begin))
+    else:
+        _carry_tile(search, scratch, tile, tile_row - 1, tile_row, down)
+    _add_downwards(search, scratch, tile, first, last, down)
+    clear(scratch.up, 0, window_of(search, start // search.tile, tile)[1] * (end - begin))
+    # on to last - 1, into whose window the paths are carried too
+    for row in range(start, last - 2, -1):
+        if row < start and (row + 1) % search.tile == 0:
+            _carry_tile(search, scratch, tile, row // search.tile + 1, row // search.tile,
+                        scratch.up)
+        if row >= last:
+            _step_upwards(search, scratch, tile, row)
+    _choose_rows(search, scratch, tile, first, last)
+
+
+@kernel
+def choose_of_targets(search, scratch, first, last):
+    """Choose the labels of the target's rows first .. last - 1, once those of the pixels are."""
+    search, scratch = Search(*search), Scratch(*scratch)
+    for row in range(first, last):
+        at = row * search.columns
+        choose_of_target(search.labels + at * search.label_bytes, search.label_bytes,
+                         search.sums + at, search.columns, scratch.offers,
+                         search.target + row * search.target_columns, search.target_columns)
