@@ -7,6 +7,7 @@ Not in the paper. It is searched for each pair without the previous frame, so th
 the previous best is outdated; where texture is weak it is a prior of the full search.
 """
 from functools import partial
+from math import hypot
 from typing import NamedTuple
 
 import cv2
@@ -27,6 +28,7 @@ SPECKLE = 20            # half-size pixels; smaller components of the half map a
 DEAD_ZONE, CUT = 1, 2   # px from the prior that cost nothing; largest cost, reached at 3 px
 VOTED, VOTED_CUT = 2, 6  # weight of the prior of voted planes; largest cost, reached at 6 px
 WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on average
+NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
 CLEAR = 4               # least margin, in summed cost, of a label of the prior
 FLAT = 1                # largest range of labels in 3 x 3 pixels of the prior
 GROW, MARGIN = 8, 4     # px around a tile whose labels it searches too; labels around its range
@@ -72,12 +74,14 @@ class HalfSize:
                                zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
-    def search(self, pool, inside, grey):
+    def search(self, pool, inside, grey, noise):
         """
         Return the `HalfSizeResult` of the pair that the possibility was filled with.
 
-        inside: the first and the last column of the full target that exist; grey: uint8, full left
+        inside: the first and the last column of the full target that exist; grey: uint8, full
+        left; noise: of it, grey levels, standard deviation, which is no texture
         """
+        limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
         chosen, half_inside = self._scanlines.chosen, (inside[0] // 2, inside[1] // 2)
         rows, prior = len(self._labels), self._prior
 
@@ -95,7 +99,7 @@ class HalfSize:
             index, first, last = band
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
                         self._labels, (index, *widened(band, GROW // 2, rows)))
-            disparity_ranges.weak_texture(self._steps, WEAK_TEXTURE, self.weak, first, last)
+            disparity_ranges.weak_texture(self._steps, limit, self.weak, first, last)
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins), self._validity,

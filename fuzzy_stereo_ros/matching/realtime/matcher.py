@@ -129,7 +129,8 @@ class RealtimeMatcher:
         views.smooth(pool)
         views.describe(pool, self._stages.describe)
         watch.lap('possibility')
-        half = self._half_size.search(pool, views.inside, views.full.left.grey)
+        half = self._half_size.search(
+            pool, views.inside, views.full.left.grey, views.noise)
         if self._stages.vote is not None:
             self._half_size.mutate(pool, self._plain, views.inside)
         if self._search.windows is not None:

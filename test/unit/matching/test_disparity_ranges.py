@@ -168,7 +168,7 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     tiles = -(-shape[0] // TILE), -(-shape[1] // TILE)
     windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)), np.zeros(tiles[0], np.int64))
     half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
-    half = half_size.search(pool, (min_disparity, min_disparity + shape[1] - 1), full[0].grey)
+    half = half_size.search(pool, (min_disparity, min_disparity + shape[1] - 1), full[0].grey, 0.0)
     half_size.write_windows(windows)
     labels, validity = half_map_of_twins(left, right, disparities, places, min_disparity)
     np.testing.assert_array_equal(half.validity, validity)
@@ -176,3 +176,18 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     low, blocks = windows_of(half.labels, shape, disparities, TILE, GROW, MARGIN)
     np.testing.assert_array_equal(windows.low, low)
     np.testing.assert_array_equal(windows.blocks, blocks)
+
+
+def test_noise_is_not_taken_for_texture():
+    shape, disparities = (60, 120), 16
+    possibility = CensusPossibility(shape[0] // 2, shape[1] // 2, disparities // 2, HALF_SIZE)
+    half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
+    random = np.random.default_rng(1)
+    grey = np.zeros((shape[0], shape[1] + LANES), np.uint8)
+    for noise in (1, 5, 9):
+        grey[:] = np.rint(128 + noise * random.standard_normal(grey.shape))
+        half_size.search(pool, (0, shape[1] - 1), grey, float(noise))
+        assert half_size.weak.mean() > 0.95
+    grey[:, 2::4] = grey[:, 3::4] = 200
+    half_size.search(pool, (0, shape[1] - 1), grey, 9.0)
+    assert half_size.weak.mean() < 0.05
