@@ -8,7 +8,7 @@ chromosome decreases with the costs of its genes: matches of little possibility,
 (less at edges of grey), and labels that contradict the target image.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_parts
 from fuzzy_stereo_ros.matching.crossover import Exchange
 from fuzzy_stereo_ros.matching.kernels.genetic import gene_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
@@ -25,7 +25,7 @@ class CensusFitness:
     def __init__(self, possibility, validity, target):
         """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
         rows, columns = validity.shape
-        self._bands = cut_bands(rows)
+        self._bands = cut_parts(rows)
         self.largest_cost = possibility.model.largest
         self._possibility = possibility     # keeps the memory of its addresses alive
         self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)

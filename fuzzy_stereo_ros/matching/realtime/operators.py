@@ -11,7 +11,7 @@ with the mutant takes the regions that are fitter.
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands
+from fuzzy_stereo_ros.matching.bands import cut_bands, cut_parts
 from fuzzy_stereo_ros.matching.kernels.planes import segments
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
@@ -65,7 +65,7 @@ class GreyRegions:
 
     def __init__(self, rows, columns):
         """Allocate for half-size pictures of a size."""
-        self._bands = cut_bands(rows)
+        self._bands = cut_parts(rows)
         self._edges = np.array([first for _, first, _ in self._bands])
         self._begin, self._end, self._parent, self._size, self._region = (
             zeros(rows * columns, np.int32) for _ in range(5))

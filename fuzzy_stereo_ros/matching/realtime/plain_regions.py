@@ -10,7 +10,7 @@ exceeds that of the half-size map. The plane is written into that map and is a p
 search, which so uses the same evidence. Regions that single windows can match are left alone.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands, widened
+from fuzzy_stereo_ros.matching.bands import cut_parts, widened
 from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import number_regions
@@ -43,7 +43,7 @@ class Texture:
         self.seen, self._written = zeros((rows, columns), np.uint16), zeros(
             (rows, 2), np.int64)
         self.bands = zeros((kernels.BANDS, rows, columns), np.int16)
-        self._totals = zeros((len(cut_bands(rows, kernels.ROWS)), kernels.BANDS, 3), np.int64)
+        self._totals = zeros((len(cut_parts(rows, kernels.ROWS)), kernels.BANDS, 3), np.int64)
 
     def mark(self, first, last):
         """Mark the plain pixels of some rows, once all of the half-size view is read."""
@@ -86,7 +86,7 @@ class PlainRegions:
         self._labels = -(-disparities // LANES) * LANES
         self._left = Texture(full.left, half.left, 0)
         self._right = Texture(full.right, half.right, self._labels + 1)
-        self._bands = cut_bands(rows, kernels.ROWS)
+        self._bands = cut_parts(rows, kernels.ROWS)
         self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(5))
         self._row_runs = zeros((rows, 2), np.int32)
         self._least = max(int(LEAST * rows * columns), 1)
