@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read files of bags whose end, and so whose index, is missing: as a power failure leaves them.
+Read files of bags without their end and index, as after a power failure.
 
-rosbags reads a file by its index. What is complete of the file gets an index here, which is put
-behind it as the file is read, or stands in a temporary database: the file itself stays as it is.
+rosbags reads a file by its index. Here the complete part of a file gets an index, which is
+appended while the file is read, or is a temporary database: the file itself is not changed.
 """
 from collections.abc import Callable
 from contextlib import closing, suppress

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Measure matchers on pairs without ground truth: what can be told of maps without knowing better.
+Measure matchers on pairs without ground truth.
 
 Density, time, and whether the map of the left image agrees with that of the right one, which the
 matcher finds in the mirrored pair; over frames flicker, of ours the confidence and the row offset.

@@ -15,7 +15,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
     decide, load, maximum_flow, unload)
 import numpy as np
 
-LARGEST = 2**26     # a change of cost, of one cell or of two together, is at most this
+LARGEST = 2**26     # largest change of cost of one cell or of two cells together
 
 
 class Exchange:
@@ -24,8 +24,8 @@ class Exchange:
 
     cells: int32 (n,), row * C + column of the cells where they differ, ascending
     alone: int32 (n,), change of cost if this cell alone takes the second parent's gene
-    pairs: int32 (n, K), what is added where the cell and an earlier neighbour both take theirs, 0
-    where that neighbour is no cell; K = 2: left, up; K = 4: left, up-left, up, up-right
+    pairs: int32 (n, K), further change if the cell and an earlier neighbour both take it, 0 where
+    that neighbour is no cell; K = 2: left, up; K = 4: left, up-left, up, up-right
     taken: bool (n,), which cells a crossover has chosen
     """
 
@@ -33,7 +33,7 @@ class Exchange:
         """neighbours: 4 or 8, of a cell in the sums of costs."""
         self.shape, self.neighbours = (rows, columns), neighbours
         size = rows * columns
-        # one more: kernels write each cell, and count it only where the parents differ
+        # one more: kernels write each cell, and keep it only where the parents differ
         self.all_cells = zeros(size + 1, np.int32)
         self._alone, self._taken = zeros(size, np.int32), zeros(size, np.bool_)
         self._pairs = zeros((size, neighbours // 2), np.int32)
@@ -86,7 +86,7 @@ class Regions:
 
 class Cut:
     """
-    Fusion by minimum cut: the cheapest choice of cells, of equally cheap ones the smallest.
+    Fusion by minimum cut: the cheapest choice of cells; among equal costs the fewest cells.
 
     It is exact where no pair is above 0. Pairs above 0 count as 0 in the cut; afterwards each
     connected region of the chosen cells is taken only if that is cheaper.

@@ -18,29 +18,29 @@ import cv2
 from fuzzy_stereo_ros.matching.row_offsets import misalignment_of, terms_at
 import numpy as np
 
-SHARE = 0.004       # of the matching time that may be spent on looking for causes
-MOST_CREDIT = 20.0  # ms of it that are saved up while nothing is suspicious
+SHARE = 0.004       # share of the matching time that may be spent on the search for causes
+MOST_CREDIT = 20.0  # ms of this time that are saved up while nothing is suspicious
 CONFIRMED = 5       # pairs in a row after which a live node changes its finding
 STEP = 4            # every so many rows and columns of a result are read
-# What is suspicious; real pairs that fit have a mean confidence of .36 to .97, most above .65.
+# Limits of a suspicious result; real pairs have a mean confidence of .36 to .97, most above .65.
 LOW_CONFIDENCE = 0.65
 FALL = 0.75         # share of the usual mean confidence
-MEMORY = 0.02       # weight of the newest pair in what is usual
-LAST_LABELS = 3     # at the end of the range
-AT_THE_END = 0.05   # share of the valid pixels that have one of them
-NEARER = 0.01       # share of the matches that were rejected since they lie beyond the range
+MEMORY = 0.02       # weight of the newest pair in the usual confidence
+LAST_LABELS = 3     # labels that count as the end of the range
+AT_THE_END = 0.05   # share of the valid pixels that have one of these
+NEARER = 0.01       # share of the matches that are rejected as beyond the range
 # Pictures, in grey levels of 8 bits.
 DARK, WHITE = 20, 250
-FEWEST_BITS = 12    # that images of 16 bits are taken to use at least, for black ones
-REDUCED = 4         # px of a pixel of the image whose contrast is measured, above any noise
-CONTRAST = 6        # from one pixel of that to the next but one
+FEWEST_BITS = 12    # least number of bits that images of 16 bits are assumed to use
+REDUCED = 4         # factor by which images are reduced to measure contrast without noise
+CONTRAST = 6        # grey levels between two pixels of these, two apart
 PLAIN, TEXTURED = 0.02, 0.1     # shares of an image with contrast
 # Features of both images, reduced to about this many columns.
 COLUMNS, FEATURES, PATCH = 560, 500, 31
 UNIQUE, LIKE = 0.85, 60         # share of the second best distance, and bits of 256
 TOLERANCE = 1.5     # reduced px, by which the rows of a feature may differ
 FEWEST = 20         # features that have to agree
-MANY, UNLIKE, UNSURE = 100, 10, 0.4     # of so many so few agree, at such a mean confidence
+MANY, UNLIKE, UNSURE = 100, 10, 0.4     # features, most that agree, mean confidence: other scenes
 BEYOND, FEWEST_BEYOND = 0.05, 8     # features that lie beyond the range
 MARGIN = 2          # px, around the disparities of features, of a proposed range
 ROUNDED = 16        # a proposed number of disparities is a multiple of it
@@ -84,7 +84,7 @@ class PlausibilityCheck:
         self._suspicions = deque(maxlen=self._confirmed)
 
     def warm_up(self):
-        """Compare noise once, as OpenCV loads parts of itself at the first call."""
+        """Compare two images of noise, as OpenCV loads parts of itself at the first call."""
         noise = np.random.default_rng(0).integers(0, 255, (200, 200), np.uint8)
         features_in_common(noise, noise)
 
@@ -121,7 +121,7 @@ class PlausibilityCheck:
             or is_late(match, config))
         self._usual += MEMORY * (confidence - usual)
         if self.finding is not None and not any(self._suspicions):
-            self.finding, self._credit = None, 0.0      # what comes next is looked at at once
+            self.finding, self._credit = None, 0.0      # the next suspicious pair is examined
         return len(self._suspicions) == self._confirmed and all(self._suspicions)
 
 

@@ -18,19 +18,19 @@ from fuzzy_stereo_ros.matching.row_offsets import (
     PAIRS_OF_SWING, PLACES, terms_at)
 import numpy as np
 
-STEP, FINE = 0.1, 0.05      # px of sure offset from which rows are moved, and moved again
-PERIOD, FIRST = 32, 8       # pairs between two measurements; each of the first is measured
-PAIRS = 16          # newest measured pairs that count
-NEWEST = 3          # measured pairs that together tell of a knock
-KNOCK = 0.5         # px by which these surely differ from those before them
+STEP, FINE = 0.1, 0.05      # px of significant offset from which rows are moved, and moved again
+PERIOD, FIRST = 32, 8       # pairs between two measurements; first pairs that are all measured
+PAIRS = 16          # newest measured pairs that are used
+NEWEST = 3          # measured pairs that together show a knock
+KNOCK = 0.5         # px by which these significantly differ from those before them
 LONGEST_PAUSE = 512     # pairs between two searches for features where these are few
-BLOCK, UNIQUE = 7, 10   # of the block matching that has to confirm features: px, percent
-FEWER = 0.99        # share of the matches that have to be left with other rows
+BLOCK, UNIQUE = 7, 10   # block matching that confirms features: px of a side, percent of margin
+FEWER = 0.99        # least share of the matches with the new rows, relative to the old ones
 
 
 class Rows(NamedTuple):
     """
-    What is known of the row offset of a rig.
+    The measurements of the row offset of a rig, and the offset that is undone.
 
     points: float32 (N, 4), column, row and offset of `row_offsets`, and the number of the measured
     pair, from 0. undone: float64 (4,), the terms that are undone, px. pair: number of the next
@@ -50,7 +50,7 @@ class Rows(NamedTuple):
         return self._measured(self._by_pair(), shape)
 
     def with_points(self, points, shape):
-        """Return this with the points of a further pair, float64 (N, 3), of images of a shape."""
+        """Return Rows with the points of a further pair, float64 (N, 3), of images of a shape."""
         if not len(points):
             return self
         pairs = [*self._by_pair(), points.astype(np.float32)][-PAIRS:]
@@ -136,7 +136,7 @@ class RowAlignment:
         return self._stepped(rows, shape)
 
     def _stepped(self, rows, shape):
-        """Return the Rows that undo what is measured, if that surely is another offset."""
+        """Return the Rows that undo the measured offset, if it differs significantly."""
         measured = self.measured(rows, shape)
         if not self._undoes or measured is None or (
                 measured.deviation(rows.undone) <= (FINE if rows.undone.any() else STEP)):
@@ -189,5 +189,5 @@ class RowAlignment:
 
 
 def rig_of(image, camera):
-    """Return what tells one rig from another: the size of its images and its camera, or None."""
+    """Return the identity of a rig: the size of its images and its camera, or None."""
     return (*image.shape[:2], *(() if camera is None else map(float, camera[:5])))

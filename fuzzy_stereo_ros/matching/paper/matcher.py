@@ -31,7 +31,7 @@ AROUND = 9          # side of the square whose mean certainty is a pixel's confi
 RIGHT = 0, 0.65, 0.77, 0.82, 0.87, 0.91, 0.95, 0.98, 0.994, 0.999, 1
 
 MUCH = 0.02         # share of unseen cells from which the most possible map is a chromosome
-UNSETTLED = 8.0     # share of confidence that is lost by growth of the fitness, for small shares
+UNSETTLED = 8.0     # share of confidence lost per share of growth of the fitness
 
 
 class PaperState(NamedTuple):
@@ -219,7 +219,7 @@ class PaperMatcher:
 
 
 def _growth(history):
-    """Return by what share the best fitness rose in the last generation: what is not settled."""
+    """Return the share by which the best fitness rose in the last generation."""
     if len(history) < 2 or history[-2].best_fitness <= 0:
         return 0.0
     return max(history[-1].best_fitness / history[-2].best_fitness - 1, 0.0)

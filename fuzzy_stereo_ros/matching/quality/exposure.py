@@ -3,9 +3,9 @@
 """
 The colours of the right image as the left camera would have exposed them.
 
-Not in the paper, whose images have one exposure. The possibility of `quality` compares colours,
-and a gain, an offset, a gamma or dark corners that differ make true matches impossible. The
-matches of `realtime`, whose census does not depend on them, show by how much they differ.
+Not in the paper, whose images have one exposure. The possibility of `quality` compares colours:
+true matches become impossible if gain, offset, gamma or vignettes of the cameras differ. The
+difference is estimated from matches of `realtime`, whose census does not depend on it.
 """
 import cv2
 import numpy as np

@@ -3,11 +3,11 @@
 """
 The operators of the profile `quality`: mutants that are planes of regions.
 
-Each is called with the population and a source of random numbers and changes the chromosome, in
-both views, which takes of a mutant what is fitter. A proposal needs evidence of the images alone,
-since a smooth plane is fitter than a rough surface even where the images say little, as in shadows
-on a road: a region moves only if its matches, without smoothness, are not less possible; each
-pixel about which the two views disagree allows it a small loss.
+Each is called with the population and a source of random numbers and changes the chromosome in
+both views, which takes the fitter parts of a mutant. A proposal needs evidence of the images
+alone, since a smooth plane is fitter than a rough surface even where these have little evidence,
+as in shadows on a road: a region moves only if its matches, without smoothness, are not less
+possible. A small loss is allowed for each pixel on which the two views disagree.
 """
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded, UNIT
 from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread, tiles

@@ -15,12 +15,12 @@ import numpy as np
 MOST = 1.0               # px by which the views may differ
 NEAR, SEED_SHARE = 1.0, 0.7     # px within which the seed counts as well, and its share
 FLAT, FLAT_SHARE = 0.3, 0.8      # px within which such a share of a segment lies in a plane
-FLAT_LEAST, FAR = 100, 0.5       # trusted px it needs; px from the plane that are kept as they are
+FLAT_LEAST, FAR = 100, 0.5       # least trusted px of it; px from the plane that are not changed
 ELSEWHERE = -8, -3, 3, 8  # px, where matches are compared with the one found
 REACH = RADIUS * STRIDE   # px of a support that must lie within the other image too
-FAINT = 0.004            # contrast with them at which certainty is one half
-LEAST_SURE = 0.02        # less is noise
-# Share of right pixels by tenths of certainty, see realtime/refinement.py.
+FAINT = 0.004            # contrast with these at which certainty is one half
+LEAST_SURE = 0.02        # mean certainty below which confidence is 0
+# Share of right pixels in steps of 0.1 of certainty, see realtime/refinement.py.
 RIGHT = 0, 0.66, 0.8, 0.91, 0.95, 0.98, 0.997, 0.999, 1, 1, 1
 CLEAR_MARGIN = 0.4       # summed cost, parts of FULL, by which the best label elsewhere is worse
 
@@ -73,10 +73,10 @@ def averaged_with_planes(view, disparity, surface, random):
 
 def certainty(view, seed, lowest):
     """
-    Return the certainty of each pixel of a view's map by itself: float32 (R, C), 0 to 1.
+    Return the certainty of each single pixel of a view's map: float32 (R, C), 0 to 1.
 
-    It is the product of the possibility, of the margin of the label that the data alone chose, and
-    of the contrast with nearer and farther matches; 0 where that label is another one.
+    It is the product of the possibility, the margin of the label that the data alone give, and the
+    contrast with nearer and farther matches; 0 where that label differs from the map.
     """
     disparity = view.disparities
     possible = 1 - view.match_costs.astype(np.float32) / UNIT
@@ -89,7 +89,7 @@ def certainty(view, seed, lowest):
 
 def contrast(view, disparity, lowest):
     """
-    Return by how much other matches are less possible than a view's: float32 (R, C), 0 to 1.
+    Return how much less possible other matches are than a view's: float32 (R, C), 0 to 1.
 
     It is the mean over the matches ELSEWHERE that lie within the images and the disparities; 1
     where too few disparities are searched to have any.

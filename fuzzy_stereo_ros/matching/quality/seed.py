@@ -33,10 +33,10 @@ STEPS = Steps(slope=0.16, free=0.25, jump=4.0, apart=0.5)
 
 
 class ChildSettings(NamedTuple):
-    """How a child is searched, given its parent."""
+    """The settings of the search of a child, given its parent."""
 
-    strong: float            # bias towards the parent, cost a px, where texture is strong
-    weak: float              # and where it is weak
+    strong: float            # bias towards the parent, cost per px, where texture is strong
+    weak: float              # the same where texture is weak
     smoothness: Smoothness
     steepest: int            # steepest slope of the parent, px a pixel, that paths follow; 0: none
 
@@ -65,7 +65,7 @@ class Seed(NamedTuple):
 
 class ViewStart(NamedTuple):
     """
-    What the chromosome of a view begins with.
+    The initial chromosome of a view.
 
     seed: a `Seed`; complete: whether there was time for the whole seed; else it is the parent
     colour: uint8 (R, C, 3); weak: float32 (R, C), how weak the texture is, 0 to 1

@@ -5,7 +5,7 @@ Where two parents differ, sums over an exchange of their genes, and partition cr
 
 An exchange: see crossover.Exchange. Partition crossover takes connected regions of cells whole, or
 not at all (Whitley et al., Partition crossover for pseudo-Boolean optimization, 2009 and 2015).
-Regions meet only where the parents agree, so that what is gained is the sum over those taken.
+Regions meet only where the parents agree, so that the gain is the sum over the regions taken.
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root

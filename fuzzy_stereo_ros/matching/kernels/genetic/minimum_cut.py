@@ -24,14 +24,14 @@ _FAR = 2**30
 
 @inlined
 def _append(queue, end, node):
-    """Append a node to a ring; return the new end."""
+    """Append a node to a ring buffer; return the new end."""
     queue[end] = node
     return end + 1 if end + 1 < queue.size else 0
 
 
 @inlined
 def _after(queue, begin):
-    """Return the place behind the first one of a ring."""
+    """Return the place behind the first one of a ring buffer."""
     return begin + 1 if begin + 1 < queue.size else 0
 
 
@@ -142,7 +142,7 @@ def _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waitin
 @kernel
 def _gather(nodes, offsets, capacity, supply):
     """
-    Let each node, from the last one on, hand on what fits of its supply to earlier neighbours.
+    Send as much supply as fits from each node to earlier neighbours, from the last node on.
 
     Sources meet sinks, and few are left: the trees then need half the time.
     """
@@ -221,7 +221,7 @@ def maximum_flow(nodes, offsets, capacity, supply, tree, parent, stamp, distance
     return now
 
 
-LEFT, OPEN, TAKEN = 0, 1, 2     # what is known of a cell; others are left
+LEFT, OPEN, TAKEN = 0, 1, 2     # state of a cell; places without a cell are LEFT
 
 
 @kernel

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The fitness of the uniform reading: what is possible AND smooth among its neighbours.
+The fitness of the uniform reading: cells that are possible AND smooth among their neighbours.
 
 Maps have a frame: row r and column c of the image are at [r + 1, c + 1], one row and one column
 lie before them, one row and at least LANES + 1 columns behind. Frames hold zeros where it counts:

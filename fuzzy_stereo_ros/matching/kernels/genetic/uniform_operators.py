@@ -29,7 +29,7 @@ def _at(array, place):
 @inlined
 def _change_beside(genes, chosen, weights, cell, side, offset):
     """
-    Return what a cell and one neighbour lose if the cell takes its gene, and both together.
+    Return the loss of a cell and one neighbour if the cell takes its gene, and if both do.
 
     genes, chosen: pairs of flat framed maps, of both parents; weights: flat (8, plane)
     side: number of the neighbour; offset: of the neighbour
@@ -55,7 +55,7 @@ def _change_beside(genes, chosen, weights, cell, side, offset):
 def fill_exchange(cells, first_genes, first_chosen, second_genes, second_chosen, weights,
                   alone, pairs):
     """
-    Write what taking the second parent's genes changes, as a cost: fitness lost, 65280ths.
+    Write the cost of taking the second parent's genes: fitness lost, 65280ths.
 
     Two neighbours share (a_p w_pq + a_q w_qp) * smoothness of their genes, a the possibility that
     each chose; the sum over all pairs of neighbours is the fitness.

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What genes that are planes cost: the plane (a, b, c) of a pixel is its disparity a x + b y + c.
+The cost of genes that are planes: the plane (a, b, c) of a pixel has its disparity a x + b y + c.
 
 Not in the paper, whose genes are whole disparities. A gene is measured over a support that
 follows its own plane (Bleyer et al., PatchMatch stereo, 2011), and by how much the planes of
@@ -71,7 +71,7 @@ def _cost_at(volume, row, column, label, column_step):
 def plane_costs(volume, disparities, planes, selected, supports, masses, radius, stride, origin,
                 column_step, costs, first, last):
     """
-    Write what the planes of the selected pixels cost over their supports, 0 to UNIT.
+    Write the costs of the planes of the selected pixels over their supports, 0 to UNIT.
 
     volume: uint8 (R, C, labels), 0 to MOST, of the left image's pixels; origin, column_step: 0, 0
     for planes of the left view; for the mirrored right view column x has its match of label d in
@@ -142,7 +142,7 @@ def plane_costs(volume, disparities, planes, selected, supports, masses, radius,
 @inlined
 def bend(one, row, column, other, y, x, weight, most):
     """
-    Return what two neighbours' planes cost by their difference at both places.
+    Return the cost of the difference of two neighbours' planes at both places.
 
     one, other: float32 (3,), the planes of (row, column) and (y, x); weight: UNITs a px; most: px
     """
@@ -156,7 +156,7 @@ def bend(one, row, column, other, y, x, weight, most):
 @kernel
 def smoothness(planes, across, down, most, row_sums, first, last):
     """
-    Write what the differences of neighbours cost: int64 (R,), the sums of rows.
+    Write the costs of the differences of neighbours: int64 (R,), the sums of rows.
 
     planes: float32 (R, C, 3); across, down: float32 (R, C), weights of the pairs with the left
     and the upper neighbour; most: px
@@ -201,7 +201,7 @@ def list_cells(selected, cells):
 def fill_exchange(first_planes, first_costs, second_planes, second_costs, selected, cells, across,
                   down, most, numbers, alone, pairs):
     """
-    Write what taking the second parent's planes changes: see crossover.Exchange, 4 neighbours.
+    Write the changes of cost of taking the second parent's planes: see crossover.Exchange.
 
     first_costs, second_costs: int (R, C); selected: bool (R, C), the cells; cells: int32 (n,),
     the same as a list, ascending; numbers: int32 (R, C), memory; alone: int32 (n,), pairs: int32

@@ -17,8 +17,8 @@ LEAD = 2.0           # deviations by which it must exceed the map
 TILTED = 2.0         # deviations that a slant must gain
 SECOND = 0.6         # share of its deviations that the second best disparity may reach
 AGREE = 1            # px by which both halves of the region may differ from it
-DECISIVE = 4.0       # deviations of the map in a cell from which the cell keeps the map
-LENIENT = -2.5       # deviations by which a cell may support the map instead of the plane
+DECISIVE = 4.0       # mean deviations of the plane in 3 x 3 cells from which windows can match it
+LENIENT = -2.5       # deviations by which the map may exceed the plane in cells that accept it
 VISIBLE = 0.3        # least share of visible pixels, of the most that any disparity has
 STEPS, STEEPEST = (2.0, 1.0, 0.5, 0.25), 6.0     # px at the border of a region: climbed, at most
 SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
@@ -259,8 +259,8 @@ def judge(curves, counts, cells, places, start, stop, disparities, nearest, powe
     region; start, stop: its cells; nearest: label from which on there is evidence; power:
     float64 (BANDS,), mean square of the other view; plane: float64 (3,), of half-size x and y and
     full disparity, NaN where none is taken; figures: float64 (5,): deviations of the best
-    disparity, of the second best, difference of the halves in px, deviations of the map, and
-    deviations of cells by chance; accepted: uint8 (cells,), where the plane is taken
+    disparity, of the second best, difference of the halves in px, deviations of the map, and mean
+    deviations of the plane in 3 x 3 cells; accepted: uint8 (cells,), where the plane is taken
     """
     number, labels = stop - start, disparities
     plane[:], figures[:] = np.nan, 0

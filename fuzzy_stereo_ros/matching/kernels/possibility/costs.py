@@ -19,7 +19,7 @@ import numpy as np
 
 
 class Features(NamedTuple):
-    """What costs are made of, by address; see features.py. The target's are mirrored."""
+    """The features that costs compare, by address; see features.py. The target's are mirrored."""
 
     columns: int
     disparities: int
@@ -37,9 +37,9 @@ class Features(NamedTuple):
 
 class Prior(NamedTuple):
     """
-    A map that labels are drawn to: weight 0 at a pixel means that it does not.
+    A map of preferred labels; weight 0 at a pixel means no preference.
 
-    The table has a row a weight: what is added by label - prior's label, 0 at index `reach`.
+    The table has a row for each weight: the added cost by label - prior's label, 0 at `reach`.
     """
 
     labels: np.ndarray            # uint8 or uint16 (R, C)
@@ -66,7 +66,7 @@ def raw_costs(target, candidate, stride, target_slopes, slope_at, code, slope, c
 
 @inlined
 def cuts_of(search, vector):
-    """Return what the costs are cut by, as vectors like another: see raw_costs."""
+    """Return the limits of the costs, as vectors like another: see raw_costs."""
     return (splat_like(vector, search.census_cut), splat_like(vector, search.slope_cut),
             splat_like(vector, 255 * (search.near_weight - 1)))
 
@@ -75,7 +75,7 @@ def cuts_of(search, vector):
 def beyond(vector, label, disparities):
     """Return 255 in the lanes of the labels, `label` the first, that do not exist; 0 elsewhere."""
     inside = max(min(disparities - label, lanes_of(vector)), 0)
-    # what is left of `inside` without the lane's number is 0 where the label does not exist
+    # `inside` minus the lane's number, saturated, is 0 where the label does not exist
     short = saturating_subtract(splat_like(vector, inside), lane_numbers(vector))
     one = splat_like(vector, 1)
     return subtract(minimum(short, one), one)
@@ -83,7 +83,7 @@ def beyond(vector, label, disparities):
 
 @inlined
 def _widen_codes(search, row, begin, end, codes, at):
-    """Write what a row of the reference is compared by as words: census planes, then gradients."""
+    """Write the features of a row of the reference as words: census planes, then gradients."""
     width, stride = end - begin, search.census_stride
     for plane in range(3):
         first = (3 * row + plane) * stride
@@ -94,14 +94,14 @@ def _widen_codes(search, row, begin, end, codes, at):
 
 @inlined
 def _codes_of(kind, codes, at, width):
-    """Return what _widen_codes wrote of a pixel, as vectors: census planes, and gradient."""
+    """Return the features of a pixel from _widen_codes, as vectors: census planes, gradient."""
     return (splat_word(kind, codes, at), splat_word(kind, codes, at + width),
             splat_word(kind, codes, at + 2 * width)), splat_word(kind, codes, at + 3 * width)
 
 
 @inlined
 def _prior_rows(labels, label_bytes, weights, reach, first, width, low, priors, at):
-    """Write, as words, where in the table of a prior what it adds to a row's pixels begins."""
+    """Write, as words, the index in the prior's table of the first cost of each pixel of a row."""
     base = reach + low
     if label_bytes == 1:
         for index in range(width):
@@ -116,7 +116,7 @@ def _prior_rows(labels, label_bytes, weights, reach, first, width, low, priors, 
 @kernel
 def prepare_costs(search, row, count, begin, end, low, codes, priors):
     """
-    Gather what the costs of some rows of a tile are computed from.
+    Gather the inputs of the costs of some rows of a tile.
 
     codes: words, four planes of end - begin a row; priors: words, two times as many a row.
     """

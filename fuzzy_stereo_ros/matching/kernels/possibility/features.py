@@ -14,7 +14,7 @@ from numba import types
 from numba.extending import intrinsic
 import numpy as np
 
-MARGIN = 2       # pixels around a padded image: half of the census window
+MARGIN = 2       # pixels around a padded image: the radius of the census window
 SLACK = 64       # elements behind a row that a vector may read or write
 # The places in 5 x 5 pixels, row by row, of each bit of the census: the nearest eight come first.
 CENSUS_PLACES = np.array([6, 7, 8, 11, 13, 16, 17, 18, 0, 1, 2, 3, 4, 5, 9, 10, 14, 15, 19, 20,
@@ -126,8 +126,8 @@ def spread(luminance, grey, columns, begin, wide_luminance, wide_grey, wide_colu
     """
     Copy an image into a wider one, from its column `begin` on; border pixels fill the rest.
 
-    columns, wide_columns: of the images without what is around them; what is copied beyond
-    `wide_columns` is left out.
+    columns, wide_columns: of the images without padding; columns beyond `wide_columns` are not
+    copied.
     """
     for row in range(first, last):
         _spread_row(luminance[row + MARGIN, MARGIN:columns + MARGIN], begin,
@@ -174,7 +174,7 @@ def denoise(luminance, tolerance, columns, denoised, first, last):
     """
     Replace each pixel by its 3 x 3 mean where both differ by no more than a tolerance (coring).
 
-    A third of the noise is left in plain regions; pixels that stand out stay as they are.
+    A third of the noise is left in plain regions; pixels that differ more are not changed.
     luminance, denoised: uint16, padded; tolerance: in units of luminance.
     """
     totals = np.zeros(columns + 2, np.uint32)

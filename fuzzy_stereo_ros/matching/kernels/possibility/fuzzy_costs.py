@@ -61,7 +61,7 @@ def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disp
     """
     Write the costs of all matches of some rows.
 
-    A label that points beyond the target image costs what the last one inside does, at least half
+    A label that points beyond the target image costs as much as the last one inside, at least half
     of FULL: a flat neutral cost there would attract low texture such as roads.
 
     codes: uint16 (R, K, C), census; target_codes: uint16 (R, K, C + labels), mirrored, the last

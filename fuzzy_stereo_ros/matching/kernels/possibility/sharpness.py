@@ -14,8 +14,8 @@ from fuzzy_stereo_ros.matching.kernels.simd import (
 import numpy as np
 
 BLOCK = 8                   # side of a block of JPEG
-ROWS = 8                    # one row in so many shows how sharp a picture is
-SMALL, LARGE = (1.5, 3.5), (4.5, 24.5)      # sizes of coefficients that are counted, grey levels
+ROWS = 8                    # every ROWS-th row is measured for sharpness
+SMALL, LARGE = (1.5, 3.5), (4.5, 24.5)      # ranges of counted coefficients, grey levels
 FREQUENCIES = (1, 2), (2, 1), (2, 2), (1, 3), (3, 1), (2, 3), (3, 2)
 WAVES = (np.cos((2 * np.arange(BLOCK) + 1) * np.arange(4)[:, None] * np.pi / (2 * BLOCK))
          * np.sqrt(2 / BLOCK)).astype(np.float32)     # of the frequencies 1 to 3, orthonormal
@@ -26,9 +26,9 @@ def count_coefficients(luminance, begin, columns, apart, unit, counts, first, la
     """
     Count the small and the large coefficients of some blocks of a picture.
 
-    luminance: uint16, with a margin; begin: column of the first block, from 0; apart: one block
-    in so many is measured; unit: of luminance in a grey level; counts: int64 (2,), added to;
-    first, last: rows, from a multiple of BLOCK on
+    luminance: uint16, with a margin; begin: column of the first block, from 0; apart: step of
+    measured blocks; unit: of luminance in a grey level; counts: int64 (2,), increased; first,
+    last: rows, from a multiple of BLOCK on
     """
     across = np.empty((4, BLOCK), np.float32)
     smallest, small_to = np.float32(SMALL[0] * unit), np.float32(SMALL[1] * unit)

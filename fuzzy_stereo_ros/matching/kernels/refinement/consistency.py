@@ -11,7 +11,7 @@ import numpy as np
 @kernel
 def check_consistency(labels, target, disparities, inside, validity, first, last):
     """
-    Compare each pixel with what the target pixel that it points at chose.
+    Compare the label of each pixel with that of the target pixel that it points at.
 
     labels: uint8 or uint16 (R, C); target: uint8 (R, extra + C), labels modulo 256, from column
     -extra on; inside: the first and the last column of the (moved) target that exist; validity:
@@ -21,7 +21,7 @@ def check_consistency(labels, target, disparities, inside, validity, first, last
     columns = labels.shape[1]
     extra = target.shape[1] - columns
     begin, end = max(inside[0] + extra, 0), min(inside[1] + 1 + extra, target.shape[1])
-    # unsigned, one comparison tells both ends and an index needs no test of its sign
+    # unsigned: one comparison tests both ends, and an index needs no test of its sign
     width = np.uint64(max(end - begin, 0))
     for row in range(first, last):
         for column in range(columns):
@@ -58,10 +58,10 @@ def compare_views(disparities, others, lowest, most, validity, first, last):
 @kernel
 def reject_nearer(disparity, confidence, highest, counts, first, last):
     """
-    Reject what lies beyond the range, and count by how much: [within, 1 px, 2 px ... beyond].
+    Reject disparities beyond the range, and count them by distance: [within, 1 px, 2 px ...].
 
-    disparity, confidence: float32 (R, C), px; rejected is what is nearer than `highest`, px, by
-    more than half a pixel, the rest becomes `highest`. counts: int64, increased.
+    disparity, confidence: float32 (R, C), px; disparities above `highest`, px, by more than half a
+    pixel are rejected, the others above it become `highest`. counts: int64, increased.
     """
     for row in range(first, last):
         line, sure = disparity[row], confidence[row]
@@ -125,7 +125,7 @@ def _runs_of_row(labels, validity, begin, end, first, stop, step, known):
     """
     Append the runs of a row: neighbours not rejected whose steps are at most `step`.
 
-    Only where a run ends or begins is looked at one by one.
+    Vectors find where runs end or begin; only these pixels are handled one by one.
     """
     open_at = np.int64(first) if validity[first] != INVALID else np.int64(-1)
     rejected, place = splat(np.uint8(INVALID)), first + 1

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Maps in parts of a pixel: a median by colour where nothing is known, planes fitted all around.
+Sub-pixel maps: a median weighted by colour for unknown pixels, and planes fitted around pixels.
 
 Not in the paper, whose maps are whole-pixel.
 """

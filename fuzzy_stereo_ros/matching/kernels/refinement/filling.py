@@ -3,10 +3,10 @@
 """
 Fill rejected pixels from their row, and the membership median.
 
-Seen from the left image, something nearer hides a strip at its left, as wide as the disparity
-jumps. A rejected run that is no such strip is a mismatch, so it is not filled as background.
-The membership median is, at a jump of disparity, the median of the neighbours of like grey: a
-fuzzy class made crisp, that of a pixel being what its 7 x 7 neighbours share in grey.
+In the left image a nearer object hides a strip at its left, as wide as the jump of disparity. A
+rejected run that is not such a strip is a mismatch, so it is not filled as background. At a jump
+of disparity the membership median is the median of the neighbours of similar grey: a crisp form of
+the fuzzy class of a pixel in its 7 x 7 neighbours.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
@@ -24,7 +24,7 @@ BESIDE = 2       # ... and the columns beside it that an edge makes inconsistent
 @kernel
 def fill_rows(labels, validity, filled, first, last):
     """
-    Copy the labels and give each rejected run the label behind it, or of the nearer of its ends.
+    Copy the labels and fill each rejected run with the background label or that of its nearer end.
 
     A row without any label takes that of the row above, or 0 in the first row of the band.
     """
@@ -93,7 +93,7 @@ def _median(labels, count, span, bits):
 @kernel
 def membership_median(padded, padded_grey, reach, bits, columns, out, labels, first, last):
     """
-    Take the median over the like neighbours where the 7 x 7 pixels span more than one label.
+    Take the median over similar neighbours where the 7 x 7 pixels span more than one label.
 
     padded, padded_grey: (R + 6, C + 70) of one dtype, uint8 or uint16; reach: the grey
     difference still alike; bits: of the largest label; out: (R, C + 64); labels: working

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
 import numpy as np
 
 FAINTER, STRONGER = 0.4, 1.5    # contrast of texture that moved, as a factor of its differences
-CUT = 8.0           # grey levels of contrast from which slopes are clipped
+CUT = 8.0           # grey levels that contrast reaches at least in strong texture: slopes are cut
 LEAST = 3 * TILE**2 // (4 * BLOCK)     # pixels compared; noise of fewer may correlate by chance
 DROPPED_BITS = 5    # low bits of luminance that are dropped, so that sums of products fit
 
