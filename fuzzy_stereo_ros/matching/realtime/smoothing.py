@@ -12,6 +12,7 @@ import numpy as np
 
 BLOCKS, APART = 600, 4       # blocks measured in a picture, about; at most every APART-th one
 SURE = 3.5           # deviations by which small coefficients must be too few to detect JPEG
+FEW = 0.5            # share of the small coefficients of other blocks below which they are too few
 BLURRED = 0.85       # share of the other view's sharpness below which a view is blurred
 
 
@@ -25,8 +26,8 @@ class Smoothing:
     def __init__(self, rows, columns, most):
         """Allocate for images of a size that are read in `most` bands of rows at most."""
         self._apart = max(rows * columns // (BLOCKS * kernels.BLOCK**2), APART)
-        # the first block of a picture, and of its mirror image
-        self._begins = sorted({0, columns % kernels.BLOCK})
+        # the first block of a picture, and of its mirror image: only one of the two can be of JPEG
+        self._begins = 0, columns % kernels.BLOCK or kernels.BLOCK // 2
         self._counts = np.zeros((most, len(self._begins), 2), np.int64)
         self._steps = np.zeros((most, 2, 2), np.int64)
         self.compressed = False
@@ -51,8 +52,10 @@ class Smoothing:
         """Smooth the views that need it, once all bands are measured."""
         (small_from, small_to), (large_from, large_to) = kernels.SMALL, kernels.LARGE
         small, large = self._counts.sum(axis=0).T
-        # number expected if all sizes are equally frequent: any other picture has more
-        expected = large * (small_to - small_from) / (large_to - large_from)
+        # Number expected if all sizes are equally frequent: any other picture has more. After
+        # coarse quantisation few are large either: then half of those of the other grid of blocks.
+        expected = np.maximum(large * (small_to - small_from) / (large_to - large_from),
+                              FEW * small[::-1])
         self.compressed = bool(np.any(expected - small > SURE * np.sqrt(expected)))
         (left, left_far), (right, right_far) = self._steps.sum(axis=0).tolist()
         left_sharpness, right_sharpness = left * right_far, right * left_far

@@ -105,6 +105,11 @@ def test_jpeg_is_seen_and_both_views_are_smoothed(quality, channels):
         np.testing.assert_array_equal(found, twins.smoothed(fine(image)))
 
 
+def test_jpeg_is_seen_in_pictures_with_little_texture():
+    left, right = (compressed(texture(seed, (240, 320), 4, 5), 50) for seed in (0, 1))
+    assert read(left, right)._smoothing.compressed
+
+
 def test_jpeg_is_seen_in_mirrored_pictures_and_in_bands():
     left, right = (compressed(texture(seed), 60) for seed in (0, 1))
     assert read(mirrored(right), mirrored(left))._smoothing.compressed
