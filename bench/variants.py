@@ -174,6 +174,7 @@ def select_blindly(tools, population, random):
     others = order[retained.size:]
     draws = random.child(1).uniform(2 * others.size).reshape(2, -1)
     population.lineage = Lineage(others, operators.parent_pairs(retained, *draws))
+    population.generation += 1
 
 
 def no_mutation(tools, population, random):
@@ -189,18 +190,21 @@ def _times_of_a_population():
 
 ALONE = Variant(
     'one chromosome, as many mutations', {'population': 1, 'mutation_rate': 1.0},
-    PaperStages(crossover=operators.copy_parents,
+    PaperStages(crossover=operators.copy_parents, fusion=None,
                 mutation=Repeated(PaperStages().mutation, _times_of_a_population())),
     part='population')
-NO_CROSSOVER = Variant('no crossover', stages=PaperStages(crossover=operators.copy_parents),
+NO_CROSSOVER = Variant('no crossover: neither regions nor fusion',
+                       stages=PaperStages(crossover=operators.copy_parents, fusion=None),
                        part='crossover')
-LINE_CROSSOVER = Variant("the paper's line crossover",
-                         stages=PaperStages(crossover=operators.cross_at_lines))
+NO_FUSION = Variant('no fusion', stages=PaperStages(fusion=None))
+LINE_CROSSOVER = Variant("the paper's line crossover, no fusion", stages=PaperStages(
+    crossover=operators.cross_at_lines, fusion=None))
 NO_MUTATION = Variant('no mutation', stages=PaperStages(mutation=no_mutation), part='mutation')
 PAPER = DEFAULT, ALONE, NO_CROSSOVER, NO_MUTATION
 # The operators of the uniform reading, one exchanged at a time, at equal work: as many patches.
 PAPER_OPERATORS = (
-    *PAPER, LINE_CROSSOVER,
+    *PAPER, NO_FUSION, LINE_CROSSOVER,
+    Variant('no crossover of regions', stages=PaperStages(crossover=operators.copy_parents)),
     Variant('no selection', stages=PaperStages(selection=select_blindly)))
 
 
@@ -240,9 +244,9 @@ PAPER_OVER_FRAMES = (
     DEFAULT,
     Variant('only the best is handed on', stages=PaperStages(inheritance=BestInherited)),
     Variant('population of 1', {'population': 1, 'generations': 48},
-            PaperStages(crossover=operators.copy_parents)),
+            PaperStages(crossover=operators.copy_parents, fusion=None)),
     Variant('population of 16', {'population': 16, 'generations': 5}),
-    NO_CROSSOVER, LINE_CROSSOVER, NO_MUTATION,
+    NO_CROSSOVER, NO_FUSION, LINE_CROSSOVER, NO_MUTATION,
     Variant('not moved with the picture', stages=PaperStages(inheritance=InPlace)),
     Variant('pictures not averaged', stages=PaperStages(inheritance=NotAveraged)),
     Variant('begun with the most possible genes', {'initial_population': 'winner_takes_all'}),

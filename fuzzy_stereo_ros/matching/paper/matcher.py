@@ -3,8 +3,8 @@
 """
 The genetic algorithm of the paper: H. Ghazouani, Genetic stereo matching with fuzzy fitness.
 
-A chromosome is a disparity map; a generation is selection, crossover and mutation. The fittest map
-is the result as it is, without any refinement.
+A chromosome is a disparity map; a generation is selection, crossover and mutation, and in the
+uniform reading fusion. The fittest map is the result as it is, without any refinement.
 """
 from collections.abc import Callable
 from functools import partial
@@ -71,7 +71,7 @@ class Stages(NamedTuple):
     """
     The operators of a generation, in order, each called as in operators.py; and the inheritance.
 
-    All but the inheritance are operators.
+    All but the inheritance are operators; None for none.
 
     inheritance: called with a MatcherConfig, rows and columns, returns what a frame takes over of
     the previous one, see Inheritance
@@ -80,16 +80,18 @@ class Stages(NamedTuple):
     selection: Callable = operators.select
     crossover: Callable = operators.cross_regions
     mutation: Callable = operators.mutate_by_uniform_patches
+    fusion: Callable | None = operators.fuse_retained
     inheritance: Callable = Inheritance
 
     @property
     def operators(self):
         """The operators by name, in order."""
-        return {name: stage for name, stage in self._asdict().items() if name != 'inheritance'}
+        return {name: stage for name, stage in self._asdict().items()
+                if name != 'inheritance' and stage is not None}
 
 
 LITERAL_STAGES = Stages(operators.select, operators.cross_at_lines,
-                        operators.mutate_least_possible)
+                        operators.mutate_least_possible, None)
 
 
 class PaperMatcher:

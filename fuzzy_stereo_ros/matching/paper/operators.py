@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The genetic operators of the profile `paper`: selection, crossover, mutation.
+The genetic operators of the profile `paper`: selection, crossover, mutation, fusion.
 
 Each is called as operator(tools, population, random) and changes the population in place; the
 same random source gives the same bits for any number of threads. Of the uniform reading's
@@ -15,8 +15,11 @@ operators the paper has words for
   cells)"; 40 % of the children: "mutation rate is set to 40%". That a patch stays only if the
   fitness around it does not fall is the reading here of "affects matrix cells with lower matching
   possibilities".
+
+It has none for fusion, by which the fittest takes from each of the other retained what makes it
+fitter: a minimum cut finds the best of all children that two parents can have.
 """
-from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     least_possible_level, place_patches)
@@ -29,6 +32,8 @@ import numpy as np
 
 CELLS_A_PATCH = 48          # a mutation tries a patch for so many cells of the image
 FEW_CELLS = 0.25            # share of the cells; parents that differ in more are not crossed
+APART = 0.5                 # share of the generations before the first fusion
+FUSIONS = 10                # in a whole run, of which those before it are left out
 
 
 class OperatorTools:
@@ -41,7 +46,7 @@ class OperatorTools:
     def __init__(self, config, pool, fitness, shape):
         """shape: (R + 2, W), of framed maps."""
         self.config, self.pool, self.fitness, self._shape = config, pool, fitness, shape
-        self._crossings = [None] * pool.threads
+        self._crossings, self._fusion = [None] * pool.threads, None
         self.spares = [(np.zeros(SPARE_ROWS * LANES, np.uint16),
                         np.zeros(SPARE_ROWS * LANES, np.uint8),
                         np.zeros(SPARE_ROWS * LANES, np.uint16)) for _ in range(pool.threads)]
@@ -61,6 +66,12 @@ class OperatorTools:
         if self._crossings[thread] is None:
             self._crossings[thread] = Exchange(*self._shape, 8), Regions(*self._shape)
         return self._crossings[thread]
+
+    def fusion(self):
+        """Return an `Exchange`, and a `Cut`."""
+        if self._fusion is None:
+            self._fusion = self.crossing(0)[0], Cut(*self._shape, 8)
+        return self._fusion
 
 
 def fittest_first(fitness):
@@ -125,6 +136,7 @@ def select(tools, population, random):
     candidates = retained[survivors(rank_survival(retained.size), draws)]
     pairs = random.child(1).uniform(2 * children.size).reshape(2, -1)
     population.lineage = Lineage(children, parent_pairs(candidates, *pairs))
+    population.generation += 1
 
 
 def copy_parents(tools, population, random):
@@ -174,26 +186,27 @@ def cross_regions(tools, population, random):
 
     def cross(number, thread):
         population.copy(children[number], parents[number, 0])
-        take_over(tools, population, children[number], parents[number, 1], thread)
+        take_over(tools, population, children[number], parents[number, 1],
+                  *tools.crossing(thread), FEW_CELLS)
 
     tools.each(children.size, cross)
 
 
-def take_over(tools, population, slot, other, thread):
+def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
     """
-    Give a chromosome those regions of another by which it gains.
+    Give a chromosome those genes of another that a crossover chooses, if it gains by them.
 
-    Where the two differ in more than `FEW_CELLS`, nothing changes. thread: number of the caller
+    exchange: an `Exchange`; crossover: chooses cells in it; most: share of the cells; where the
+    chromosomes differ in more, nothing changes
     """
-    exchange, regions = tools.crossing(thread)
     genes, other_genes = population.framed[slot], population.framed[other]
     number = differing_cells(genes, other_genes, exchange.all_cells)
-    if not 0 < number <= FEW_CELLS * population.genes[slot].size:
+    if not 0 < number <= most * population.genes[slot].size:
         return
     exchange.set_size(number)
     fill_exchange(exchange.cells, genes, population.chosen[slot], other_genes,
                   population.chosen[other], tools.fitness.weights, exchange.alone, exchange.pairs)
-    change = regions(exchange)
+    change = crossover(exchange)
     if change < 0:
         take_genes(exchange.cells, exchange.taken, other_genes, population.chosen[other],
                    tools.fitness.weights, population.genes.shape[2], genes,
@@ -220,6 +233,22 @@ def mutate_by_uniform_patches(tools, population, random):
             population.details[slot], *tools.spares[thread])
 
     tools.each(mutated.size, mutate)
+
+
+def fuse_retained(tools, population, random):
+    """
+    Fuse the fittest with each of the other retained, in some of the generations.
+
+    None are fused in the first half of the run, in which they become different good ones;
+    afterwards a tenth of it lies between two fusions.
+    """
+    number, planned = population.generation, tools.config.generations
+    if number < APART * planned or number % max(round(planned / FUSIONS), 1):
+        return
+    fittest, *others = fittest_first(population.totals)[:elite_size(
+        len(population.totals), tools.config.elite)]
+    for other in others:
+        take_over(tools, population, fittest, other, *tools.fusion())
 
 
 def patch_numbers(cells, neighbourhood, draws):

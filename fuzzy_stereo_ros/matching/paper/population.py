@@ -30,7 +30,7 @@ class Population:
     details: (P, ...), the details that the fitness keeps of each
     totals: int64 (P,), fitness in whole numbers
     lineage: the `Lineage` of this generation, None for the initial population
-    converged: never, only the budget ends evolution
+    generation: how many generations have begun; converged: never, only the budget ends evolution
     """
 
     converged = False
@@ -66,7 +66,7 @@ class Population:
 
     def reset(self):
         """Begin again with an initial population."""
-        self.lineage = None
+        self.generation, self.lineage = 0, None
 
     def copy(self, slot, old):
         """Copy the old chromosome into a slot."""

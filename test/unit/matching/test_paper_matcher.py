@@ -179,6 +179,25 @@ def test_a_child_of_regions_is_at_least_as_fit_as_both_parents_who_are_alike():
         assert np.all((genes == former[first]) | (genes == former[second]))
 
 
+def test_fusion_comes_in_the_second_half_and_gains():
+    gains = [row.gains['fusion'] for row in evolved(generations=20)[1].history]
+    assert not any(gains[:9])
+    assert any(gains[9:])
+    assert min(gains) >= 0
+
+
+def test_fusion_changes_the_fittest_alone():
+    matcher, _ = evolved(generations=0)
+    population, tools = matcher.population, matcher._tools
+    fittest = population.best
+    former, fitness = population.genes.copy(), population.fitness.copy()
+    population.generation, tools.config = 4, config_for(generations=4)
+    operators.fuse_retained(tools, population, Random((0,)))
+    np.testing.assert_array_equal(np.delete(population.genes, fittest, 0),
+                                  np.delete(former, fittest, 0))
+    assert population.fitness[fittest] > fitness[fittest]
+
+
 @pytest.mark.parametrize('reading', READINGS)
 def test_gains_add_up_to_the_rise_of_the_best_which_never_declines(reading):
     matcher, _ = evolved(reading=reading, generations=0)
