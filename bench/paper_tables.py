@@ -15,7 +15,7 @@ from bench.accuracy import CONFIDENCES, wrong_and_confidence
 from bench.datasets import available_scenes
 from bench.paper_frames import tables as tables_over_frames
 from bench.request import report_of
-from bench.variants import PAPER_OPERATORS
+from bench.variants import NO_FUSION, PAPER_OPERATORS
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
 from fuzzy_stereo_ros.evaluation.ground_truth import (
@@ -143,10 +143,13 @@ def table_two(request):
     configs = {
         f'literal, random, {size}': paper(**LITERAL),
         f'uniform, random, {size}': paper(),
+        f'uniform, random, {size}, {NO_FUSION.name}': paper(),
         f'uniform, winner takes all, {size}': paper(initial_population='winner_takes_all'),
         f'{request.ours.description}, as it is': request.ours.config(TABLE_II_DISPARITIES),
     }
-    found = {line: attempt(config, pair, TABLE_II_TURNS) for line, config in configs.items()}
+    found = {line: attempt(config, pair, TABLE_II_TURNS,
+                           NO_FUSION.stages if NO_FUSION.name in line else None)
+             for line, config in configs.items()}
     baseline = REFERENCE.matcher(MIDDLEBURY, TABLE_II_DISPARITIES)
     disparity, milliseconds = fastest(
         lambda: dense(baseline.match(pair.left, pair.right)), TABLE_II_TURNS, processor=True)
