@@ -157,8 +157,11 @@ class Scanned:
         """Return the bytes of the working memory that belong to none of its parts."""
         scanlines, unused = self.scanlines, []
         shared = scanlines._shared.values()
-        own = [{*places} - {*shared, *scanlines._numbers.values()} for places in scanlines._free]
-        for places, memory in zip((shared, *own), (scanlines._shared_memory, *scanlines._memory)):
+        # threads take and return working memory in any order
+        own = sorted(({*places} - {*shared, *scanlines._numbers.values()}
+                      for places in scanlines._free), key=min)
+        memories = sorted(scanlines._memory, key=lambda memory: memory.ctypes.data)
+        for places, memory in zip((shared, *own), (scanlines._shared_memory, *memories)):
             starts = sorted(place - memory.ctypes.data for place in places)
             unused += [memory[start - SHIFT:start].tobytes() for start in starts[1:]]
             unused.append(memory[-SHIFT:].tobytes())
