@@ -39,6 +39,16 @@ def _enter_tile(paths, path, count, window, previous, labels):
 
 
 @inlined
+def _begin_paths(search, scratch, row, count):
+    """Repeat the jump penalties along some rows for vectors; let their paths begin at 0."""
+    for near in range(count):
+        first = (row + near) * search.columns
+        repeat_bytes(search.across, first, first + search.columns, scratch.across,
+                     near * scratch.words)
+    clear(scratch.chains, 0, count * scratch.chain // LANES)
+
+
+@inlined
 def _rows_of(search, scratch, row, tile, offset):
     """Return the TileRows of a tile whose costs lie at an offset in those of the rows."""
     begin, end = columns_of(search, tile)
@@ -53,12 +63,8 @@ def _rows_of(search, scratch, row, tile, offset):
 def _run_rightwards(search, scratch, row, count):
     """Write the costs of up to four rows, but of boxes, and begin the sums from the left."""
     chains, chain, tile_row = scratch.chains, scratch.chain, row // search.tile
-    for near in range(count):
-        first = (row + near) * search.columns
-        repeat_bytes(search.across, first, first + search.columns, scratch.across,
-                     near * scratch.words)
+    _begin_paths(search, scratch, row, count)
     previous = window_of(search, tile_row, 0)
-    clear(chains, 0, count * chain // LANES)
     for tile in range(search.tile_columns):
         window = window_of(search, tile_row, tile)
         _enter_tile(chains, chain, count, window, previous, scratch.labels)
@@ -81,12 +87,8 @@ def _run_rightwards(search, scratch, row, count):
 def _run_leftwards(search, scratch, row, count):
     """Add the paths from the right to the sums of up to ROWS_AT_ONCE rows."""
     chains, chain, tile_row = scratch.chains, scratch.chain, row // search.tile
-    for near in range(count):
-        first = (row + near) * search.columns
-        repeat_bytes(search.across, first, first + search.columns, scratch.across,
-                     near * scratch.words)
+    _begin_paths(search, scratch, row, count)
     previous = window_of(search, tile_row, search.tile_columns - 1)
-    clear(chains, 0, count * chain // LANES)
     for tile in range(search.tile_columns - 1, -1, -1):
         window = window_of(search, tile_row, tile)
         _enter_tile(chains, chain, count, window, previous, scratch.labels)
