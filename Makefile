@@ -11,6 +11,7 @@ FUZZ_ARGS ?=
 
 venv := .venv
 python := $(venv)/bin/python
+parallel := --numprocesses logical --dist loadfile
 
 ros_is_sourced := $(shell [ "$$ROS_DISTRO" = jazzy ] && [ -n "$$AMENT_PREFIX_PATH" ] \
 	&& $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
@@ -76,10 +77,12 @@ demo: $(package_installed)
 test: lint
 	for profile in realtime quality paper; do \
 		$(python) -m fuzzy_stereo_ros.commands.command_line warm-up --profile $$profile || exit; done
-	$(python) -m pytest -m 'not slow' --numprocesses logical --dist loadfile $(PYTEST_ARGS)
+	$(python) -m pytest -m 'not slow' $(parallel) $(PYTEST_ARGS)
 
+# Files are taken in their order, in which the longest, of fuzz, are among the first ones.
 test-rest: $(package_installed) $(sphinx_installed)
-	$(python) -m pytest -m slow $(PYTEST_ARGS)
+	$(python) -m pytest -m 'slow and not alone' $(parallel) --no-loadscope-reorder $(PYTEST_ARGS)
+	$(python) -m pytest -m 'slow and alone' $(PYTEST_ARGS)
 
 test-all: lint $(sphinx_installed)
 	$(python) -m pytest $(PYTEST_ARGS)

@@ -136,6 +136,7 @@ def spoilt_pairs(images):
     return st.tuples(MOMENTS, st.one_of(one, one, some))
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize('images, suffix, parameters', [
     (RAW, '', {}),
     (COMPRESSED, '/compressed', {

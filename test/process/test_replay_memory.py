@@ -48,6 +48,7 @@ def floors(monkeypatch):
     return measured
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize(('form', 'options', 'chunk', 'index'), [
     ('mcap', ['--keep'], CHUNK, 0), ('sqlite3', ['--format', 'sqlite3'], 0, 0),
     ('ros1', ['--files', 'npy'], CHUNK, 4 * ENTRY)])

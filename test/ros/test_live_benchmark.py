@@ -12,6 +12,7 @@ from repository import ROOT
 MODULE = 'bench.live'
 
 
+@pytest.mark.alone
 @pytest.mark.timeout(4 * START)
 def test_a_short_run_writes_its_section_and_every_pair_is_accounted_for(ros, tmp_path):
     page = tmp_path / 'page.md'

@@ -234,6 +234,7 @@ SHORT = ('--minutes', '0', '--rows', '240', '--columns', '320', '--disparities',
 PATIENT = '--latency', '400', '--wait', '30', '--memory', '2', '--resident', '15'
 
 
+@pytest.mark.alone
 @pytest.mark.timeout(2 * START)
 def test_in_a_short_soak_every_promise_is_kept(ros, tmp_path):
     log = tmp_path / 'node.log'

@@ -16,8 +16,11 @@ import numpy as np
 from repository import ROOT
 
 DOMAINS = range(1, 101)     # those whose ports lie below Linux's ephemeral ones
-# One is used again as late as can be: what is left of an earlier node would be in its graph.
-_NEXT_DOMAINS = cycle(DOMAINS)
+# One is used again as late as can be: what is left of an earlier node would be in its graph. Each
+# process of a parallel run begins elsewhere.
+_WORKER = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0').removeprefix('gw'))
+_WORKERS = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', 1))
+_NEXT_DOMAINS = islice(cycle(DOMAINS), _WORKER * len(DOMAINS) // _WORKERS, None)
 START = 500.0       # s; the first start on a machine compiles kernels, at worst a busy one
 SOON = 60.0         # s; events are awaited, this is only when to give up
 
