@@ -140,16 +140,17 @@ def table_two(request):
     pair, name = half_sawtooth(request.data)
     size = '{population} individuals, {generations} generations'.format(**TABLE_II_SEARCH)
     paper = partial(paper_config, TABLE_II_DISPARITIES, **TABLE_II_SEARCH)
-    configs = {
-        f'literal, random, {size}': paper(**LITERAL),
-        f'uniform, random, {size}': paper(),
-        f'uniform, random, {size}, {NO_FUSION.name}': paper(),
-        f'uniform, winner takes all, {size}': paper(initial_population='winner_takes_all'),
-        f'{request.ours.description}, as it is': request.ours.config(TABLE_II_DISPARITIES),
+    lines = {
+        f'literal, random, {size}': (paper(**LITERAL), None),
+        f'uniform, random, {size}': (paper(), None),
+        f'uniform, random, {size}, {NO_FUSION.name}': (paper(), NO_FUSION.stages),
+        f'uniform, winner takes all, {size}': (
+            paper(initial_population='winner_takes_all'), None),
+        f'{request.ours.description}, as it is': (
+            request.ours.config(TABLE_II_DISPARITIES), None),
     }
-    found = {line: attempt(config, pair, TABLE_II_TURNS,
-                           NO_FUSION.stages if NO_FUSION.name in line else None)
-             for line, config in configs.items()}
+    found = {line: attempt(config, pair, TABLE_II_TURNS, stages)
+             for line, (config, stages) in lines.items()}
     baseline = REFERENCE.matcher(MIDDLEBURY, TABLE_II_DISPARITIES)
     disparity, milliseconds = fastest(
         lambda: dense(baseline.match(pair.left, pair.right)), TABLE_II_TURNS, processor=True)
