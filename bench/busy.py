@@ -18,7 +18,7 @@ import pandas as pd
 BUSY, QUICK_BUSY = (0, 1, 2, 4), (0, 1)     # processes that do nothing but work
 PAUSE = 0.02            # s before each frame
 SETTLING = 60           # frames after the others have begun, which do not count
-COUNT, QUICK_COUNT = 90, 3
+COUNT, QUICK_COUNT = 150, 3
 
 
 class FixedPlaces:

@@ -12,7 +12,8 @@ from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
 _WINDOW = 64        # calls, about two frames, over which the pace of a placement is measured
-_PROBE = 8          # windows after which the other placement is tried again
+_PROBE = 8          # windows after which the other placement is tried again,
+_RAREST = 64        # doubled after each try that lost, up to this number
 _SLOW = 1.25        # factor over the best pace from which the other placement is tried
 _FASTER = 0.97      # factor of the pace in use below which the other placement is taken
 _current_processor = ctypes.CDLL(None).sched_getcpu if sys.platform == 'linux' else lambda: None
@@ -25,8 +26,8 @@ class HelperPlaces:
     In a virtual machine Linux may take an idle processor for a busy one: it wakes a helper on the
     caller's processor, and after a pause both share it for a whole frame. Where other programs are
     busy, a helper that may not run everywhere waits for them instead. So the pace, elapsed time
-    over processor time, is measured for both placements; the other one is tried again where the
-    one in use is slower than it once was.
+    over processor time, is measured for both placements; where the one in use is slower than it
+    once was, the other one is tried again, and more rarely after each try that lost.
 
     apart: whether helpers are kept off the caller's processor now
     """
@@ -34,7 +35,8 @@ class HelperPlaces:
     def __init__(self):
         """Begin with helpers off the caller's processor."""
         self.apart, self._chosen = True, True
-        self._paces, self._best, self._windows = {}, float('inf'), 0
+        self._paces, self._best = {}, float('inf')
+        self._since, self._probe = 0, _PROBE    # windows since the last try, and until the next
         self._begin()
 
     def _begin(self):
@@ -49,14 +51,17 @@ class HelperPlaces:
         pace = self._passed / max(self._worked, 1e-9)
         self._paces[self.apart] = (pace + self._paces.get(self.apart, pace)) / 2
         self._best = min(self._best, self._paces[self.apart])
-        self._windows += 1
         self._begin()
+        if self.apart == self._chosen:
+            self._since += 1
+        else:
+            self._since, self._probe = 0, min(2 * self._probe, _RAREST)
         other = self._paces.get(not self._chosen, 0.0)
         if other < _FASTER * self._paces[self._chosen] and len(self._paces) == 2:
-            self._chosen = not self._chosen
-        probes = len(self._paces) < 2 or (
-            self._windows % _PROBE == 0 and self._paces[self._chosen] > _SLOW * self._best)
-        self.apart = self._chosen != probes
+            self._chosen, self._probe = not self._chosen, _PROBE
+        tries = len(self._paces) < 2 or (
+            self._since >= self._probe and self._paces[self._chosen] > _SLOW * self._best)
+        self.apart = self._chosen != tries
 
 
 class ThreadPool:

@@ -146,6 +146,13 @@ def test_helpers_change_over_when_other_programs_begin_and_end():
         assert times_of_calls(2000, paces, 0.3, places).mean() < 1.05
 
 
+def test_the_slower_placement_is_tried_less_and_less_while_other_programs_are_busy():
+    places = HelperPlaces()
+    times_of_calls(2000, {True: 0.55, False: 0.75}, 0.3, places)
+    taken = times_of_calls(80000, {True: 0.8, False: 1.1}, 0.3, places)
+    assert 1.0 < taken[40000:].mean() < 1.01
+
+
 @pytest.mark.skipif(not hasattr(os, 'sched_getaffinity') or len(os.sched_getaffinity(0)) < 2,
                     reason='needs Linux and two processors')
 def test_a_helper_may_run_everywhere_where_that_is_faster():
