@@ -30,7 +30,7 @@ DESCRIPTION = (
     'INPUT may also be a .npz with one array, or a picture of another scale (--scale).')
 EXAMPLE = ('examples:\n'
            '  fuzzy-stereo convert disparity.pfm disparity.png\n'
-           '  fuzzy-stereo convert disparity.pfm depth.png --to depth --camera-info calib.txt\n'
+           '  fuzzy-stereo convert disparity.pfm depth.png --to depth --calibration calib.txt\n'
            '  fuzzy-stereo convert disparity.npy cloud.ply --focal 576 --baseline 0.12 \\\n'
            '      --image left.png')
 
@@ -112,7 +112,7 @@ def _check_output(arguments, target):
                              'it out')
     check_place(output)
     if output.resolve() in (Path(path).resolve() for path in (
-            arguments.input, arguments.image, *(arguments.camera_info or ())) if path):
+            arguments.input, arguments.image, *(arguments.calibration or ())) if path):
         raise ValueError(f'{output} is an input too; name another file')
     if output.exists() and not arguments.overwrite:
         raise ValueError(f'{output} exists; give --overwrite to replace it, or name another file')

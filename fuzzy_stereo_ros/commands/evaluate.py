@@ -86,7 +86,7 @@ def add_arguments(parser):
     own.add_argument('--frames', metavar='N', type=int, default=FRAMES,
                      help=f'number of frames that are matched; default: {FRAMES}')
     own.add_argument('--rectify', action='store_true',
-                     help='the images are raw: rectify them by --camera-info')
+                     help='the images are raw: rectify them by --calibration')
     add_camera_options(parser)
     add_matcher_options(parser, left_out=DECIDED)
 
@@ -186,7 +186,8 @@ def _run_without_truth(arguments, matchers, outputs, stream):
         **environment(f'{arguments.threads} each'),
         'frames': f'{min([*frames.counts.values(), arguments.frames])}, {disparities} disparities '
                   + ('found in the first pairs' if arguments.searched is None else 'given'),
-        'row offset': NOT_MEASURED if own.misalignment is None else own.misalignment.sentence},
+        'row offset': NOT_MEASURED if own.misalignment is None else
+        own.misalignment.sentence.removeprefix('row offset, ')},
         [own.table], own.hints)
     frame = pd.DataFrame(own.rows, columns=['matcher', *HEADINGS[1:]])
     in_json = json.dumps(for_json({'settings': report.settings, 'records': frame.astype(

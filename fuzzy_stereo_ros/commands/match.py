@@ -70,13 +70,13 @@ def add_arguments(parser):
                         help='file of confidence, 0 to 1: .pfm, .npy or .png (0 to 255)')
     parser.add_argument('--depth', metavar='FILE',
                         help='file of depth in metres: .pfm, .npy, or .png (16 bits, millimetres, '
-                             'invalid: 0); with --camera-info, or --focal and --baseline')
+                             'invalid: 0); with --calibration, or --focal and --baseline')
     parser.add_argument('--points', metavar='FILE',
                         help='.ply of the points in metres with their colours; as --depth')
     parser.add_argument('--overwrite', action='store_true', help='replace files that exist')
     parser.add_argument('--json', action='store_true', help='print the figures as JSON')
     parser.add_argument('--rectify', action='store_true',
-                        help='the images are raw: rectify them by --camera-info')
+                        help='the images are raw: rectify them by --calibration')
     add_camera_options(parser)
     add_truth_options(parser)
     add_matcher_options(parser, automatic=True)
@@ -109,7 +109,7 @@ def run(arguments, stream):
             vars(arguments).update(USUAL_FILES)
         automatic = is_automatic(arguments)
         config = matcher_config(arguments)
-        inputs += arguments.left, arguments.right, *(arguments.camera_info or ())
+        inputs += arguments.left, arguments.right, *(arguments.calibration or ())
     elif arguments.rectify or camera_given:
         raise ValueError('--saved has rectified images and their calibration; leave out --rectify '
                          'and the options of cameras')
@@ -185,7 +185,7 @@ def run(arguments, stream):
 def _check_metric(names, calibration, config):
     """Raise ValueError if outputs in metres are asked for, but the camera or its image is not."""
     if names and not calibration.baseline:
-        raise ValueError(f'--{names[0]} needs a camera: give --camera-info, or --focal and '
+        raise ValueError(f'--{names[0]} needs a camera: give --calibration, or --focal and '
                          '--baseline')
     if names and config.reference != 'left':
         raise ValueError(f'--{names[0]} is of the left image; leave out --reference')

@@ -282,4 +282,4 @@ FORMATS = (
     Format('a camchain.yaml of Kalibr', r'^cam0:', (1,), _kalibr),
     Format("the two sensor.yaml of EuRoC's left and right camera", r'^T_BS:', (2,), _euroc),
     Format('the ROS YAML of the right camera, or those of the left and the right one',
-           r'^\s*["{]?\w+"?\s*:', (1, 2), _ros))
+           r'\b(image_width|camera_matrix|projection_matrix)"?\s*:', (1, 2), _ros))

@@ -18,8 +18,8 @@ SHORT = {'approximate_sync': '--approximate',
 METAVARS = {int: 'N', float: 'NUMBER', str: 'WORD'}
 ABOVE_ZERO = 'focal', 'baseline'
 NUMBERS = (*ABOVE_ZERO, 'offset')
-IN_CAMERA_INFO = (*NUMBERS, 'principal_point')
-CAMERA = ('camera_info', *IN_CAMERA_INFO)     # names of all options of the calibration
+IN_CALIBRATION = (*NUMBERS, 'principal_point')
+CAMERA = ('calibration', *IN_CALIBRATION)     # names of all options of the calibration
 
 
 def option_name(name):
@@ -128,7 +128,7 @@ def matcher_changes(arguments):
 def add_camera_options(parser):
     """Add the options of the calibration, to be read by `given_calibration`."""
     group = parser.add_argument_group('the calibration, for depth and points')
-    group.add_argument('--camera-info', metavar='FILE', nargs='+',
+    group.add_argument('--calibration', metavar='FILE', nargs='+',
                        help='; or '.join(one.name for one in FORMATS))
     group.add_argument('--focal', type=float, metavar='PX', help='focal length')
     group.add_argument('--baseline', type=float, metavar='METRES',
@@ -154,12 +154,12 @@ def given_calibration(arguments, shape, needed, purpose):
             raise ValueError(f'--{name} is {value:g}; allowed are finite numbers')
         if value is not None and name in ABOVE_ZERO and value <= 0:
             raise ValueError(f'--{name} is {value:g}; allowed are numbers above 0')
-    if arguments.camera_info is not None:
+    if arguments.calibration is not None:
         return _of_files(arguments, shape)
     missing = [f'--{name}' for name in needed if getattr(arguments, name) is None]
     if missing:
         raise ValueError(f"{purpose} needs the cameras: give {' and '.join(missing)}, or "
-                         '--camera-info with a calibration file')
+                         '--calibration with a calibration file')
     calibration = centred_calibration(arguments.focal, arguments.baseline or math.nan,
                                       arguments.offset or 0.0, *shape)
     if arguments.principal_point is None:
@@ -174,10 +174,10 @@ def given_cameras(arguments, shape, purpose, raw=False):
 
     raw: whether raw images are to be rectified. Other arguments and errors: `given_calibration`.
     """
-    files = arguments.camera_info
+    files = arguments.calibration
     if raw and (files is None or is_of_one_camera(files)):
         raise ValueError('--rectify and --crop need the calibration of both raw cameras: those of '
-                         'a bag, or --camera-info with files of both')
+                         'a bag, or --calibration with files of both')
     calibration = given_calibration(arguments, shape, ('focal', 'baseline'), purpose)
     if files is not None:
         return read_cameras(files, shape, arguments.offset or 0.0), ' and '.join(files)
@@ -188,12 +188,12 @@ def given_cameras(arguments, shape, purpose, raw=False):
 
 
 def _of_files(arguments, shape):
-    """Return the Calibration of --camera-info."""
-    files = arguments.camera_info
-    for name in IN_CAMERA_INFO:
+    """Return the Calibration of --calibration."""
+    files = arguments.calibration
+    for name in IN_CALIBRATION:
         if getattr(arguments, name) is not None and not (
                 name == 'offset' and is_of_one_camera(files)):
-            raise ValueError(f'{option_name(name)} is part of --camera-info already; leave one of '
+            raise ValueError(f'{option_name(name)} is part of --calibration already; leave one of '
                              'the two out')
     calibration, size = read_calibration_files(files, arguments.offset or 0.0, shape)
     if size not in (None, shape):

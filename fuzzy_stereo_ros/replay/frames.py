@@ -70,5 +70,5 @@ def opened_recording(options, opened):
         if getattr(options, name) is not None:
             raise ValueError(f'--{name} names topics of a bag; images and videos have none')
     if all(getattr(options, name) is None for name in CAMERA):
-        options = replace(options, camera_info=calibration_beside(options.bags))
+        options = replace(options, calibration=calibration_beside(options.bags))
     return opened.enter_context(FrameReader(options.bags, options.rate)), options

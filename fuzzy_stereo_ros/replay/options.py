@@ -33,7 +33,7 @@ class ReplayOptions:
     topics to copy, () = all topics, None = none. files: suffixes of disparity files. video: file.
     video_rate: frames per second. left, right: names of image topics. start, duration: s. every:
     match only each N-th pair. workers: number of processes. scheduler: address of a Dask
-    scheduler. camera_info to principal_point: arguments of `given_calibration`.
+    scheduler. calibration to principal_point: arguments of `given_calibration`.
     rate: Frames per second, None = as they are stamped.
     """
 
@@ -56,7 +56,7 @@ class ReplayOptions:
     every: int = 1
     workers: int | None = None
     scheduler: str | None = None
-    camera_info: tuple[str, ...] | None = None
+    calibration: tuple[str, ...] | None = None
     focal: float | None = None
     baseline: float | None = None
     offset: float | None = None

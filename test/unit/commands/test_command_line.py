@@ -223,7 +223,7 @@ BAD_INPUT = {
     'points of another suffix': (match_arguments(points='points.npy', focal=9, baseline=1),
                                  'points are written as .ply'),
     'depth without a camera': (match_arguments(depth='depth.pfm'),
-                               '--depth needs a camera: give --camera-info, or --focal and'),
+                               '--depth needs a camera: give --calibration, or --focal and'),
     'points of the right image': (match_arguments(points='points.ply', focal=100, baseline=1,
                                                   reference='right'),
                                   '--points is of the left image; leave out --reference'),

@@ -166,9 +166,9 @@ def test_the_cameras_may_stand_in_files():
     assert np.array_equal(told, [[25, 20, 5, NAN]], equal_nan=True)
     for files in (['calib.txt'], ['left.yaml', 'right.yaml'],
                   ['right.yaml', '--offset', OFFSET]):
-        done('a.npy', 'b.npy', '--to', 'depth', '--camera-info', *files)
+        done('a.npy', 'b.npy', '--to', 'depth', '--calibration', *files)
         assert np.allclose(np.load('b.npy'), told, rtol=1e-6, equal_nan=True)
-    done('a.npy', 'b.npy', '--to', 'depth', '--camera-info', 'right.yaml')
+    done('a.npy', 'b.npy', '--to', 'depth', '--calibration', 'right.yaml')
     assert np.allclose(np.load('b.npy'), FOCAL * BASELINE / disparity, equal_nan=True)
 
 
@@ -221,18 +221,18 @@ def test_nothing_is_overwritten_unless_it_is_asked_for(capsys):
 
 @pytest.mark.parametrize('words, sentence', [
     ('a.npy b.pfm --to depth', 'depth from disparity needs the cameras: give --focal and '
-     '--baseline, or --camera-info with'),
+     '--baseline, or --calibration with'),
     ('a.npy b.pfm --to depth --focal 3', 'needs the cameras: give --baseline, or'),
     ('a.npy b.ply --from depth', 'points from depth needs the cameras: give --focal, or'),
     ('a.npy b.ply --focal 0 --baseline 1', '--focal is 0; allowed are numbers above 0'),
     ('a.npy b.ply --focal 1 --baseline inf', '--baseline is inf; allowed are finite numbers'),
-    ('a.npy b.ply --camera-info calib.txt --focal 3', '--focal is part of --camera-info already'),
-    ('a.npy b.ply --camera-info calib.txt --offset 3', '--offset is part of --camera-info'),
-    ('a.npy b.ply --camera-info calib.txt', 'calib.txt is of 9x5 pixels, but the images have 4x2'),
-    ('a.npy b.ply --camera-info none.yaml', 'none.yaml cannot be read: No such file'),
+    ('a.npy b.ply --calibration calib.txt --focal 3', '--focal is part of --calibration already'),
+    ('a.npy b.ply --calibration calib.txt --offset 3', '--offset is part of --calibration'),
+    ('a.npy b.ply --calibration calib.txt', 'calib.txt is of 9x5 pixels, but the images have 4x2'),
+    ('a.npy b.ply --calibration none.yaml', 'none.yaml cannot be read: No such file'),
     ('a.npy b.ply --focal 1 --baseline 1 --image small.png', 'small.png is 3x2, but there are'),
     ('a.npy b.pfm --image small.png', '--image is for the colours of .ply, but b.pfm holds'),
-    ('a.npy depth.png --camera-info calib.txt', '--camera-info has no effect: depth.png is to '
+    ('a.npy depth.png --calibration calib.txt', '--calibration has no effect: depth.png is to '
      'hold disparity, as a.npy does; give --to depth, or leave it out'),
     ('a.npy b.pfm --from depth --baseline 2', '--baseline has no effect: b.pfm is to hold depth, '
      'as a.npy does; give --to disparity, or leave it out'),

@@ -146,7 +146,7 @@ def test_cameras_of_a_calibration_say_the_same_to_the_reader_of_messages():
 
 @pytest.mark.parametrize('name, content, words', [
     ('right.yaml', 'image_width: 640', 'it has no .camera_matrix'),
-    ('right.yaml', 'a: [', 'is no calibration of a camera'),
+    ('right.yaml', 'camera_matrix: [', 'is no calibration of a camera'),
     ('right.yaml', 'just words', 'allowed are .*Middlebury 2014.* Kalibr'),
     ('right.yaml', CALIBRATED.replace('-48.', '0.'), 'the baseline is 0 m'),
     ('right.yaml', CALIBRATED.replace('-48.', '48.'), 'swapped'),
@@ -158,6 +158,7 @@ def test_cameras_of_a_calibration_say_the_same_to_the_reader_of_messages():
     ('chain.yaml', 'cam0:\n  camera_model: omni\n', "camera_model is 'omni'; allowed"),
     ('calib.txt', MIDDLEBURY.replace('3997.684 0 1176', 'far 0 1176'), 'is damaged: could not'),
     ('calib.txt', MIDDLEBURY.replace('193.001', '0'), 'the baseline is 0 m'),
+    ('camera.json', '{"width": 640, "fx": 451.0}', 'allowed are .*FileStorage.* KITTI.*ROS YAML'),
     ('camera.json', '{}', "allowed are .*calib.txt .*, DepthAI's EEPROM as JSON")])
 def test_a_file_that_is_no_calibration_is_rejected_by_name_in_one_line(
         tmp_path, name, content, words):

@@ -173,7 +173,7 @@ def wall(tmp_path, monkeypatch):
         close = np.abs(found - disparity) < 1
         assert close.mean() > 0.75 and close[np.isfinite(found)].mean() > 0.9
 
-    return ['--camera-info', str(path), '--rectify'], check
+    return ['--calibration', str(path), '--rectify'], check
 
 
 OWN_ROWS = '--disparities', '32', '--no-align-rows'     # as rectification leaves them
@@ -203,5 +203,7 @@ def test_raw_images_of_folders_are_rectified_by_evaluate(wall, capsys):
     for options in ([], wall[0]):
         capsys.readouterr()
         assert main([*words, *options]) == 0, capsys.readouterr().err
-        fits.append(': OK' in json.loads(capsys.readouterr().out)['settings']['row offset'])
+        offset = json.loads(capsys.readouterr().out)['settings']['row offset']
+        assert offset.startswith('right image against left: ')
+        fits.append(': OK' in offset)
     assert fits == [False, True]

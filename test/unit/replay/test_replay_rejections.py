@@ -77,16 +77,16 @@ def test_a_bag_without_calibration_is_rejected_with_the_options_that_give_one(
     write_bag(folder / 'bare', infos=False)
     assert rejected('bare', options=['--with', 'depth']) == (
         'bare, without camera_info beside /left/image_rect and /right/image_rect, needs the '
-        'cameras: give --focal and --baseline, or --camera-info with a calibration file')
+        'cameras: give --focal and --baseline, or --calibration with a calibration file')
     assert 'needs the cameras: give --baseline, or' in rejected('bare', options=['--focal', 200])
     assert rejected('bag', options=['--focal', 200]).startswith(
         'a calibration that is not that of the bag needs the cameras: give --baseline')
     assert rejected('bare', options=['--focal', 200, '--baseline', -1]) == (
         '--baseline is -1; allowed are numbers above 0')
-    assert 'missing.yaml' in rejected('bare', options=['--camera-info', 'missing.yaml', 'b.yaml'])
+    assert 'missing.yaml' in rejected('bare', options=['--calibration', 'missing.yaml', 'b.yaml'])
     assert rejected('bare', options=['--focal', 200, '--baseline', 1, '--rectify']) == (
         '--rectify and --crop need the calibration of both raw cameras: those of a bag, or '
-        '--camera-info with files of both')
+        '--calibration with files of both')
 
 
 def test_numbers_or_files_are_a_calibration(folder, capsys):
@@ -103,9 +103,9 @@ def test_numbers_or_files_are_a_calibration(folder, capsys):
             'rectification_matrix: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n'
             f'projection_matrix: {{data: [200, 0, 47.5, {tx}, 0, 200, 23.5, 0, 0, 0, 1, 0]}}\n')
     found = figures(capsys, 'bare', output='files', options=[
-        '--camera-info', 'left.yaml', 'right.yaml'])
+        '--calibration', 'left.yaml', 'right.yaml'])
     assert found['calibration'] == 'left.yaml and right.yaml'
-    for options in (['--camera-info', 'right.yaml'],
+    for options in (['--calibration', 'right.yaml'],
                     ['--focal', 200, '--baseline', 0.12, '--principal-point', 47.5, 23.5]):
         assert replay('bare', output=f'by{len(options)}', options=options) == 0
     for name in ('calibrated', 'files', 'by2', 'by7'):
