@@ -19,14 +19,14 @@ ros_is_sourced := $(shell [ "$$ROS_DISTRO" = jazzy ] && [ -n "$$AMENT_PREFIX_PAT
 ifeq ($(ros_is_sourced),yes)
 ros := installed
 venv_options := --system-site-packages
-requirements := $(addprefix requirements/,runtime.txt demo.txt bags.txt cluster.txt evaluate.txt \
-	video.txt test.txt)
+requirements := $(addprefix requirements/,runtime.txt demo.txt bags.txt cluster.txt \
+	completion.txt evaluate.txt video.txt test.txt)
 export AMENT_PREFIX_PATH := $(CURDIR)/$(venv):$(AMENT_PREFIX_PATH)
 else
 ros := wheels
 venv_options :=
 requirements := $(addprefix requirements/,runtime.txt ros.txt demo.txt bags.txt cluster.txt \
-	evaluate.txt video.txt test.txt)
+	completion.txt evaluate.txt video.txt test.txt)
 export AMENT_PREFIX_PATH := $(CURDIR)/$(venv)
 export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Left over from another environment these would hide the wheels.

@@ -113,7 +113,7 @@ def _meant(word, choices):
     """Return ' (did you mean X?)' of the choice that is most like a word, '' if none is."""
     from fuzzy_stereo_ros.parameters.table import nearest
 
-    return nearest(word, list(choices))
+    return nearest(word, list(choices), 0.7)
 
 
 def run_cleanly(parser, argv):

@@ -316,6 +316,7 @@ def test_the_version_is_that_of_the_package(capsys):
     (['replay', 'a', '--output', 'b', '--disparites', '64'],
      'fuzzy-stereo replay: unrecognized arguments: --disparites (did you mean --disparities?)'),
     (['match', 'a', 'b', '--profile', 'realtme'], '(did you mean realtime?)'),
+    (['evaluate', 'a', 'b', '--output', 'c.html'], 'unrecognized arguments: --output c.html'),
     (['match', 'a', 'b', '--output', 'c.pfm', '--disparities', '8', '--xyzzy', '3'],
      'fuzzy-stereo match: unrecognized arguments: --xyzzy 3'),
     (['frobnicate', '--verson'], 'frobnicate')])
