@@ -60,7 +60,7 @@ def steps(luminance):
 
 def coefficient_counts(grey, apart):
     """
-    Return how many coefficients of blocks of 8 x 8 pixels are small, and how many large.
+    Return how many coefficients of blocks of 8 x 8 pixels are small, large, and in the middle.
 
     grey: (R, C), grey levels. Of seven frequencies, of one block in so many of each row of blocks.
     """
@@ -69,7 +69,8 @@ def coefficient_counts(grey, apart):
              for row in range(grey.shape[0] // 8)
              for column in range(3 * row % apart, grey.shape[1] // 8, apart)
              for down, right in ((1, 2), (2, 1), (2, 2), (1, 3), (3, 1), (2, 3), (3, 2))]
-    return [sum(low <= size < high for size in found) for low, high in ((1.5, 3.5), (4.5, 24.5))]
+    return [sum(low <= size < high for size in found)
+            for low, high in ((1.5, 3.5), (4.5, 24.5), (4.5, 8))]
 
 
 def halved(values, rounded):

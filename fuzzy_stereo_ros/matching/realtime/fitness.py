@@ -26,11 +26,15 @@ class CensusFitness:
         """Read from a `CensusPossibility`, the validity of pixels and the target's labels."""
         rows, columns = validity.shape
         self._bands = cut_parts(rows)
-        self.largest_cost = possibility.model.largest
         self._possibility = possibility     # keeps the memory of its addresses alive
         self._scene = gene_cost.Scene(validity, target, (0, columns - 1), HIDDEN, CONTRADICTED)
         self._costs = zeros((rows, columns), np.uint8)
         self._exchange = Exchange(rows, columns, neighbours=4)
+
+    @property
+    def largest_cost(self):
+        """What a cell of the pair costs at most."""
+        return self._possibility.model.largest
 
     def set_pair(self, inside):
         """Set a new pair; inside: the first and the last column of the target that exist."""

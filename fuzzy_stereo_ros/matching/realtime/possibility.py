@@ -37,6 +37,8 @@ class Model(NamedTuple):
 
 FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, jump=83,
                   jump_at_edge=26)
+# Of pictures that JPEG quantised coarsely: it rounds differences of neighbours most.
+COARSE_SIZE = FULL_SIZE._replace(near_weight=1, census_cut=10, jump=104)
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
                   jump_at_edge=34)
 EDGE = 20           # grey levels of 8 bits
@@ -46,7 +48,8 @@ class CensusPicture(Picture):
     """
     A picture with its census and gradient, allocated once.
 
-    denoised: the luminance in which the census compares the farther pixels
+    denoised: the luminance in which the census compares the farther pixels; edges: the grey whose
+    steps make a jump cheaper
     """
 
     def __init__(self, rows, columns, mirrored, reach):
@@ -55,6 +58,7 @@ class CensusPicture(Picture):
         stride = columns + reach + features.SLACK
         self.denoised, self._denoised = self.luminance, zeros(self.luminance.shape, np.uint16)
         self._smoothed = zeros(self.luminance.shape, np.uint16), zeros(self.grey.shape, np.uint8)
+        self.edges = self.grey
         self.census = zeros((rows, 3, stride), np.uint8)
         self.slopes = zeros((rows, stride), np.uint8)
 
@@ -63,7 +67,8 @@ class CensusPicture(Picture):
         sharpness.smooth(self.luminance, self.columns, *self._smoothed, *band[1:])
 
     def take_smoothed(self):
-        """Exchange luminance and grey for the smoothed ones."""
+        """Exchange luminance and grey for the smoothed ones, but for `edges`."""
+        self.edges = self.grey
         before, (self.luminance, self.grey) = (self.luminance, self.grey), self._smoothed
         self._smoothed = before
 
@@ -101,6 +106,13 @@ class CensusPossibility:
         self.penalties = Penalties(model.small, zeros((rows, columns), np.uint8),
                                    zeros((rows, columns), np.uint8))
 
+    def use(self, model):
+        """Use the numbers of a model, of the same box, from now on."""
+        self.model = model
+        self.features = self.features._replace(
+            near_weight=model.near_weight, census_cut=model.census_cut, slope_cut=model.slope_cut)
+        self.penalties = self.penalties._replace(small=model.small)
+
     def denoise(self, tolerance, first, last):
         """Fill the rows of both denoised images, once both views are read."""
         self.left.denoise(tolerance, first, last)
@@ -116,7 +128,7 @@ class CensusPossibility:
         describe(self.right, first, last)
         model = self.model
         features.jump_penalties(
-            self.left.grey, model.jump, model.jump_at_edge,
+            self.left.edges, model.jump, model.jump_at_edge,
             -(-256 * (model.jump - model.jump_at_edge) // EDGE), self.columns,
             self.penalties.across, self.penalties.down, first, last)
 

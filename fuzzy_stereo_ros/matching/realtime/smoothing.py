@@ -12,7 +12,7 @@ import numpy as np
 
 BLOCKS, APART = 600, 4       # blocks measured in a picture, about; at most every APART-th one
 SURE = 3.5           # deviations by which small coefficients must be too few to detect JPEG
-FEW = 0.5            # share of the small coefficients of other blocks below which they are too few
+FEW = 0.5            # share of the coefficients of other blocks below which they are too few
 BLURRED = 0.85       # share of the other view's sharpness below which a view is blurred
 
 
@@ -20,7 +20,8 @@ class Smoothing:
     """
     Decides whether the views of a pair are smoothed, and smooths them.
 
-    compressed: whether the left view was compressed by JPEG, of quality 80 or less
+    compressed, coarse: whether the left view was compressed by JPEG, of quality 80 or less, and of
+    70 or less
     """
 
     def __init__(self, rows, columns, most):
@@ -28,9 +29,9 @@ class Smoothing:
         self._apart = max(rows * columns // (BLOCKS * kernels.BLOCK**2), APART)
         # the first block of a picture, and of its mirror image: only one of the two can be of JPEG
         self._begins = 0, columns % kernels.BLOCK or kernels.BLOCK // 2
-        self._counts = np.zeros((most, len(self._begins), 2), np.int64)
+        self._counts = np.zeros((most, len(self._begins), 3), np.int64)
         self._steps = np.zeros((most, 2, 2), np.int64)
-        self.compressed = False
+        self.compressed = self.coarse = False
 
     def measure(self, views, unit, band):
         """
@@ -51,12 +52,13 @@ class Smoothing:
     def smooth(self, pool, views, bands):
         """Smooth the views that need it, once all bands are measured."""
         (small_from, small_to), (large_from, large_to) = kernels.SMALL, kernels.LARGE
-        small, large = self._counts.sum(axis=0).T
+        small, large, middle = self._counts.sum(axis=0).T
         # Number expected if all sizes are equally frequent: any other picture has more. After
         # coarse quantisation few are large either: then half of those of the other grid of blocks.
         expected = np.maximum(large * (small_to - small_from) / (large_to - large_from),
                               FEW * small[::-1])
-        self.compressed = bool(np.any(expected - small > SURE * np.sqrt(expected)))
+        self.compressed = _too_few(small, expected)
+        self.coarse = self.compressed and _too_few(middle, FEW * middle[::-1])
         (left, left_far), (right, right_far) = self._steps.sum(axis=0).tolist()
         left_sharpness, right_sharpness = left * right_far, right * left_far
         sharper = (right_sharpness < BLURRED * left_sharpness,
@@ -66,3 +68,8 @@ class Smoothing:
             pool.each(view.smooth, bands)
         for view in smoothed:
             view.take_smoothed()
+
+
+def _too_few(counts, expected):
+    """Return whether the counts of a grid of blocks are surely below those expected."""
+    return bool(np.any(expected - counts > SURE * np.sqrt(expected)))

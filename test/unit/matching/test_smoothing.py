@@ -8,6 +8,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility import sharpness
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.match import mirrored
 from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
+from fuzzy_stereo_ros.matching.realtime.possibility import (
+    CensusPicture, COARSE_SIZE, FULL_SIZE)
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -80,7 +82,7 @@ def test_a_smoothed_picture_has_binomial_means(seed, rows, columns):
 def test_coefficients_and_steps_are_those_of_the_twins(seed, rows, columns, begin, apart):
     draw = np.random.default_rng(seed)
     image = 256 * (draw.integers(0, 9, (rows, columns)) + draw.integers(0, 40, (rows, 1)))
-    counts, sums = np.zeros(2, np.int64), np.zeros(2, np.int64)
+    counts, sums = np.zeros(3, np.int64), np.zeros(2, np.int64)
     for first in range(0, rows, 16):
         rows_of_band = first, min(first + 16, rows)
         sharpness.count_coefficients(
@@ -103,6 +105,34 @@ def test_jpeg_is_seen_and_both_views_are_smoothed(quality, channels):
     assert views._smoothing.compressed
     for image, found in zip((left, right), luminances(views)):
         np.testing.assert_array_equal(found, twins.smoothed(fine(image)))
+
+
+@pytest.mark.parametrize('quality, model', [
+    (50, COARSE_SIZE), (65, COARSE_SIZE), (80, FULL_SIZE), (95, FULL_SIZE)])
+def test_coarse_jpeg_is_matched_by_a_model_of_its_own(quality, model):
+    left, right = (compressed(texture(seed), quality) for seed in (0, 1))
+    full = read(left, right).full
+    assert full.model == model
+    assert (full.features.near_weight, full.features.census_cut, full.penalties.small) == (
+        model.near_weight, model.census_cut, model.small)
+
+
+def test_a_model_is_used_for_its_own_pair_alone():
+    coarse, clean = ([change(texture(seed)) for seed in (0, 1)]
+                     for change in (lambda image: compressed(image, 50), np.copy))
+    views = read(*coarse)
+    views.read(ThreadPool(1), *clean)
+    views.smooth(ThreadPool(1))
+    assert views.full.model == FULL_SIZE
+
+
+def test_jumps_are_cheaper_at_the_edges_before_smoothing():
+    left, right = (compressed(texture(seed), 50) for seed in (0, 1))
+    views = read(left, right)
+    views.describe(ThreadPool(1), CensusPicture.describe)
+    across, down = twins.jump_penalties(left, twins.jump_table(COARSE_SIZE))
+    np.testing.assert_array_equal(views.full.penalties.across, across)
+    np.testing.assert_array_equal(views.full.penalties.down, down)
 
 
 def test_jpeg_is_seen_in_pictures_with_little_texture():

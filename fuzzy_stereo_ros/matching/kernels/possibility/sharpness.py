@@ -15,7 +15,8 @@ import numpy as np
 
 BLOCK = 8                   # side of a block of JPEG
 ROWS = 8                    # every ROWS-th row is measured for sharpness
-SMALL, LARGE = (1.5, 3.5), (4.5, 24.5)      # ranges of counted coefficients, grey levels
+# Ranges of counted coefficients, grey levels; MIDDLE: below the steps of quality 70.
+SMALL, LARGE, MIDDLE = (1.5, 3.5), (4.5, 24.5), (4.5, 8.0)
 FREQUENCIES = (1, 2), (2, 1), (2, 2), (1, 3), (3, 1), (2, 3), (3, 2)
 WAVES = (np.cos((2 * np.arange(BLOCK) + 1) * np.arange(4)[:, None] * np.pi / (2 * BLOCK))
          * np.sqrt(2 / BLOCK)).astype(np.float32)     # of the frequencies 1 to 3, orthonormal
@@ -24,15 +25,16 @@ WAVES = (np.cos((2 * np.arange(BLOCK) + 1) * np.arange(4)[:, None] * np.pi / (2 
 @kernel(allocates=True)
 def count_coefficients(luminance, begin, columns, apart, unit, counts, first, last):
     """
-    Count the small and the large coefficients of some blocks of a picture.
+    Count the small, the large and the middle coefficients of some blocks of a picture.
 
     luminance: uint16, with a margin; begin: column of the first block, from 0; apart: step of
-    measured blocks; unit: of luminance in a grey level; counts: int64 (2,), increased; first,
+    measured blocks; unit: of luminance in a grey level; counts: int64 (3,), increased; first,
     last: rows, from a multiple of BLOCK on
     """
     across = np.empty((4, BLOCK), np.float32)
     smallest, small_to = np.float32(SMALL[0] * unit), np.float32(SMALL[1] * unit)
     large_from, largest = np.float32(LARGE[0] * unit), np.float32(LARGE[1] * unit)
+    middle_from, middle_to = np.float32(MIDDLE[0] * unit), np.float32(MIDDLE[1] * unit)
     for top in range(first, last - BLOCK + 1, BLOCK):
         start = begin + BLOCK * (top // BLOCK * 3 % apart)
         for left in range(start, columns - BLOCK + 1, BLOCK * apart):
@@ -50,6 +52,7 @@ def count_coefficients(luminance, begin, columns, apart, unit, counts, first, la
                 size = abs(value)
                 counts[0] += smallest <= size < small_to
                 counts[1] += large_from <= size < largest
+                counts[2] += middle_from <= size < middle_to
 
 
 @kernel
