@@ -18,13 +18,13 @@ AT_A_GLANCE = ('input rate', 'output rate', 'latency, median', 'latency, 95th pe
                'pairs dropped', 'pairs rejected', 'valid share', 'mean confidence', RECTIFICATION,
                'suspected fault')
 RECENT = 200    # newest pairs, of which medians and percentiles are computed
-# Why messages are lost and what to do, by the start of their keys in `counts_of`.
+# Why messages are lost or what to do, by the start of their keys in `counts_of`.
 LOSSES = {
-    'pairs dropped': 'newer pairs came before they were matched; see scale and disparity_range',
-    'pairs rejected': 'they cannot be matched; see the errors in the log',
-    'unmatched ': 'the other topics had no messages with matching stamps; see queue_size and '
+    'pairs dropped': 'newer pairs came first; see scale and disparity_range',
+    'pairs rejected': 'for the reasons, see the errors above',
+    'unmatched ': 'no messages of the same stamp on the other topics; see queue_size and '
                   'approximate_sync',
-    'lost ': 'they were sent and never arrived; see input_qos and config/fastdds.xml',
+    'lost ': 'sent, but not received; see input_qos and config/fastdds.xml',
 }
 
 
@@ -167,7 +167,7 @@ class LossReports:
                 self._when[kind] = now
                 self._reported.update({key: counts[key] for key in lost})
                 numbers = ', '.join(f'{key} {number}' for key, number in lost.items())
-                lines.append(f'since the last report: {numbers}; {reason}')
+                lines.append(f'since the last report: {numbers} ({reason})')
         return lines
 
 
