@@ -28,21 +28,21 @@ DECAY = 0.9                 # of an expected duration, by a shorter one
 @dataclass(frozen=True)
 class Random:
     """
-    The source of all random numbers: equal words give equal numbers, with any number of threads.
+    The source of all random numbers: equal seeds give equal numbers, with any number of threads.
 
-    words: whole numbers, of any size and sign: seed, stamp, generation and so on
+    seed: tuple of whole numbers, of any size and sign: seed, stamp, generation and so on
     """
 
-    words: tuple
+    seed: tuple
 
-    def child(self, *words):
-        """Return the source whose words are these, followed by further ones."""
-        return Random((*self.words, *words))
+    def child(self, *further):
+        """Return the source whose seed is this one, followed by further numbers."""
+        return Random((*self.seed, *further))
 
     @property
     def key(self):
         """The key of kernels that hash counters: uint64."""
-        return key_of(*self.words)
+        return key_of(*self.seed)
 
     def uniform(self, number):
         """Return random numbers from 0 up to but not including 1: float64 (number,)."""

@@ -32,7 +32,7 @@ class Climbers:
 
     @property
     def numbers(self):
-        return [random.words[-1] for random in self.randoms]
+        return [random.seed[-1] for random in self.randoms]
 
 
 def climb(population, random):
