@@ -203,14 +203,11 @@ class Averaging:
             noise = _noise(smallest, tiles.rough)
             noises = np.stack(number * [
                 _by_brightness(noise, smallest, tiles.rough, differences[0, 7])])
-            choose_tiles(differences, ages, noises, tuple(RULES), tiles.choices, tiles.ages,
-                         tiles.sizes)
-            if np.mean(tiles.choices >= 0) > RESTS:
+            if _choose(tiles, differences, ages, noises) > RESTS:
                 # the average of fewer frames is noisier itself
                 both = np.sqrt(1 + 1 / np.maximum(ages, np.float32(1)))
-                noises = noises * np.maximum(both / np.median(both), np.float32(1))
-                choose_tiles(differences, ages, noises, tuple(RULES), tiles.choices, tiles.ages,
-                             tiles.sizes)
+                _choose(tiles, differences, ages,
+                        noises * np.maximum(both / np.median(both), np.float32(1)))
             self.noise = max(self.noise, noise)
         if history.labels is not None and self.noise > FAINT:
             self._reject_alike(pool, views, history)
@@ -252,6 +249,12 @@ class Averaging:
                 blend(picture.luminance, picture.grey, old, shifts[side], tiles.choices,
                       tiles.ages, limits[side], new, band[1], band[2])
         pool.each(blend_band, self.bands)
+
+
+def _choose(tiles, *measured):
+    """Choose the unchanged tiles by the first arguments of choose_tiles; return their share."""
+    choose_tiles(*measured, tuple(RULES), tiles.choices, tiles.ages, tiles.sizes)
+    return np.mean(tiles.choices >= 0)
 
 
 def _noise(differences, rough):

@@ -44,14 +44,14 @@ class DenseSurface:
         self._median_distance = np.exp(
             -distance**2 / (2 * MEDIAN_DISTANCE**2)).astype(np.float32)
 
-    def check(self, pool, labels, target, inside):
+    def check(self, pool, labels, target, target_range):
         """
         Write the validity of labels, int16 (R, C): whether the target's pixels chose the same.
 
-        inside: the first and the last column of the (moved) target that exist
+        target_range: the first and the last column of the (moved) target that exist
         """
         pool.each(lambda band: consistency.check_consistency(
-            labels, target, self._disparities, inside, self.validity, band[1], band[2]),
+            labels, target, self._disparities, target_range, self.validity, band[1], band[2]),
             self._bands)
 
     def fill(self, pool, labels, offsets, colour, result):

@@ -36,9 +36,9 @@ class CensusFitness:
         """What a cell of the pair costs at most."""
         return self._possibility.model.largest
 
-    def set_pair(self, inside):
-        """Set a new pair; inside: the first and the last column of the target that exist."""
-        self._scene = self._scene._replace(inside=inside)
+    def set_pair(self, target_range):
+        """Set a new pair; target_range: the first and the last column of the target that exist."""
+        self._scene = self._scene._replace(target_range=target_range)
 
     def measure(self, pool, chromosome, every=SAMPLE_STEP):
         """

@@ -166,7 +166,7 @@ class FrameEvolution:
         if self.converged or not budget.in_time(self._durations[WRITING]):
             return []
         watch, found = Stopwatch(), (chromosome, chosen, validity)
-        self._set_map(*found, views.half.left.luminance, views.inside)
+        self._set_map(*found, views.half.left.luminance, views.target_range)
         watch.lap('set_map')
         history = evolve(self, self.operators, random, budget.reserving(
             self._durations[WRITING]).limited_to(evolution_ms), None, self._durations)
@@ -176,9 +176,10 @@ class FrameEvolution:
         self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
         return history
 
-    def _set_map(self, chromosome, chosen, validity, half_luminance, inside):
+    def _set_map(self, chromosome, chosen, validity, half_luminance, target_range):
         """Set the map of this frame; genes that are not inherited follow it."""
-        genes, self._inside, self._half_luminance = self.carried, inside, half_luminance
+        genes, self._half_luminance = self.carried, half_luminance
+        self._target_range = target_range
 
         def follow(band):
             rows = band[1:]
@@ -191,7 +192,7 @@ class FrameEvolution:
             grid.follow_map(self._of_map, REACH, np.float32(STEEPEST), self._mutated,
                             genes.evolved, genes.planes, self._tangents, *rows)
             grid.trust_visible(
-                genes.planes, self._consistent, self._origin[1], inside[0], self._highest,
+                genes.planes, self._consistent, self._origin[1], target_range[0], self._highest,
                 costs.TRUSTED, UNTRUSTED, self._nearest[band[0]], self._current, self._trusted,
                 self._trust, *rows)
         self._pool.each(follow, self._bands)
@@ -253,8 +254,9 @@ class FrameEvolution:
 
         def measure(band):
             for planes, found in ((self.carried.planes, self._old), (self._proposal, self._new)):
-                grid.grid_costs(features, largest, costs.UNIT, self._inside, *self._origin, planes,
-                                self._selected, found, band[1], band[2])
+                grid.grid_costs(
+                    features, largest, costs.UNIT, self._target_range, *self._origin, planes,
+                    self._selected, found, band[1], band[2])
         self._pool.each(measure, self._bands)
 
     def _accept(self, crossover, random, evolved):

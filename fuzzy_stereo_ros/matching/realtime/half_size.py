@@ -31,7 +31,6 @@ WEAK_TEXTURE = 72       # sum of 18 grey steps below which texture is weak: 4 on
 NOISY_STEPS = 28        # by how much noise of a grey level raises that; its steps sum to 20
 CLEAR = 4               # least margin, in summed cost, of a label of the prior
 FLAT = 1                # largest range of labels in 3 x 3 pixels of the prior
-GROW, MARGIN = 8, 4     # px around a tile whose labels it searches too; labels around its range
 
 
 class HalfSizeResult(NamedTuple):
@@ -62,7 +61,7 @@ class HalfSize:
 
         possibility: the `CensusPossibility` of half-size images
         """
-        self._disparities, self._half_disparities = disparities, possibility.disparities
+        self._half_disparities = possibility.disparities
         self._scanlines = Scanlines(possibility, TILE)
         shape = possibility.rows, possibility.columns
         labels_type = self._scanlines.chosen.labels.dtype
@@ -74,19 +73,20 @@ class HalfSize:
                                zeros((rows, columns), np.uint8), disparities,
                                (DEAD_ZONE, CUT), (0, VOTED_CUT))
 
-    def search(self, pool, inside, grey, noise):
+    def search(self, pool, target_range, grey, noise):
         """
         Return the `HalfSizeResult` of the pair that the possibility was filled with.
 
-        inside: the first and the last column of the full target that exist; grey: uint8, full
-        left; noise: of it, grey levels, standard deviation, which is no texture
+        target_range: the first and the last column of the full target that exist; grey: uint8,
+        full left; noise: of it, grey levels, standard deviation, which is no texture
         """
         limit = int(hypot(WEAK_TEXTURE, NOISY_STEPS * noise))
-        chosen, half_inside = self._scanlines.chosen, (inside[0] // 2, inside[1] // 2)
+        chosen, half_range = self._scanlines.chosen, (target_range[0] // 2, target_range[1] // 2)
         rows, prior = len(self._labels), self._prior
 
-        def check(band):
-            check_consistency(chosen.labels, chosen.target, self._half_disparities, half_inside,
+        def finish(band):
+            self._scanlines.finish(band)
+            check_consistency(chosen.labels, chosen.target, self._half_disparities, half_range,
                               self._validity, band[1], band[2])
             self._speckles.find(chosen.labels, self._validity, 1, band)
 
@@ -98,25 +98,19 @@ class HalfSize:
         def write_limits(band):
             index, first, last = band
             filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, self._filled,
-                        self._labels, (index, *widened(band, GROW // 2, rows)))
+                        self._labels, (index, *widened(band, 1, rows)))
             disparity_ranges.weak_texture(self._steps, limit, self.weak, first, last)
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins), self._validity,
                 self.weak, self._smooth, CLEAR, prior.labels, prior.weights, first, last)
-        self._scanlines.search(pool, then=check)
+        self._scanlines.search(pool)
+        pool.each(finish, self._scanlines.bands)
         self._speckles.join(chosen.labels, 1)
         pool.each(fill, self._scanlines.bands)
         pool.each(write_limits, cut_parts(rows))
         return HalfSizeResult(self._labels, self._validity, chosen, prior)
 
-    def mutate(self, pool, mutation, inside):
+    def mutate(self, pool, mutation, target_range):
         """Give the map and the prior of the last search what a mutation (Stages.vote) takes."""
-        mutation.mutate(pool, inside, self._labels, self._prior, VOTED)
-
-    def write_windows(self, windows):
-        """Write the windows of the full search, of tiles of TILE pixels, by the map as it is."""
-        # in one thread: starting helpers would take longer
-        disparity_ranges.tile_windows(
-            self._labels, self._half_disparities, self._disparities, TILE, GROW, MARGIN,
-            windows.low, windows.blocks, 0, len(windows.low))
+        mutation.mutate(pool, target_range, self._labels, self._prior, VOTED)

@@ -130,16 +130,18 @@ class RealtimeMatcher:
         views.describe(pool, self._stages.describe)
         watch.lap('possibility')
         half = self._half_size.search(
-            pool, views.inside, views.full.left.grey, views.noise)
+            pool, views.target_range, views.full.left.grey, views.noise)
         if self._stages.vote is not None:
-            self._half_size.mutate(pool, self._plain, views.inside)
-        if self._search.windows is not None:
-            self._half_size.write_windows(self._search.windows)
+            self._half_size.mutate(pool, self._plain, views.target_range)
+        self._search.limit(half.labels)
         previous_prior = self._stages.previous_best(warm, pool, previous, half)
         watch.lap('coarse')
-        chosen = self._search.search(
-            pool, self._search.windows, half.prior, previous_prior,
-            partial(self._refinement.check, self._search.chosen, views.inside, config))
+        chosen = self._search.search(pool, half.prior, previous_prior)
+
+        def finish(band):
+            self._search.finish(band)
+            self._refinement.check(chosen, views.target_range, config, band)
+        pool.each(finish, self._search.bands)
         watch.lap(self._search.stage)
         validity = self._refinement.validity
         self._refinement.join_speckles(chosen, config)
@@ -148,7 +150,7 @@ class RealtimeMatcher:
             self._refinement.reject_speckles(config, band)
             self.population.fill(chosen.labels, validity, band)
         pool.each(fill, self._search.bands)
-        self._fitness.set_pair(views.inside)
+        self._fitness.set_pair(views.target_range)
         self.population.measure(pool)
         watch.lap('seeds')
         budget = budget.reserving(self._durations[REFINING])
@@ -198,7 +200,7 @@ class RealtimeMatcher:
         grown = self._regions.grow(self.pool, half.luminance, self._half_size.weak)
         mutant = self._regions.mutant(
             self.pool, grown, self._search.chosen, self._refinement.validity,
-            self._config.disparities, self._views.inside, population.genes[population.best],
+            self._config.disparities, self._views.target_range, population.genes[population.best],
             Random((self._config.seed,)))
         population.accept(self.pool, self._crossover, random, mutant)
 

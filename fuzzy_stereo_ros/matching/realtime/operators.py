@@ -109,12 +109,13 @@ class WeakRegions:
         """
         return self._regions.grow(pool, luminance, weak, STEP, APART, OVERLAP, LEAST)
 
-    def mutant(self, pool, grown, chosen, validity, disparities, inside, parent, random):
+    def mutant(self, pool, grown, chosen, validity, disparities, target_range, parent, random):
         """
         Return a chromosome whose regions lie in planes: (R, C) labels.
 
         grown: the regions; chosen, validity: the `SearchResult`, and which of its labels are
-        consistent; inside: first and last column of the target that exist; parent: the other genes
+        consistent; target_range: first and last column of the target that exist; parent: the
+        other genes
         """
         regions, number = grown
         planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]
@@ -127,7 +128,7 @@ class WeakRegions:
             _, first, last = band
             mutant[first:last] = parent[first:last]
             segments.write_mutant(
-                *regions, planes, disparities, inside, mutant, first // 2, last // 2)
+                *regions, planes, disparities, target_range, mutant, first // 2, last // 2)
         pool.each(lambda part: segments.fit_planes(
             self._points, starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes, *part),
             list(pairwise([*edges, number])))

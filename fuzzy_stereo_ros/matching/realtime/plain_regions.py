@@ -50,14 +50,15 @@ class Texture:
         kernels.plain_mask(self.half.luminance, self.half.columns, BURNT << 8, int(64 * PLAIN),
                            self.mask, self.ends, first, last)
 
-    def split(self, inside, band):
+    def split(self, existing, band):
         """
         Split the texture of a band of rows into bands.
 
-        The rows that it depends on are marked; inside: the columns of the view that exist
+        The rows that it depends on are marked; existing: the columns of the view that exist
         """
-        kernels.split(self.view.luminance, self.mask, self.ends, self._offset, inside, self.bands,
-                      self.seen, self._written, self._totals[band[0]], *band[1:])
+        kernels.split(
+            self.view.luminance, self.mask, self.ends, self._offset, existing, self.bands,
+            self.seen, self._written, self._totals[band[0]], *band[1:])
 
     def quantise(self, sums, band):
         """Quantise a band of rows, once all are split; sums: of their sizes and counts."""
@@ -94,12 +95,12 @@ class PlainRegions:
         self._base = full.left.columns - 1
         self.figures = zeros((0, 5))
 
-    def mutate(self, pool, inside, half_labels, prior, weight):
+    def mutate(self, pool, target_range, half_labels, prior, weight):
         """
         Give plain regions the planes that they vote for; return whether any takes one.
 
-        inside: the first and the last column of the target that exist; half_labels: (r, c), the
-        half-size map, and prior: the `Prior` of the full search, both written; weight: of the
+        target_range: the first and the last column of the target that exist; half_labels: (r, c),
+        the half-size map, and prior: the `Prior` of the full search, both written; weight: of the
         prior there
         """
         left, bands = self._left, self._bands
@@ -110,7 +111,7 @@ class PlainRegions:
         if number == 0:
             return False
         regions = begin, end, self._row_runs, region
-        planes, accepted, places = self._vote(pool, inside, half_labels, regions, number)
+        planes, accepted, places = self._vote(pool, target_range, half_labels, regions, number)
         if np.isnan(planes[:, 0]).all():
             return False
         pool.each(lambda band: kernels.write_planes(
@@ -118,10 +119,10 @@ class PlainRegions:
             self._disparities, prior.labels, prior.weights, weight, *band[1:]), bands)
         return True
 
-    def _vote(self, pool, inside, half_labels, regions, number):
+    def _vote(self, pool, target_range, half_labels, regions, number):
         """Return the planes of regions, the cells that accept them, and the cells' places."""
         left, right, bands = self._left, self._right, self._bands
-        first, last = self._base - inside[1], self._base - inside[0]
+        first, last = self._base - target_range[1], self._base - target_range[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
 
         def split(band):

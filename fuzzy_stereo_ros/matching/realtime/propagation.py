@@ -15,13 +15,9 @@ import numpy as np
 
 
 class Propagation:
-    """
-    The propagation of one image size: memory and the chosen labels.
+    """The propagation of one image size: memory and the chosen labels; used as Scanlines is."""
 
-    windows: None, there are no disparity ranges
-    """
-
-    stage, by_membership, windows = 'propagation', False, None
+    stage, by_membership = 'propagation', False
 
     def __init__(self, possibility, tile):
         """Allocate for the size of a possibility; tile: rows that bands have a multiple of."""
@@ -31,26 +27,28 @@ class Propagation:
         sizes = kernels.sizes(possibility.disparities, self.chosen.target.shape[1])
         self._memory, self._tiles = zip(*(_tile(sizes) for _ in self.bands))
 
-    def search(self, pool, windows, half_prior, previous_prior=None, then=None):
-        """
-        Propagate the genes; return the `SearchResult`, memory that the next search overwrites.
+    def limit(self, half_labels):
+        """Do nothing: only the labels of the parent are searched."""
 
-        windows, previous_prior: not used; half_prior: the `Prior` of the half-size chromosome,
-        the parent; then: called with each of the `bands` once its labels are chosen
+    def search(self, pool, half_prior, previous_prior=None):
+        """
+        Return the `SearchResult`, memory that the next search overwrites.
+
+        It is complete once each of the `bands` is finished. half_prior: the `Prior` of the
+        half-size chromosome, the parent; pool, previous_prior: not used
         """
         grey, features = self._possibility.left.grey, self._possibility.features
-        pair = kernels.Pair(
+        self._parent = half_prior       # kept alive: the kernels have only its addresses
+        self._pair = tuple(kernels.Pair(
             self._possibility.rows, *features, address_of(grey), grey.shape[1],
             address_of(half_prior.labels), address_of(half_prior.weights),
             half_prior.labels.itemsize, self._last_parent, self.chosen.target.shape[1],
-            *map(address_of, self.chosen))
-
-        def work(band):
-            kernels.propagate(tuple(pair), tuple(self._tiles[band[0]]), *band[1:])
-            if then is not None:
-                then(band)
-        pool.each(work, self.bands)
+            *map(address_of, self.chosen)))
         return self.chosen
+
+    def finish(self, band):
+        """Propagate the genes of a band."""
+        kernels.propagate(self._pair, tuple(self._tiles[band[0]]), *band[1:])
 
 
 def _tile(sizes):

@@ -112,10 +112,10 @@ class Refinement:
         """The sub-pixel labels of the last frame: (R, C), in 1 / STEPS of a label."""
         return self._fine[:, :self._labels.shape[1]]
 
-    def check(self, chosen, inside, config, band):
+    def check(self, chosen, target_range, config, band):
         """Write the validity of the pixels of a band: left-right consistency."""
-        check_consistency(chosen.labels, chosen.target, self._disparities, inside, self.validity,
-                          band[1], band[2])
+        check_consistency(chosen.labels, chosen.target, self._disparities, target_range,
+                          self.validity, band[1], band[2])
         if config.speckle_size > 1:
             self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
 

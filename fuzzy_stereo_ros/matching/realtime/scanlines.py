@@ -12,11 +12,13 @@ from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import (
     choose_of_targets, down_and_up)
+from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import tile_windows
 from fuzzy_stereo_ros.matching.kernels.scanlines.row_paths import across
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     blocks_of, Scratch, Search, SearchResult, Windows)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
+from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
 _SLACK = 64          # bytes behind an array that a vector may read or write
@@ -25,6 +27,7 @@ PAGE = 4096          # bytes
 SHIFT = 448          # bytes
 OVERLAP = 16         # rows by which paths from below start early
 PART = 16            # rows that a thread begins at a time
+GROW, MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
 STEP = 4 << 20       # bytes of costs that are begun in a step, if it has several rows of tiles
 
 
@@ -91,42 +94,45 @@ class Scanlines:
         self._free, self._memory = [], []
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
+        self.windows.blocks[:] = self.most_blocks
         self.no_prior = prior_of(
             zeros((rows, columns), self.chosen.labels.dtype),
             zeros((rows, columns), np.uint8), possibility.disparities)
 
-    def search(self, pool, windows=None, half_prior=None, previous_prior=None, then=None):
+    def limit(self, half_labels):
+        """Limit the labels of each tile by a half-size map of the pair: (R / 2, C / 2)."""
+        # in one thread: starting helpers would take longer
+        disparities = self.possibility.disparities
+        tile_windows(half_labels, half_disparities(disparities), disparities, self.tile, GROW,
+                     MARGIN, self.windows.low, self.windows.blocks)
+
+    def search(self, pool, half_prior=None, previous_prior=None):
         """
         Run the passes; return the `SearchResult`, memory that the next search overwrites.
 
-        windows: `self.windows`, written, None for all labels everywhere; priors: None for none;
-        then: called with each of the `bands` once its labels are chosen
+        It is complete once each of the `bands` is finished. Priors: None for none.
         """
-        if windows is None:
-            self.windows.low[:] = 0
-            self.windows.blocks[:] = self.most_blocks
         self._pack()
         # Kept alive: the kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
-        search = tuple(self.search_by(*self._priors))
+        self._search = tuple(self.search_by(*self._priors))
         self._reserve(pool.threads)
-
-        def work(item):
-            do, *place = item
-            scratch = self._free.pop()
-            try:
-                do(search, scratch, *place)
-            finally:
-                self._free.append(scratch)
-
-        def finish(band):
-            work((choose_of_targets, *band[1:]))
-            if then is not None:
-                then(band)
         for items in self._steps:
-            pool.each(work, items)
-        pool.each(finish, self.bands)
+            pool.each(self._work, items)
         return self.chosen
+
+    def finish(self, band):
+        """Choose the labels of the target pixels of a band."""
+        self._work((choose_of_targets, *band[1:]))
+
+    def _work(self, item):
+        """Call a function of an item with the search, working memory and the rest of the item."""
+        function, *place = item
+        scratch = self._free.pop()
+        try:
+            function(self._search, scratch, *place)
+        finally:
+            self._free.append(scratch)
 
     def _cut(self, rows, tile_rows, tile_columns, at_a_time):
         """

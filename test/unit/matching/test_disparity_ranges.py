@@ -1,18 +1,19 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
-from census_scene import random_map, read_moved, small_pair
+from census_scene import random_map, read_moved, seen, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
     flat, half_prior, texture_steps, tile_windows, weak_texture)
-from fuzzy_stereo_ros.matching.kernels.scanlines.volume import Windows
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
-from fuzzy_stereo_ros.matching.realtime.half_size import GROW, HalfSize, MARGIN, SPECKLE, TILE
+from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
-from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, OVERLAP
+from fuzzy_stereo_ros.matching.realtime.scanlines import (
+    gene_type, GROW, MARGIN, OVERLAP, Scanlines)
+from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -28,9 +29,7 @@ def windows_of(half, shape, disparities, tile, grow, margin, half_disparities=No
     half_disparities = half_disparities or -(-disparities // 2)
     tiles = -(-shape[0] // tile), -(-shape[1] // tile)
     low, blocks = np.full(tiles, -1), np.full(tiles, -1)
-    middle = tiles[0] // 2
-    for rows in ((0, middle), (middle, tiles[0])):
-        tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, *rows)
+    tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks)
     return low, blocks
 
 
@@ -62,6 +61,18 @@ def test_a_window_stands_in_the_middle_of_what_it_must_hold():
     low, blocks = windows_of(half, (16, 16), 256, 16, 0, 4)
     assert blocks.tolist() == [[1]]
     assert low.tolist() == [[96 - (32 - 10) // 2]]       # 96 .. 105 are wanted
+
+
+@pytest.mark.parametrize('disparities', [70, 72, 300])
+def test_a_search_is_limited_by_the_half_size_map(disparities):
+    shape, halves = (33, 50), half_disparities(disparities)
+    search = Scanlines(seen(*small_pair(*shape), disparities), 16)
+    half = halves - 9 + random_map((16, 25), 9, 1, gene_type(halves))
+    search.limit(half)
+    low, blocks = windows_of(half, shape, disparities, 16, GROW, MARGIN, halves)
+    np.testing.assert_array_equal(search.windows.low, low)
+    np.testing.assert_array_equal(search.windows.blocks, blocks)
+    assert low.any()
 
 
 @pytest.mark.parametrize('nearest, last', [(28, 64), (29, 64), (30, 72), (31, 72)])
@@ -165,17 +176,11 @@ def test_the_half_size_chromosome_is_put_together_as_by_the_twins(
     for view, half in zip(full, (possibility.left, possibility.right)):
         view.halve(half, 0, half_rows)
     possibility.describe(CensusPicture.describe, 0, half_rows)
-    tiles = -(-shape[0] // TILE), -(-shape[1] // TILE)
-    windows = Windows(*(np.zeros(tiles, np.int64) for _ in range(3)), np.zeros(tiles[0], np.int64))
     half_size, pool = HalfSize(possibility, *shape, disparities), ThreadPool(1)
     half = half_size.search(pool, (min_disparity, min_disparity + shape[1] - 1), full[0].grey, 0.0)
-    half_size.write_windows(windows)
     labels, validity = half_map_of_twins(left, right, disparities, places, min_disparity)
     np.testing.assert_array_equal(half.validity, validity)
     np.testing.assert_array_equal(half.labels, labels)
-    low, blocks = windows_of(half.labels, shape, disparities, TILE, GROW, MARGIN)
-    np.testing.assert_array_equal(windows.low, low)
-    np.testing.assert_array_equal(windows.blocks, blocks)
 
 
 def test_noise_is_not_taken_for_texture():

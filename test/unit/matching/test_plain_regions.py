@@ -98,7 +98,7 @@ def test_what_stays_at_disparity_0_is_no_evidence():
         half = np.zeros((SIZE[0] // 2, SIZE[1] // 2), np.uint8)
         prior = algorithm._half_size._prior
         prior.weights[:] = 0
-        algorithm._plain.mutate(ThreadPool(1), algorithm._views.inside, half, prior, 2)
+        algorithm._plain.mutate(ThreadPool(1), algorithm._views.target_range, half, prior, 2)
         assert not prior.weights.any()
 
 
@@ -126,7 +126,7 @@ def test_a_map_that_knows_better_than_a_plane_is_kept():
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), WALL // 2, np.uint8)
     half[:, 1::2] += WALL % 2
     assert not algorithm._plain.mutate(
-        ThreadPool(1), algorithm._views.inside, half, prior, 2)
+        ThreadPool(1), algorithm._views.target_range, half, prior, 2)
     assert not prior.weights.any()
 
 
@@ -145,7 +145,7 @@ def test_a_pair_leaves_no_texture_to_the_next_one():
     used._views.smooth(used.pool)
     used._views.describe(used.pool, Stages().describe)
     half = np.full((SIZE[0] // 2, SIZE[1] // 2), 5, np.uint8)
-    used._plain.mutate(used.pool, used._views.inside, half, used._half_size._prior, 2)
+    used._plain.mutate(used.pool, used._views.target_range, half, used._half_size._prior, 2)
     for mine, expected in ((used._plain._left, fresh._plain._left),
                            (used._plain._right, fresh._plain._right)):
         np.testing.assert_array_equal(mine.bands, expected.bands)
@@ -177,7 +177,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
                              plain._row_runs)
         number = number_regions(begin, end, parent, plain._row_runs, plain._least, of_size, region)
         assert number > 0
-        plain._vote(pool, views.inside, half, (begin, end, plain._row_runs, region), number)
+        plain._vote(pool, views.target_range, half, (begin, end, plain._row_runs, region), number)
     finally:
         kernels.vote = kept
     left, right, mask, *_, places, _, base, curves, counts, _ = seen['vote']
@@ -192,7 +192,8 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         columns = texture._offset + np.arange(2 * of_half.columns)
         if texture is plain._right:     # both columns of a pixel of half size exist
             existing = size[1] - 1 - columns.reshape(-1, 2)
-            plain_mask &= ((views.inside[0] <= existing) & (existing <= views.inside[1])).all(1)
+            first, last = views.target_range
+            plain_mask &= ((first <= existing) & (existing <= last)).all(1)
         wide = np.zeros((of_half.rows, view.columns), bool)
         wide[:, columns] = plain_mask.repeat(2, 1)
         masks.append(wide)

@@ -29,7 +29,9 @@ def check(shape, disparities, parents_of=4, min_disparity=0, seed=0, threads=1):
     parent = prior_of(parents.astype(gene_type(disparities)), random_map(shape, 2, seed),
                       disparities)
     propagation = Propagation(possibility, TILE)
-    chosen = propagation.search(ThreadPool(threads), None, parent)
+    pool = ThreadPool(threads)
+    chosen = propagation.search(pool, parent)
+    pool.each(propagation.finish, propagation.bands)
     grey = possibility.left.grey[:, :shape[1]].astype(np.int64)
     totals = twins.summed(
         twin_costs(left, right, disparities, min_disparity, FULL_SIZE), grey, kernels.RADIUS,

@@ -33,11 +33,11 @@ def scene_of(shape, disparities, min_disparity, seed=0):
     possibility = seen(left, right, disparities, min_disparity)
     validity, target = random_map(shape, 3, seed + 1), random_map(
         (shape[0], possibility.right.columns), 256, seed + 2)
-    inside = min_disparity, min_disparity + shape[1] - 1
-    scene = Scene(validity, target, inside, HIDDEN, CONTRADICTED)
+    target_range = min_disparity, min_disparity + shape[1] - 1
+    scene = Scene(validity, target, target_range, HIDDEN, CONTRADICTED)
     volume = twin_costs(left, right, disparities, min_disparity)
     return (possibility, scene), dtype, lambda chromosome: twins.gene_costs(
-        volume, chromosome, validity, target, inside, HIDDEN, CONTRADICTED)
+        volume, chromosome, validity, target, target_range, HIDDEN, CONTRADICTED)
 
 
 def fields(scene):
@@ -117,12 +117,13 @@ def fitness_of(shape, disparities, min_disparity=0, seed=0):
     validity, target = random_map(shape, 3, seed + 1), random_map(
         (shape[0], possibility.right.columns), disparities, seed + 2)
     measured = CensusFitness(possibility, validity, target)
-    inside = min_disparity, min_disparity + shape[1] - 1
-    measured.set_pair(inside)
+    target_range = min_disparity, min_disparity + shape[1] - 1
+    measured.set_pair(target_range)
     volume = twin_costs(left, right, disparities, min_disparity)
 
     def gene_costs_of(chromosome):
-        return twins.gene_costs(volume, chromosome, validity, target, inside, HIDDEN, CONTRADICTED)
+        return twins.gene_costs(
+            volume, chromosome, validity, target, target_range, HIDDEN, CONTRADICTED)
 
     def fitness(chromosome, every=1):
         costs = gene_costs_of(chromosome) + smoothness(chromosome, possibility.penalties)

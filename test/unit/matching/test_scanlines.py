@@ -132,7 +132,6 @@ class Scanned:
         self.scanlines = Scanlines(self.possibility, tile)
         maps, self._guarded = zip(*map(guarded, self.scanlines.chosen))
         self.scanlines.chosen = SearchResult(*maps)
-        self.windows = None if windows_seed is None else self.scanlines.windows
         if windows_seed is not None:
             self._choose_windows(np.random.default_rng(windows_seed))
         self.priors = [self._prior(shape, seed) for seed in (1, 2)] if priors else []
@@ -146,7 +145,8 @@ class Scanned:
         for memory in (*self.scanlines._memory, self.scanlines._shared_memory):
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
-        chosen = self.scanlines.search(self.pool, self.windows, *self.priors)
+        chosen = self.scanlines.search(self.pool, *self.priors)
+        self.pool.each(self.scanlines.finish, self.scanlines.bands)
         assert chosen is self.scanlines.chosen
         assert self._unused() == before
         for whole in self._guarded:
@@ -295,18 +295,18 @@ def test_an_array_that_is_not_contiguous_is_rejected():
     scanned = Scanned((5, 8), 4)
     prior = scanned.scanlines.no_prior
     with pytest.raises(ValueError, match='not contiguous'):
-        scanned.scanlines.search(ThreadPool(1), None, prior._replace(weights=prior.weights[::-1]))
+        scanned.scanlines.search(ThreadPool(1), prior._replace(weights=prior.weights[::-1]))
 
 
 def test_what_was_searched_before_leaves_no_trace():
     scanned = Scanned((40, 50), 64, tile=16, windows_seed=1)
     before = [values.copy() for values in scanned.scanlines.chosen]
-    windows = scanned.scanlines.windows.low.copy(), scanned.scanlines.windows.blocks.copy()
-    scanned.windows = None
+    windows = scanned.scanlines.windows
+    limited = windows.low.copy(), windows.blocks.copy()
+    windows.low[:], windows.blocks[:] = 0, scanned.scanlines.most_blocks
     scanned.search()
     assert not np.array_equal(scanned.scanlines.chosen.labels, before[0])
-    scanned.windows = scanned.scanlines.windows
-    scanned.windows.low[:], scanned.windows.blocks[:] = windows
+    windows.low[:], windows.blocks[:] = limited
     scanned.search()
     for values, expected in zip(scanned.scanlines.chosen, before):
         np.testing.assert_array_equal(values, expected)

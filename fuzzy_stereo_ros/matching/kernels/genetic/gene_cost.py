@@ -21,7 +21,7 @@ class Scene(NamedTuple):
 
     validity: np.ndarray       # uint8 (R, C), which pixels are rejected
     target: np.ndarray        # uint8 (R, extra + C), the target's labels modulo 256
-    inside: tuple             # first and last column of the target that exist, from -extra on
+    target_range: tuple       # first and last column of the target that exist, from -extra on
     hidden: int               # cost of a gene that something nearer hides, or that points outside
     contradicted: int         # cost of a gene that hides what can be seen
 
@@ -42,7 +42,7 @@ def jump_cost(one, other, small, jump):
 def _gene_cost(features, scene, label, row, column):
     """Return the data cost of one gene."""
     pointed = column - label
-    if pointed < scene.inside[0] or pointed > scene.inside[1]:
+    if pointed < scene.target_range[0] or pointed > scene.target_range[1]:
         return scene.hidden
     if scene.validity[row, column] == INVALID:
         extra = scene.target.shape[1] - scene.validity.shape[1]

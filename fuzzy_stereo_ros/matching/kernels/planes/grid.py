@@ -116,13 +116,14 @@ def _slope(before, here, after, reach, limit):
 
 
 @kernel
-def grid_costs(features, largest, unit, inside, down, right, planes, selected, costs, first, last):
+def grid_costs(features, largest, unit, target_range, down, right, planes, selected, costs, first,
+               last):
     """
     Write what the matches of the selected cells cost: int32 (r, c), 0 to unit.
 
-    features: the fields of Features; largest: cost of the least possible match; inside: first and
-    last column of the target that exist, beyond which half is paid; planes: float32 (r, c, 3);
-    selected: bool (r, c)
+    features: the fields of Features; largest: cost of the least possible match; target_range:
+    first and last column of the target that exist, beyond which half is paid; planes: float32
+    (r, c, 3); selected: bool (r, c)
     """
     features = Features(*features)
     top, scale = np.float32(features.disparities - 1), np.float32(unit) / np.float32(largest)
@@ -138,7 +139,7 @@ def grid_costs(features, largest, unit, inside, down, right, planes, selected, c
             disparity = min(max(disparity, np.float32(0)), top)
             label, x = np.int64(disparity), 2 * column + right
             beyond = min(label + 1, features.disparities - 1)
-            if x - beyond < inside[0] or x - label > inside[1]:
+            if x - beyond < target_range[0] or x - label > target_range[1]:
                 costs[row, column] = unit // 2
                 continue
             low = np.float32(match_cost(features, y, x, label))

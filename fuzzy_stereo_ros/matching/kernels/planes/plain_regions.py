@@ -123,14 +123,14 @@ def _none(flags):
 
 
 @inlined
-def _widen_row(line, ends, offset, inside, wide, full):
+def _widen_row(line, ends, offset, existing, wide, full):
     """
     Spread a row of a half-size mask over full columns from `offset` on, where they are inside.
 
     full: int64 (2,), the first marked element of the wide row and the one behind the last
     """
-    first = max(np.int64(ends[0]), (max(inside[0] - offset, 0) + 1) // 2)
-    last = max(min(np.int64(ends[1]), (inside[1] - offset + 1) // 2), first)
+    first = max(np.int64(ends[0]), (max(existing[0] - offset, 0) + 1) // 2)
+    last = max(min(np.int64(ends[1]), (existing[1] - offset + 1) // 2), first)
     wide[full[0]:full[1]] = 0
     full[0], full[1] = 2 * first + offset + PAD, 2 * last + offset + PAD
     flags, target = line[first:last], wide[full[0]:full[1]]
@@ -198,14 +198,14 @@ def _subtract_row(fine, coarse, mask, row, band, target, ends, sums):
 
 
 @kernel(allocates=True)
-def split(luminance, mask, ends, offset, inside, bands, seen, written, sums, first, last):
+def split(luminance, mask, ends, offset, existing, bands, seen, written, sums, first, last):
     """
     Split the texture of every other row into bands, fine to coarse, where the picture is plain.
 
     Each is the difference of a mean of pixels and a wider one: of 3 x 3 pixels, then of a row's
     pixels 2 apart and those of the rows above and below, then of twice as far ones.
     luminance: uint16 (R, ...), with a margin; mask, ends: see plain_mask; offset: full column of
-    its first pixel; inside: first and last full column that exist; bands: int16 (BANDS, r, ...);
+    its first pixel; existing: first and last full column that exist; bands: int16 (BANDS, r, ...);
     seen: uint16, the mask at full width, PLAIN or 0, in as many columns; written: int64 (r, 2),
     elements of a row that may not be 0; sums: int64 (BANDS, 3), whose sizes and counts are written
     """
@@ -220,7 +220,7 @@ def split(luminance, mask, ends, offset, inside, bands, seen, written, sums, fir
     for newest in range(max(first - REACH, 0), last + REACH):
         if newest < rows:
             row, of_row = newest % RING * wide, full[newest % RING]
-            _widen_row(mask[newest], ends[newest], offset, inside, flags[row:row + wide], of_row)
+            _widen_row(mask[newest], ends[newest], offset, existing, flags[row:row + wide], of_row)
             _mean_of_row(source, (2 * newest + MARGIN) * stride + MARGIN - PAD, stride, flags,
                          fine, row, of_row)
             before, after = row - 2, row + 2

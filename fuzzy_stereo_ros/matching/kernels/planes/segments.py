@@ -314,11 +314,12 @@ def fit_planes(points, starts, rounds, limit, share, key, planes, begin, end):
 
 
 @kernel
-def write_mutant(begin, end, row_runs, region, planes, disparities, inside, mutant, first, last):
+def write_mutant(begin, end, row_runs, region, planes, disparities, target_range, mutant, first,
+                 last):
     """
     Give the cells of regions that have a plane its labels where they differ by more than one.
 
-    inside: first and last column of the target that exist, whose matches alone are proposed;
+    target_range: first and last column of the target that exist, whose matches alone are proposed;
     mutant: (R, C) labels; first, last: half-size rows
     """
     half = np.float32(0.5)
@@ -335,6 +336,7 @@ def write_mutant(begin, end, row_runs, region, planes, disparities, inside, muta
                 for column in range(2 * begin[run], 2 * end[run]):
                     label = np.int64(np.floor(disparity))
                     disparity += half * slope
-                    if (0 <= label < disparities and inside[0] <= column - label <= inside[1]
+                    if (0 <= label < disparities
+                            and target_range[0] <= column - label <= target_range[1]
                             and abs(label - np.int64(mutant[y, column])) > 1):
                         mutant[y, column] = label

@@ -9,18 +9,18 @@ import numpy as np
 
 
 @kernel
-def check_consistency(labels, target, disparities, inside, validity, first, last):
+def check_consistency(labels, target, disparities, target_range, validity, first, last):
     """
     Compare the label of each pixel with that of the target pixel that it points at.
 
     labels: uint8 or uint16 (R, C); target: uint8 (R, extra + C), labels modulo 256, from column
-    -extra on; inside: the first and the last column of the (moved) target that exist; validity:
-    uint8 (R, C), CONSISTENT, OUTSIDE (points beyond the target image, cannot be checked) or
-    INVALID.
+    -extra on; target_range: the first and the last column of the (moved) target that exist;
+    validity: uint8 (R, C), CONSISTENT, OUTSIDE (points beyond the target image, cannot be checked)
+    or INVALID.
     """
     columns = labels.shape[1]
     extra = target.shape[1] - columns
-    begin, end = max(inside[0] + extra, 0), min(inside[1] + 1 + extra, target.shape[1])
+    begin, end = max(target_range[0] + extra, 0), min(target_range[1] + 1 + extra, target.shape[1])
     # unsigned: one comparison tests both ends, and an index needs no test of its sign
     width = np.uint64(max(end - begin, 0))
     for row in range(first, last):

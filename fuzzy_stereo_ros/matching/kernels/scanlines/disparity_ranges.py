@@ -10,17 +10,15 @@ import numpy as np
 
 
 @kernel
-def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, first_row,
-                 last_row):
+def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks):
     """
     Write the label range that each tile searches: that of the half map around it, and a margin.
 
     half: (r, c) labels at half size, of half_disparities; tile, grow: pixels of the full image,
-    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32;
-    first_row, last_row: of the tiles.
+    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32.
     """
     rows, columns = half.shape
-    for tile_row in range(first_row, last_row):
+    for tile_row in range(low.shape[0]):
         for tile_column in range(low.shape[1]):
             least, largest = disparities, 0
             top, left = tile_row * tile, tile_column * tile
