@@ -10,7 +10,7 @@ as in shadows on a road: a region moves only if its matches, without smoothness,
 possible. A small loss is allowed for each pixel on which the two views disagree.
 """
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded, UNIT
-from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread, tiles
+from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, tiles
 import numpy as np
 
 FAR = 0.5            # px from which a pixel counts as moved
@@ -65,5 +65,4 @@ OPERATORS = {'segments': segment_planes, 'tiles': tile_planes, 'trust': update_t
 def _propose_fitted(view, regions, random):
     """Propose to each region the plane fitted to it."""
     planes = region_planes(view.pool, view.disparities, view.fitness.trusted(), regions, random)
-    itself = np.arange(regions.number, dtype=np.int32)
-    view.propose(spread(view.pool, planes, itself, regions), regions, random)
+    view.propose(np.take(planes, regions.labels, axis=0), regions, random)

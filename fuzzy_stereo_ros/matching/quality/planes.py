@@ -97,11 +97,3 @@ def region_planes(pool, disparity, trusted, regions, random):
         disparity, trusted, regions.starts, regions.pixels, ROUNDS, np.float32(AGREEMENT), key,
         np.zeros((3, largest), np.float32), planes, *part), list(zip(edges, edges[1:])))
     return planes
-
-
-def spread(pool, planes, source, regions):
-    """Return a map in which each region has a plane: that of region source[i], int32 (N,)."""
-    result = np.empty((*regions.labels.shape, 3), np.float32)
-    pool.each(lambda band: fits.spread_planes(
-        planes, source, regions.labels, result, band[1], band[2]), cut_bands(len(result)))
-    return result

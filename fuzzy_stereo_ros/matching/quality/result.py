@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import compare_views
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.matching.quality.fitness import RADIUS, STRIDE
-from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, spread
+from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes
 from fuzzy_stereo_ros.matching.realtime.refinement import AROUND, reject_speckles
 import numpy as np
 
@@ -60,8 +60,7 @@ def averaged_with_planes(view, disparity, surface, random):
     for labels, number in view.segments[1:]:        # the finest are too small for that
         regions = listed(labels, number)
         planes = region_planes(view.pool, surface, trusted, regions, random)
-        plane = view.fitness.disparities(view.pool, spread(
-            view.pool, planes, np.arange(number, dtype=np.int32), regions))
+        plane = view.fitness.disparities(view.pool, np.take(planes, labels, axis=0))
         apart = abs(plane - disparity)
         known, near = (np.add.reduceat(chosen.reshape(-1)[regions.pixels], regions.starts[:-1],
                                        dtype=np.int32)

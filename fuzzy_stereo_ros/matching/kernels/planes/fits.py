@@ -165,21 +165,6 @@ def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, poin
 
 
 @kernel
-def spread_planes(region_planes, source, labels, planes, first, last):
-    """
-    Give each pixel the plane of a region.
-
-    region_planes: float32 (regions, 3); source: int32 (regions,), whose plane a region takes;
-    labels: int32 (R, C); planes: float32 (R, C, 3)
-    """
-    for row in range(first, last):
-        for column in range(labels.shape[1]):
-            region = source[labels[row, column]]
-            for part in range(3):
-                planes[row, column, part] = region_planes[region, part]
-
-
-@kernel
 def label_tiles(side, down, right, labels):
     """Write the numbers of the square tiles of an image: int32 (R, C); return how many."""
     rows, columns = labels.shape
