@@ -25,7 +25,7 @@ from fuzzy_stereo_ros.matching.quality.planes import local_planes, segments_of
 from fuzzy_stereo_ros.matching.quality.population import CrossoverTools, EvolvingView, Population
 from fuzzy_stereo_ros.matching.quality.result import refine, without_uncertain
 from fuzzy_stereo_ros.matching.quality.seed import (
-    costs_of_pixels, realtime_matches, ScanlineSeed)
+    costs_of_pixels, parent_of, realtime_matches, ScanlineSeed)
 import numpy as np
 
 BRIGHTNESS = np.float32(1 / 64)      # of luminance, 16 bits, to the sum of four grey levels
@@ -76,11 +76,13 @@ class Stages(NamedTuple):
     crossover: called with rows, columns and 4 neighbours, returns a crossover of an `Exchange`
     operators: {name: operator}, in the order in which they are called
     evidence: called with rows and columns, returns a check of proposals, see Evidence
+    inheritance: called as Inheritance, returns what a frame takes over of the previous one
     """
 
     crossover: Callable = Cut
     operators: dict = OPERATORS
     evidence: Callable = Evidence
+    inheritance: Callable = Inheritance
 
 
 class QualityMatcher:
@@ -96,7 +98,8 @@ class QualityMatcher:
         """Allocate nothing yet: each pair allocates its memory, and frees that of the last."""
         self._config, self._shape = config, (rows, columns)
         self._stages, self.pool = stages or Stages(), ThreadPool(config.threads)
-        self._inheritance = Inheritance(config, rows, columns, seen=2, least_age=LEAST_AGE)
+        self._inheritance = self._stages.inheritance(
+            config, rows, columns, seen=2, least_age=LEAST_AGE)
         self.population = None
 
     def match(self, left, right, previous, random, budget, observe=None, camera=None):
@@ -122,8 +125,9 @@ class QualityMatcher:
         if inherited:
             budget = budget.limited_to(0)       # one generation
             for side, (before, fresh) in enumerate(zip(previous.own.disparities, maps)):
-                maps[side] = np.empty_like(fresh)
-                inheritance.inherit(before, fresh, maps[side], side)
+                moved = np.empty_like(fresh)
+                inheritance.inherit(before, fresh, moved, side)
+                maps[side] = parent_of(moved, fresh)
         starts = self._starts(_of_both_views(left, right), maps, budget,
                               inherited and inheritance.unseen < LITTLE)
         watch.lap('seeds')

@@ -10,6 +10,7 @@ from fuzzy_stereo_ros.matching.match import Camera, mirrored
 from fuzzy_stereo_ros.matching.over_frames import camera_motion
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
+from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
 from made_matches import wrong
 import numpy as np
@@ -83,6 +84,41 @@ def test_a_still_scene_in_noise_gets_better_and_flickers_less():
     changed = [np.mean(np.abs(one[-1].disparity - one[-2].disparity) > 1) for one in (warm, cold)]
     assert changed[0] < 0.5 * changed[1]
     assert warm[-1].generations == 1 and cold[-1].generations == CONFIG.generations
+
+
+def test_whole_regions_that_differ_are_those_of_this_frame_and_all_else_is_inherited():
+    inherited = np.random.default_rng(0).uniform(5, 10, (100, 200)).astype(np.float32)
+    fresh, expected = inherited.copy(), inherited.copy()
+    fresh[10:50, 50:90] += 3                        # a whole region
+    expected[10:50, 50:90] += 3
+    fresh[60:90, 10:40] += 0.9                      # differs little
+    fresh[60:80, 100:120] -= 3                      # too small
+    fresh[:, 130:138] = fresh[:, 140:148] = fresh[:, 150:158] = 20      # too thin
+    np.testing.assert_array_equal(parent_of(inherited, fresh), expected)
+    np.testing.assert_array_equal(parent_of(inherited, inherited + 3), inherited + 3)
+
+
+def test_a_region_that_was_wrong_in_the_frame_before_is_no_parent_of_the_next_one(monkeypatch):
+    find, parents = ScanlineSeed.find, []
+
+    def spied(seed, left, right, parent, *others):
+        parents.append(parent)
+        return find(seed, left, right, parent, *others)
+
+    pair, = frames(1, noise=0)
+    _, matcher = matches_of([pair])
+    state = matcher.state
+    right_before = [disparities.copy() for disparities in state.own.disparities]
+    for disparities in state.own.disparities:
+        disparities[10:70, 30:80] = np.where(disparities[10:70, 30:80] < 12, 20, 2)
+        disparities[:5, :5] += 2
+    matcher.restore(state)
+    monkeypatch.setattr(ScanlineSeed, 'find', spied)
+    (match,), _ = matches_of([pair], matcher=matcher)
+    assert match.warm
+    for parent, right in zip(parents, right_before):
+        assert np.mean(np.abs(parent - right)[10:70, 30:80] > 1) < 0.2
+        np.testing.assert_array_equal(parent[:5, :5], right[:5, :5] + 2)
 
 
 def test_a_map_moves_with_the_camera():
