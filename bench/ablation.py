@@ -32,21 +32,26 @@ SHOWN = ('midd2006_third/Midd1', 'midd2006_third/Flowerpots', 'midd2006_third/Ro
          'kitti/kitti2012_color/000000')
 NOISY = 'window, noise'     # sequences on which the previous best is taken away
 STILL = 'still, noise 1.5'  # sequences on which each part is taken away; their last frame counts
+# {profile that takes seconds: (the profile that matches STILL, number of its frames, scenes)}
+LIVED = {'quality': ('quality', 8, ('middv2/tsukuba', 'middv2/teddy', *SHOWN[:2])),
+         'paper': ('paper_live', 16, ('middv2/tsukuba', 'middv2/venus', 'middv2/teddy',
+                                      'middv2/cones'))}
 SINGLE = 'single pairs'
 EARNS = 3.0                 # percent of the mean error by which a part earns its place
 ROOM = 2.4          # longest bar as a multiple of the first one; longer ones are cut
 
 
 class Evolution(NamedTuple):
-    """A scene for the ablation of a profile that takes seconds."""
+    """A scene for the ablation of a profile that takes seconds, seen for so many frames."""
 
     profile: str
     scene: Scene
+    frames: int = 1
 
     @property
     def path(self):
-        """Profile and scene, as progress shows them."""
-        return f'{self.profile}, {self.scene.path}'
+        """Profile, scene and frames, as progress shows them."""
+        return f'{self.profile}, {self.scene.path}' + f', {self.frames} frames' * (self.frames > 1)
 
 
 def run(request):
@@ -58,13 +63,14 @@ def run(request):
     trials, points, truths = (pd.DataFrame([row for rows in parts for row in rows]) for parts in
                               zip(*request.each(scenes, 'scenes',
                                                 lambda scene: on_scene(scene, request))))
-    moving, evolved = (
+    moving, evolved, lived = (
         pd.DataFrame([row for rows in request.each(items, title, work) for row in rows])
         for items, title, work in (
             (sequences, 'sequences', lambda one: on_sequence(one, request)),
-            (evolutions(scenes, request.quick), 'evolutions', evolve)))
+            (evolutions(scenes, request.quick), 'evolutions', evolve),
+            (lives(scenes, request.quick), 'over frames', live)))
     found = [balance_table(pd.concat([
-        of_parts(trials, moving).assign(profile='realtime'), evolved.assign(on=SINGLE)]))]
+        of_parts(trials, moving).assign(profile='realtime'), evolved.assign(on=SINGLE), lived]))]
     found += [evolution_table(profile, of_profile)
               for profile, of_profile in evolved.groupby('profile', sort=False)]
     found += scene_tables(trials) + (sequence_tables(moving) if len(moving) else [])
@@ -80,7 +86,7 @@ def run(request):
                 'frames after the first; the replaced possibility is written to compare, not to '
                 'be fast: no times of it',
         'sequences': f'those of the benchmark `warm`, scored as there; {STILL}: frame '
-                     f'{FRAMES[-1]}',
+                     f'{FRAMES[-1]}, of the others the frame that is named',
         'earns': f'how much of the error without it a part takes away; {EARNS:.0f} % earns its '
                  'place',
     }, [*found, correlation_table(points, truths)], [*skipped, *missing],
@@ -163,7 +169,7 @@ def evolutions(scenes, quick):
 def evolve(one):
     """Return a dict for each variant: profile, scene, name, error, fitness, milliseconds."""
     found, scene, pair = [], one.scene, one.scene.read()
-    for variant in PROFILES[one.profile]:
+    for variant in (variant for variant in PROFILES[one.profile] if variant.still):
         matcher = variant.matcher(one.profile, scene.disparities)
         matcher.warm_up(*pair.left.shape[:2])
         match = matcher.match(pair.left, pair.right)
@@ -172,6 +178,27 @@ def evolve(one):
                       'error': bad_percent(match.disparity, pair, scene.limit),
                       'fitness': float(population.fitness[population.best]),
                       'milliseconds': match.times['total']})
+    return found
+
+
+def lives(scenes, quick):
+    """Return an `Evolution` over frames for each scene of each profile of LIVED."""
+    return [Evolution(profile, scene, QUICK_FRAMES[-1] if quick else frames)
+            for profile, (_, frames, paths) in LIVED.items()
+            for scene in (scenes[:1] if quick else scenes) if quick or scene.path in paths]
+
+
+def live(one):
+    """Return a dict for each variant over frames: profile, scene, name, error, on."""
+    name, scene = LIVED[one.profile][0], one.scene
+    on = f'{name}: {STILL}, frame {one.frames}'
+    frames, found = window(scene, *KINDS[STILL], one.frames), []
+    for variant in (DEFAULT, *(one for one in PROFILES[one.profile] if not one.still)):
+        matcher = variant.matcher(name, scene.disparities, {'warm_start': True})
+        for pair in frames:
+            match = matcher.match(pair.left, pair.right)
+        found.append({'profile': one.profile, 'scene': scene.path, 'name': variant.name, 'on': on,
+                      'error': bad_percent(match.disparity, frames[-1], scene.limit)})
     return found
 
 
@@ -212,7 +239,7 @@ def balance_table(found):
                         profile, part, name, measured_on, len(figures), with_it, without, signed(
                             100 * (without - with_it) / without if without else 0.0)))
             if not chosen:
-                rows.append((profile, part, 'has none', *5 * [None]))
+                rows.append((profile, part, 'one chromosome: none to take away', *5 * [None]))
     return Table('What each part of each profile earns', (
         'profile', 'part', 'without it', 'on', 'scenes', 'error as it is [%]',
         'error without it [%]', 'earns [%]'), rows)

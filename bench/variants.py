@@ -87,6 +87,23 @@ class NoEvidence:
         """Reject nothing."""
 
 
+class BestInherited(Inheritance):
+    """The next frame gets the fittest chromosome alone, in all places of the population."""
+
+    def next_state(self, labels, confidence, own, config):
+        """Return the FrameState of the fittest."""
+        return super().next_state(labels, confidence, PaperState(own.genes[:1].copy()), config)
+
+
+class NothingHandedOn(Inheritance):
+    """Pictures are averaged, but no map is handed on: each frame begins with its own."""
+
+    def average(self, pool, state, camera):
+        """Average the pictures; return that no maps are inherited."""
+        super().average(pool, state, camera)
+        return False
+
+
 def describe_by_grey_classes(view, first, last):
     """
     Write the paper's three grey classes instead of census and gradient.
@@ -105,6 +122,7 @@ def describe_by_grey_classes(view, first, last):
 
 
 DEFAULT = Variant('as it is')
+NO_PREVIOUS_BEST = 'previous frames averaged, no previous best'
 NOT_FOLLOWED = 'previous frames, the camera is not followed'
 REALTIME = (
     DEFAULT,
@@ -117,7 +135,7 @@ REALTIME = (
     Variant('no vote of plain regions', stages=RealtimeStages(vote=None)),
     Variant('noise ignored', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
-    Variant('previous frames averaged, no previous best',
+    Variant(NO_PREVIOUS_BEST,
             stages=RealtimeStages(previous_best=WarmStart.no_prior, frames=NothingInherited),
             still=False, part='previous best'),
     Variant('previous frames averaged, no previous best as prior',
@@ -151,6 +169,8 @@ QUALITY = (
     Variant('no planes of tiles', stages=_quality_without('tiles')),
     Variant('no evidence asked for', stages=QualityStages(evidence=NoEvidence)),
     Variant('views judge each other at the start alone', stages=_quality_without('trust')),
+    Variant(NO_PREVIOUS_BEST, stages=QualityStages(inheritance=NothingHandedOn), still=False,
+            part='previous best'),
 )
 
 
@@ -196,24 +216,21 @@ ALONE = Variant(
 NO_CROSSOVER = Variant('no crossover: neither regions nor fusion',
                        stages=PaperStages(crossover=operators.copy_parents, fusion=None),
                        part='crossover')
+ONLY_BEST = Variant('only the best is handed on', stages=PaperStages(inheritance=BestInherited),
+                    still=False, part='population')
 NO_FUSION = Variant('no fusion', stages=PaperStages(fusion=None))
 LINE_CROSSOVER = Variant("the paper's line crossover, no fusion", stages=PaperStages(
     crossover=operators.cross_at_lines, fusion=None))
 NO_MUTATION = Variant('no mutation', stages=PaperStages(mutation=no_mutation), part='mutation')
-PAPER = DEFAULT, ALONE, NO_CROSSOVER, NO_MUTATION
+ON_A_PAIR = DEFAULT, ALONE, NO_CROSSOVER, NO_MUTATION
+PAPER = (*ON_A_PAIR, ONLY_BEST, Variant(
+    NO_PREVIOUS_BEST, stages=PaperStages(inheritance=NothingHandedOn), still=False,
+    part='previous best'))
 # The operators of the uniform reading, one exchanged at a time, at equal work: as many patches.
 PAPER_OPERATORS = (
-    *PAPER, NO_FUSION, LINE_CROSSOVER,
+    *ON_A_PAIR, NO_FUSION, LINE_CROSSOVER,
     Variant('no crossover of regions', stages=PaperStages(crossover=operators.copy_parents)),
     Variant('no selection', stages=PaperStages(selection=select_blindly)))
-
-
-class BestInherited(Inheritance):
-    """The next frame gets the fittest chromosome alone, in all places of the population."""
-
-    def next_state(self, labels, confidence, own, config):
-        """Return the FrameState of the fittest."""
-        return super().next_state(labels, confidence, PaperState(own.genes[:1].copy()), config)
 
 
 class InPlace(Inheritance):
@@ -242,7 +259,7 @@ class NotAveraged(Inheritance):
 # Of the profile paper_live over frames: 48 chromosomes mutate a frame, as two of four do 24 times.
 PAPER_OVER_FRAMES = (
     DEFAULT,
-    Variant('only the best is handed on', stages=PaperStages(inheritance=BestInherited)),
+    ONLY_BEST,
     Variant('population of 1', {'population': 1, 'generations': 48},
             PaperStages(crossover=operators.copy_parents, fusion=None)),
     Variant('population of 16', {'population': 16, 'generations': 5}),

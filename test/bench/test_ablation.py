@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every variant of the ablation changes the matcher; the correlation knows better from worse."""
 from bench import variants
+from bench.ablation import PROFILES
 from bench.truth import spearman
 from bench.variants import REALTIME
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -39,6 +40,17 @@ def test_without_mutation_no_operator_proposes_planes():
     variant, = (one for one in REALTIME if one.part == 'mutation')
     assert list(matched()[1].history[0].gains) == ['planes']
     assert not matched(variant.stages)[1].history[0].gains
+
+
+@pytest.mark.parametrize('profile', ['quality', 'paper'])
+def test_the_previous_best_is_taken_away_and_the_pictures_are_averaged(profile):
+    variant, = (one for one in PROFILES[profile] if one.name == variants.NO_PREVIOUS_BEST)
+    assert variant.part == 'previous best' and not variant.still
+    pair = known()
+    matcher = variant.matcher(profile, DISPARITIES, {'warm_start': True, 'generations': 1})
+    matches = [matcher.match(pair.left, pair.right) for _ in range(2)]
+    assert not matches[-1].warm
+    assert matcher.state.ages.max() > 1
 
 
 def test_the_correlation_is_one_where_fitter_is_better_and_minus_one_where_it_is_worse():
