@@ -3,7 +3,8 @@
 """
 Measure the node with a camera, and beside a plain node around OpenCV's 3WAY.
 
-Latency, rate, processor time, idle cost and memory; camera, node and listener are processes.
+Latency, rate, also of the paper's algorithm, processor time, idle cost and memory; camera, node
+and listener are processes.
 
 `python -m bench.live --output docs/benchmarks.md` writes its section.
 """
@@ -27,8 +28,11 @@ COMPARED = RATE, 2 * RATE                           # pairs/s, beside the plain 
 TURNS = 3           # runs of each of the two nodes
 CASES = ((640, 480, 64), (1280, 720, 128))          # columns, rows, disparities
 SMALL = 160, 120, 32                                # of the memory run
+EVOLVING, EVOLVED = 'paper_live', ((384, 288, 16), (450, 375, 60))      # a profile, its cases
 SETTLED = 3.0       # s at the most between the start of a node and a measurement
 COUNTED = ('pairs synchronised', 'pairs matched', 'pairs dropped', 'pairs rejected')
+RATED = ('live', 'pairs', 'matched', 'dropped', 'rejected', 'pairs/s', 'latency median [ms]',
+         '95th percentile [ms]', 'of a core [%]')   # columns of rate_row
 OURS = NODE,                                        # module and arguments of a node
 PROBED, PLAIN = (('bench.live.nodes', kind) for kind in ('probed', 'plain'))
 FAILED = 1
@@ -73,14 +77,22 @@ def measure(listener, process, seconds, published=True):
     return list(listener.ages), seconds_of(process) - used, time.monotonic() - started
 
 
-def live_row(case, seconds, log):
-    """Return the row of a case in the table of rate and latency."""
+def rate_row(case, seconds, log, *words):
+    """Return the row of a case in a table of rate and latency; words: arguments of the node."""
     columns, rows, disparities = case
-    with running(OURS, *case, RATE, log) as (listener, process):
+    with running(OURS, *case, RATE, log, *words) as (listener, process):
         listener.spin(min(SETTLED, seconds))
         before, started = listener.next_counts(), time.monotonic()
         ages, used, passed = measure(listener, process, seconds)
         after, counted = listener.next_counts(), time.monotonic() - started
+    counts = [after[name] - before[name] for name in COUNTED]
+    return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / counted,
+            *np.percentile(ages, (50, 95)).tolist(), 100 * used / passed)
+
+
+def live_row(case, seconds, log):
+    """Return the row of `rate_row`, and what a probe of the executor finds."""
+    row = rate_row(case, seconds, log)
     with running(PROBED, *case, RATE, log, '--param', 'threads:=1') as (listener, _):
         probed = []
         listener.node.create_subscription(
@@ -90,10 +102,7 @@ def live_row(case, seconds, log):
         listener.spin(seconds)
         listener.spin(until=lambda: probed)
         late, latest, beyond = zip(*probed)
-    counts = [after[name] - before[name] for name in COUNTED]
-    return (f'{columns}x{rows}, {disparities} disparities', *counts, counts[1] / counted,
-            *np.percentile(ages, (50, 95)).tolist(), 100 * used / passed,
-            max(latest), float(np.median(late)), float(np.nanmedian(beyond)))
+    return *row, max(latest), float(np.median(late)), float(np.nanmedian(beyond))
 
 
 def compared_rows(case, rate, seconds, log):
@@ -139,6 +148,8 @@ def run(arguments):
         with ros_environment() as log:
             cases = arguments.case or CASES
             rows = [live_row(case, arguments.seconds, log) for case in cases]
+            evolving = [rate_row(case, arguments.seconds, log, '--param', f'profile:={EVOLVING}')
+                        for case in arguments.case or EVOLVED]
             compared = [row for rate in COMPARED
                         for row in compared_rows(cases[0], rate, arguments.seconds, log)]
             memory, idle = memory_rows(arguments.frames, arguments.seconds, log)
@@ -153,12 +164,12 @@ def run(arguments):
          'measured': f'{arguments.seconds:g} s each; latency is from the stamp to the callback of '
                      'a subscriber of disparity in a third process'},
         [Table('Rate and latency', (
-            'live', 'pairs', 'matched', 'dropped', 'rejected', 'pairs/s', 'latency median [ms]',
-            '95th percentile [ms]', 'of a core [%]', 'latest turn of the executor [ms]',
-            '99th percentile [ms]', 'of a pair beyond its match [ms]'), rows,
+            *RATED, 'latest turn of the executor [ms]', '99th percentile [ms]',
+            'of a pair beyond its match [ms]'), rows,
             'The executor of another run, with one thread, is asked for a turn every 5 ms; what '
             'is shown is by how much it came late, at the latest and in the median second, and '
             'the processor time of a pair beyond its match, with these turns.'),
+         Table(f'Rate and latency of the profile {EVOLVING}', RATED, evolving),
          Table(f'Beside a plain node, at {cases[0][0]}x{cases[0][1]}, {cases[0][2]} disparities',
                ('beside', 'received/s', 'latency median [ms]', '95th percentile [ms]',
                 'oldest [ms]', 'of a core [%]', 'processor time of a pair [ms]'), compared,
