@@ -264,7 +264,7 @@ def test_kernels_with_checked_bounds_and_without_are_kept_apart(tmp_path, monkey
     folders = set()
     for checked in (None, 1, None):
         monkeypatch.setattr(numba.config, 'BOUNDSCHECK', checked)
-        folders.add(compiled.choose_folders().kept)
+        folders.add(compiled.choose_folders().writable)
     assert len(folders) == 2
 
 
@@ -281,15 +281,15 @@ def test_only_kernels_that_make_arrays_count_who_uses_one(allocates):
 
 def test_folders_not_used_for_long_are_removed_and_nothing_else(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
-    used = compiled.choose_folders().kept
+    used = compiled.choose_folders().writable
     others = [used.with_name(f'kernels_{number:016x}') for number in range(10)]
     foreign = used.with_name('unknown')
     for age, folder in enumerate([*others, foreign]):
         (folder / 'kernels').mkdir(parents=True)
         os.utime(folder, (age, age))
     os.utime(used, (0, 0))
-    assert compiled.choose_folders().kept == used
-    assert {*used.parent.iterdir()} == {used, *others[-compiled.KEPT + 1:], foreign}
+    assert compiled.choose_folders().writable == used
+    assert {*used.parent.iterdir()} == {used, *others[-compiled.MOST_FOLDERS + 1:], foreign}
 
 
 def test_all_kernels_are_compiled_by_one_module_and_depend_on_no_source_elsewhere():

@@ -7,7 +7,6 @@ There is a file for each kernel, signature and processor, in a folder named by a
 sources. Several processes read and write it at once without locks: two that write the same file
 write the same content.
 """
-from collections import deque
 from contextlib import contextmanager, suppress
 from functools import partial
 import gc
@@ -21,13 +20,13 @@ from typing import NamedTuple
 
 import numba
 from numba import types
-from numba.core.caching import IndexDataCacheFile, NullCache
+from numba.core.caching import IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.core.registry import CPUDispatcher
 
 NAME = 'fuzzy_stereo_ros'
-KEPT = 8        # folders in a place: of other sources, other versions of Python and numba
+MOST_FOLDERS = 8    # in a place: of other sources, other versions of Python and numba
 PROBE = bytes(1 << 16)      # a full disk still takes files without content
 SOURCES = Path(__file__).parent
 
@@ -36,52 +35,59 @@ class Folders(NamedTuple):
     """
     The folders of compiled kernels.
 
-    kept: a Path to write to, None where none is writable. readable: more Paths to read from.
+    writable: a Path to write to, None where there is none. readable: more Paths to read from.
     warning: a sentence on what the lack of a folder costs, '' where there is one.
     """
 
-    kept: Path | None
+    writable: Path | None
     readable: tuple
     warning: str
 
 
 def choose_folders():
     """
-    Return the Folders of this process; make the first one, and remove those long not used.
+    Return the Folders of this process; make the writable one, and remove those long not used.
 
     It is in NUMBA_CACHE_DIR, else beside the kernels, else in the user's cache. The others that
     cannot be written to are read.
     """
     wanted = [Path(numba.config.CACHE_DIR) / NAME] if numba.config.CACHE_DIR else []
-    places = [*wanted, SOURCES / '__pycache__', *_user_cache()]
-    name = folder_name()
-    folders = [place.absolute() / name for place in places]
+    named = os.environ.get('XDG_CACHE_HOME', '')
+    user = Path(named if os.path.isabs(named) else os.path.expanduser('~/.cache')) / NAME
+    places = [*wanted, SOURCES / '__pycache__', user]
+    # Without HOME and without a name in the system's list of users `~` remains.
+    folders = [place.absolute() / folder_name() for place in places if str(place)[0] != '~']
     readable = tuple(folder for folder in folders
                      if folder.is_dir() and not os.access(folder, os.W_OK))
     denied = []
-    for place, folder in zip(places, folders):
+    for folder in folders:
         try:
             make_folder(folder)
-            os.utime(folder)    # it is in use
         except OSError as error:
-            denied.append(f'{place}: {error.strerror}')
+            denied.append(f'{folder.parent}: {error.strerror}')
             continue
-        _remove_older(folder)
         return Folders(folder, readable, '' if not (wanted and denied) else
                        f'compiled kernels cannot be kept in NUMBA_CACHE_DIR ({denied[0]}): they '
-                       f'are kept in {place}')
-    warning = ('no folder for compiled kernels can be written to '
-               f"({', '.join(denied)}): they are compiled at each start, which takes up to 60 s; "
-               'set NUMBA_CACHE_DIR to a folder that can be')
-    return Folders(None, readable, warning)
+                       f'are kept in {folder.parent}')
+    return Folders(None, readable, (
+        f"no folder for compiled kernels can be written to ({', '.join(denied)}): they are "
+        'compiled at each start, which takes up to 60 s; set NUMBA_CACHE_DIR to a folder that '
+        'can be'))
 
 
 def make_folder(folder):
-    """Make a folder where there is none; OSError where nothing can be written to it."""
+    """Make a folder where there is none, and remove those not used for longest beside it."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder, buffering=0) as probe:
         if probe.write(PROBE) < len(PROBE):
             probe.write(PROBE)      # tells why
+    os.utime(folder)    # it is in use
+    ages = {}
+    for other in folder.parent.glob('kernels_*'):
+        with suppress(OSError):     # another process has removed it
+            ages[other] = -other.stat().st_mtime_ns
+    for other in sorted(ages, key=ages.get)[MOST_FOLDERS:]:
+        shutil.rmtree(other, ignore_errors=True)
 
 
 def folder_name():
@@ -95,42 +101,13 @@ def folder_name():
             f'{digest.hexdigest()[:16]}')
 
 
-def _user_cache():
-    """Return the user's cache for this package in a list, which is empty where there is none."""
-    named = os.environ.get('XDG_CACHE_HOME', '')
-    place = Path(named if os.path.isabs(named) else os.path.expanduser('~/.cache'))
-    # Without HOME and without a name in the system's list of users `~` remains.
-    return [place / NAME] if place.is_absolute() else []
-
-
-def _remove_older(folder):
-    """Remove all but the most recently used folders of kernels in a folder's parent."""
-    ages = {}
-    for other in folder.parent.glob('kernels_*'):
-        try:
-            ages[other] = -other.stat().st_mtime_ns
-        except OSError:
-            continue        # another process has removed it
-    for other in sorted(ages, key=ages.get)[KEPT:]:
-        shutil.rmtree(other, ignore_errors=True)
-
-
-_remarks, _noted, _prepare = deque(), set(), []
-
-
-def note(remark):
-    """Add a sentence to `remarks`, once in a process."""
-    if remark not in _noted:
-        _noted.add(remark)
-        _remarks.append(remark)
+_remarks, _prepare = {}, []     # sentences, and whether they were returned; what to call
 
 
 def remarks():
     """Return new sentences on kernels that could not be read or cached, each only once."""
-    new = []
-    with suppress(IndexError):
-        while True:
-            new.append(_remarks.popleft())
+    new = [remark for remark, told in list(_remarks.items()) if not told]
+    _remarks.update(dict.fromkeys(new, True))
     return new
 
 
@@ -145,52 +122,52 @@ def before_compiling(prepare):
             _prepare.remove(prepare)
 
 
-class KeptKernel(NullCache):
-    """numba's cache of one kernel; no error of a file or disk leaves it."""
+class KernelCache:
+    """
+    The cache of one kernel, as numba's dispatchers use it; no error of a file or disk leaves it.
+
+    cache_path: the folder that it is written to, or None
+    """
 
     def __init__(self, function, folders):
         """Cache the compiled forms of a Python function in Folders."""
         self._name = f'{function.__module__}.{function.__qualname__}'
-        self._folder, self._folders = folders.kept, folders
-
-    @property
-    def cache_path(self):
-        """The folder that it is written to, or None."""
-        return self._folder and str(self._folder)
+        self.cache_path, self._folders = folders.writable, folders
 
     def load_overload(self, signature, context):
         """Return the cached code of a signature, or None."""
         context.refresh()
         found = self._found(signature, context)
         if found is None:
-            if self._folder is None:
-                note(self._folders.warning)
+            if self.cache_path is None:
+                _remarks.setdefault(self._folders.warning, False)
             if _prepare:
                 _prepare.pop()()
                 found = self._found(signature, context)
         return found
 
     def save_overload(self, signature, compiled):
-        """Cache the code of a signature, or note why that cannot be done."""
-        if self._folder is None or compiled.library.has_dynamic_globals:
+        """Cache the code of a signature, or remark why that cannot be done."""
+        if self.cache_path is None or compiled.library.has_dynamic_globals:
             return
-        file = self._file(self._folder, signature, compiled.codegen)
+        file = self._file(self.cache_path, signature, compiled.codegen)
         try:
             file.flush()        # what is there may be damaged
             file.save(signature, compiled._reduce())
         except OSError as error:
-            note(f'compiled kernels can no longer be kept in {self._folder} ({error.strerror}): '
-                 'those that are not there are compiled at each start; make room, or set '
-                 'NUMBA_CACHE_DIR to another folder')
+            _remarks.setdefault(
+                f'compiled kernels can no longer be kept in {self.cache_path} ({error.strerror}): '
+                'those that are not there are compiled at each start; make room, or set '
+                'NUMBA_CACHE_DIR to another folder', False)
 
     def _found(self, signature, context):
         """Return the cached code of a signature for this processor, or None."""
-        for folder in filter(None, (self._folder, *self._folders.readable)):
+        for folder in filter(None, (self.cache_path, *self._folders.readable)):
             # Whatever is there and damaged is compiled and replaced; it may raise anything.
             with suppress(Exception):
-                kept = self._file(folder, signature, context.codegen()).load(signature)
-                if kept is not None:
-                    return CompileResult._rebuild(context, *kept)
+                cached = self._file(folder, signature, context.codegen()).load(signature)
+                if cached is not None:
+                    return CompileResult._rebuild(context, *cached)
         return None
 
     def _file(self, folder, signature, codegen):
@@ -201,9 +178,9 @@ class KeptKernel(NullCache):
 
 
 _folders = choose_folders()
-FOLDER = _folders.kept
+FOLDER = _folders.writable
 if _folders.warning and (FOLDER or not _folders.readable):      # else what is read may suffice
-    note(_folders.warning)
+    _remarks[_folders.warning] = False
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -272,7 +249,7 @@ def kernel(function=None, **options):
     dispatcher = _Kernel(function, nogil=True, **options)
     # Not numba's public interface, whose caches do not know of changes in the kernels that a
     # kernel calls, read no folder that cannot be written to, and let errors of disks out.
-    dispatcher._cache = KeptKernel(function, _folders)
+    dispatcher._cache = KernelCache(function, _folders)
     return dispatcher
 
 
