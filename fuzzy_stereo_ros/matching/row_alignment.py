@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.possibility.row_shift import shift_rows
+from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import shift_rows
 from fuzzy_stereo_ros.matching.row_offsets import (
     CERTAIN, corner_offsets, feature_offsets, FEWEST, misalignment_of, normalised_half,
     PAIRS_OF_SWING, PLACES, terms_at)

@@ -13,7 +13,7 @@ yaw, by which rows converge to one side.
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.kernels.possibility.feature_matches import nearest_features
+from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import nearest_features
 import numpy as np
 
 LIMIT = 0.5         # px of misalignment; more impairs matching

@@ -8,15 +8,13 @@ genes of its place in the previous frame: in tiles that stayed or moved with the
 averaging has found, or by the motion of the camera; all other cells are new.
 """
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.genetic.inheritance import inherit, NEW, origins_of_tiles
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.over_frames.averaging import (
     ANOTHER, Averaging, History, STILL)
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY, numbers
-from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
-from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, Picture
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate, Picture
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
 
@@ -130,7 +128,7 @@ class Inheritance:
             for tiles, origins in zip(averaging.tiles, self._origins):
                 young = np.repeat(tiles.ages < self._least_age, TILE, axis=1)
                 for row, line in enumerate(origins):
-                    line[young[row // TILE, :line.size]] = NEW
+                    line[young[row // TILE, :line.size]] = warp.NEW
         return True
 
     def _find_origins(self, maps, followed):
@@ -150,12 +148,12 @@ class Inheritance:
             return
         self._scales = [IN_PLACE] * len(self._origins)
         for tiles, origins, shift in zip(averaging.tiles, self._origins, averaging.shifts[:, 1]):
-            origins_of_tiles(tiles.choices, *shift, origins)
+            warp.origins_of_tiles(tiles.choices, *shift, origins)
 
     @property
     def unseen(self):
         """The share of the cells that are new, in the view that has most of them."""
-        return max(float(np.mean(origins == NEW)) for origins in self._origins)
+        return max(float(np.mean(origins == warp.NEW)) for origins in self._origins)
 
     def inherit(self, before, fresh, genes, side=0):
         """
@@ -165,8 +163,8 @@ class Inheritance:
         (R, C), written, whole numbers or float32; side: 1 for the mirrored right view
         """
         rounding = 0.0 if genes.dtype == np.float32 else 0.5
-        inherit(before, self._origins[side], self._lowest, self._scales[side], self._highest,
-                rounding, fresh, genes)
+        warp.inherit(before, self._origins[side], self._lowest, self._scales[side],
+                     self._highest, rounding, fresh, genes)
 
     def next_state(self, labels, confidence, own, config):
         """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nearest features of two images among those that a rectified pair allows."""
 import cv2
-from fuzzy_stereo_ros.matching.kernels.possibility.feature_matches import nearest_features
+from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import nearest_features
 from hypothesis import given, settings, strategies as st
 import numpy as np
 

@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.kernels.genetic.inheritance import inherit, origins_of_tiles
+from fuzzy_stereo_ros.matching.kernels.temporal.warp import inherit, origins_of_tiles
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.over_frames import camera_motion
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.segments import number_regions
-from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
+from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.plain_regions import (
     BURNT, CLIP, LEAST_CLIP, PLAIN, PlainRegions)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
-from fuzzy_stereo_ros.matching.kernels.possibility.row_shift import shift_rows
+from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import shift_rows
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows, STEP
 from fuzzy_stereo_ros.matching.row_offsets import terms_at

@@ -6,8 +6,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
-from fuzzy_stereo_ros.matching.over_frames.noise import NoiseEstimate
-from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
+from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture, extra_columns, FULL_SIZE
 from fuzzy_stereo_ros.matching.realtime.views import Views

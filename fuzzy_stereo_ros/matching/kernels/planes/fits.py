@@ -46,6 +46,32 @@ def random_plane(points, first, number, key, count):
     return abs(a) <= _STEEPEST and abs(b) <= _STEEPEST, a, b, d - a * x - b * y
 
 
+@inlined
+def least_squares(points, first, last, slope, fall, offset, limit, x0, y0, d0):
+    """
+    Return the number of points within a limit of a plane, and their plane of least squares.
+
+    points: float32 (3, N), x, y and disparity, of which first .. last - 1 count; x0, y0, d0: a
+    point among them, from which they are measured
+    """
+    s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
+    for place in range(first, last):
+        x, y, d = points[0, place], points[1, place], points[2, place]
+        if abs(slope * x + fall * y + offset - d) < limit:
+            right, down, more = np.float64(x) - x0, np.float64(y) - y0, np.float64(d) - d0
+            s += 1
+            sx += right
+            sy += down
+            sxx += right * right
+            sxy += right * down
+            syy += down * down
+            sd += more
+            sxd += right * more
+            syd += down * more
+    a, b, c = solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
+    return s, a, b, c + d0 - a * x0 - b * y0
+
+
 @kernel
 def local_planes(disparities, colours, radius, by_colour, limit, growth, planes, first, last):
     """
@@ -140,28 +166,11 @@ def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, poin
                 agreeing += abs(a * x[place] + b * y[place] + c - d[place]) < limit
             if agreeing > most:
                 most, slope, fall, offset = agreeing, a, b, c
-        s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
-        for place in range(number):
-            if abs(slope * x[place] + fall * y[place] + offset
-                   - d[place]) < np.float32(1.5) * limit:
-                right, down, more = (np.float64(x[place]) - middle_x,
-                                     np.float64(y[place]) - middle_y,
-                                     np.float64(d[place]) - middle)
-                s += 1
-                sx += right
-                sy += down
-                sxx += right * right
-                sxy += right * down
-                syy += down * down
-                sd += more
-                sxd += right * more
-                syd += down * more
+        agreeing, a, b, c = least_squares(points, 0, number, slope, fall, offset,
+                                          np.float32(1.5) * limit, middle_x, middle_y, middle)
         planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
-        if s >= LEAST:
-            fitted = solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
-            planes[region, 0], planes[region, 1] = fitted[0], fitted[1]
-            planes[region, 2] = (fitted[2] + middle - fitted[0] * middle_x
-                                 - fitted[1] * middle_y)
+        if agreeing >= LEAST:
+            planes[region, 0], planes[region, 1], planes[region, 2] = a, b, c
 
 
 @kernel

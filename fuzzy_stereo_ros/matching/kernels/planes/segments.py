@@ -9,7 +9,7 @@ edges are sorted, and noise joins no regions across an edge. Their coordinates a
 half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, random_plane, solve
+from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, least_squares, random_plane
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
@@ -253,28 +253,6 @@ def _agreeing(points, first, last, slope, fall, offset, limit):
     return number
 
 
-@inlined
-def _fitted(points, first, last, slope, fall, offset, limit):
-    """Return the plane of least squares of the points within a limit of a plane."""
-    x0, y0, d0 = points[0, first], points[1, first], points[2, first]
-    s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
-    for place in range(first, last):
-        x, y, d = points[0, place], points[1, place], points[2, place]
-        if abs(slope * x + fall * y + offset - d) < limit:
-            right, down, more = np.float64(x - x0), np.float64(y - y0), np.float64(d - d0)
-            s += 1
-            sx += right
-            sy += down
-            sxx += right * right
-            sxy += right * down
-            syy += down * down
-            sd += more
-            sxd += right * more
-            syd += down * more
-    a, b, c = solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
-    return np.float32(a), np.float32(b), np.float32(c + d0 - a * x0 - b * y0)
-
-
 @kernel
 def fit_planes(points, starts, rounds, limit, share, key, planes, begin, end):
     """
@@ -306,8 +284,10 @@ def fit_planes(points, starts, rounds, limit, share, key, planes, begin, end):
                     break
         if most >= LEAST:
             for _ in range(_REFITS):
-                slope, fall, offset = _fitted(points, first, last, slope, fall, offset,
-                                              np.float32(1.5) * limit)
+                _, a, b, c = least_squares(
+                    points, first, last, slope, fall, offset, np.float32(1.5) * limit,
+                    points[0, first], points[1, first], points[2, first])
+                slope, fall, offset = np.float32(a), np.float32(b), np.float32(c)
             agreeing = _agreeing(points, first, last, slope, fall, offset, np.float32(1))
             if agreeing >= share * number:
                 planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Warp a map by the motion of the camera, and compare the census of a point in two frames.
+Warp a map by the motion of the camera, compare the census of a point in two frames, inherit genes.
 
 Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A matrix P (3, 4) is a tuple of 12
 numbers: P (column, row, 1, d) = s (column', row', 1) of the other frame, and d' = d / s. Labels
@@ -10,6 +10,7 @@ are disparities minus `lowest`.
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
+from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 import numpy as np
 
@@ -17,6 +18,7 @@ NOTHING = -1.0      # label of a cell that nothing moved to
 UNSEEN = 12         # census distance to a place outside the image: that of unrelated pixels
 FARTHEST = 0.3      # px of disparity; points with less are not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
+NEW = -1            # origin of a cell that the previous frame did not show
 BEHIND = 0.05       # least new distance of a point, as a share of its old one
 
 
@@ -252,3 +254,48 @@ def look_back(labels, lowest, matrix, shift, of_right, across, down, first, last
                 if of_right:
                     there -= (label + lowest) * nearness - lowest + shift
                 across[row, column], down[row, column] = there, here
+
+
+@kernel
+def origins_of_tiles(choices, down, right, origins):
+    """
+    Write where each cell was, row * columns + column, or NEW.
+
+    choices: int8 (tile rows, tile columns), 0 where a tile stayed, 1 where it moved down and to
+    the right, below 0 where it changed; origins: int32 (R, C)
+    """
+    rows, columns = origins.shape
+    for row in range(rows):
+        for column in range(columns):
+            choice = choices[row // TILE, column // TILE]
+            then = row - down if choice > 0 else row
+            place = column - right if choice > 0 else column
+            inside = choice >= 0 and 0 <= then < rows and 0 <= place < columns
+            origins[row, column] = then * columns + place if inside else NEW
+
+
+@kernel
+def inherit(before, origins, lowest, scale, highest, rounding, fresh, genes):
+    """
+    Write a chromosome: the genes of the previous one where they were, new ones elsewhere.
+
+    before: uint16 or float32 (R, C); origins: int32 (R, C); lowest: px, the disparity of gene 0;
+    scale: (a, b, c, d), the disparity of a point becomes that by a * column + b * row + c + d *
+    disparity; highest: the last gene; rounding: is added to genes; fresh: (R, C), genes of NEW
+    cells; genes: (R, C), written; both of the type of `before`
+    """
+    rows, columns = origins.shape
+    across, down, constant, by_disparity = scale
+    flat = before.reshape(-1)
+    for row in range(rows):
+        for column in range(columns):
+            origin = np.int64(origins[row, column])
+            if origin < 0:
+                genes[row, column] = fresh[row, column]
+                continue
+            gene = flat[origin]
+            disparity = np.float64(gene) + lowest
+            distance = (across * (origin % columns) + down * (origin // columns) + constant
+                        + by_disparity * disparity)
+            moved = disparity / max(distance, BEHIND) - lowest
+            genes[row, column] = min(max(moved + rounding, 0.0), highest)
