@@ -4,8 +4,9 @@
 By what more cores than there are would make a frame faster.
 
 A computer of many cores is reckoned: the parts of each join, timed one after the other in one
-thread, go in their order to the core that is free first; what lies between joins stays in one
-thread, and each join costs what it costs here with two threads.
+thread, go in their order to the core that is free first, and wait there for the parts that they
+need; what lies between joins stays in one thread, and each join costs what it costs here with two
+threads.
 """
 from functools import partial
 from heapq import heapreplace
@@ -29,7 +30,8 @@ class TimedPool(ThreadPool):
     """
     A pool of one thread.
 
-    joins: [[ms]], the processor time of each part of each call of `each`
+    joins: [[(ms, need)]], of each part of each call of `each`: its processor time, and how many of
+    the first parts it needs
     """
 
     def __init__(self):
@@ -37,7 +39,7 @@ class TimedPool(ThreadPool):
         super().__init__(1)
         self.joins = []
 
-    def each(self, work, items):
+    def each(self, work, items, needs=None):
         """Work as ThreadPool does, and time each item."""
         times = []
 
@@ -46,26 +48,37 @@ class TimedPool(ThreadPool):
             work(item)
             times.append(1000 * (time.thread_time() - begun))
         super().each(timed, items)
-        self.joins.append(times)
+        self.joins.append(list(zip(times, needs or [0] * len(times))))
 
 
-def scheduled(times, cores):
-    """Return when the last of some parts ends, each of which the first free core takes: ms."""
-    ends = [0.0] * cores
-    for milliseconds in times:
-        heapreplace(ends, ends[0] + milliseconds)
-    return max(ends)
+def scheduled(parts, cores):
+    """
+    Return when the last of some parts ends, each of which the first free core takes: ms.
+
+    parts: [(ms, need)]; a part begins once the first `need` parts have ended
+    """
+    free, ended = [0.0] * cores, [0.0]      # when cores are; when all of the first parts have
+    for milliseconds, need in parts:
+        end = max(free[0], ended[need]) + milliseconds
+        heapreplace(free, end)
+        ended.append(max(ended[-1], end))
+    return ended[-1]
 
 
 def speed_up(joins, alone, cores, cost):
     """
     Return by what a number of cores makes a frame faster.
 
-    joins: [[ms]], parts of each join; alone: ms between the joins; cost: ms of a join of several
-    parts
+    joins: [[(ms, need)]], parts of each join; alone: ms between the joins; cost: ms of a join of
+    several parts
     """
-    shared = sum(scheduled(times, cores) + cost * (len(times) > 1) for times in joins)
-    return (alone + sum(map(sum, joins))) / (alone + shared)
+    shared = sum(scheduled(parts, cores) + cost * (len(parts) > 1) for parts in joins)
+    return (alone + _sum(joins)) / (alone + shared)
+
+
+def _sum(joins):
+    """Return what the parts of joins take together: ms."""
+    return sum(milliseconds for parts in joins for milliseconds, _ in parts)
 
 
 def cost_of_a_join():
@@ -97,7 +110,8 @@ def cores_table(sizes, profiles):
     return Table.of(
         'Cores, reckoned', pd.DataFrame(found).T,
         'Cold frames, on a rig whose rows fit. The parts of each join, timed in one thread, go in '
-        'their order to the core that is free first; what is alone stays in one thread. Joins: '
+        'their order to the core that is free first, and wait there for the parts that they need; '
+        'what is alone stays in one thread. Joins: '
         f'those of several parts; one costs {cost:.3f} ms, as measured here with two threads. '
         'Memory that cores share, and other programs, are not reckoned. OpenCV cuts 3WAY into '
         'four stripes: it is at most 4 times as fast.')
@@ -113,9 +127,9 @@ def reckon(matcher, frames, cost):
         pool.joins.clear()
         begun = time.thread_time()
         matcher.match(*frames[number % len(frames)])
-        parts = sum(map(sum, pool.joins))
+        parts = _sum(pool.joins)
         alone = 1000 * (time.thread_time() - begun) - parts
-        several = [len(times) for times in pool.joins if len(times) > 1]
+        several = [len(join) for join in pool.joins if len(join) > 1]
         found.append({'joins': len(several), 'parts of a join, median': np.median(several or [1]),
                       'alone [% of a frame]': 100 * alone / (alone + parts),
                       **{f'{cores} cores, faster by': speed_up(pool.joins, alone, cores, cost)

@@ -6,7 +6,7 @@ import ctypes
 import os
 from queue import SimpleQueue
 import sys
-from threading import Thread
+from threading import Condition, Thread
 import time
 from weakref import finalize
 
@@ -82,8 +82,15 @@ class ThreadPool:
         self.places = HelperPlaces()
         self._end = finalize(self, _end, self._queues)
 
-    def each(self, work, items):
-        """Call work(item) for every item and return when all are done; errors are raised here."""
+    def each(self, work, items, needs=None):
+        """
+        Call work(item) for every item and return when all are done; errors are raised here.
+
+        needs: for each item, how many of the first items must be done before it begins, all of
+        which come before it; None if the items are independent
+        """
+        if needs is not None:
+            work, items = _Ordered(work, items, needs), range(len(items))
         begun, worked, left = time.perf_counter(), time.thread_time(), len(items)
         rest, done = iter(items), SimpleQueue()
         helpers = min(self.threads, left) - 1
@@ -134,6 +141,41 @@ class ThreadPool:
         self._end()
         for helper in self._helpers:
             helper.join()
+
+
+class _Ordered:
+    """
+    The work of items that need earlier ones, called with an item's index.
+
+    Threads take items in their order, so that what an item waits for is being done.
+    """
+
+    def __init__(self, work, items, needs):
+        """Take what `each` takes."""
+        self._work, self._items, self._needs = work, items, needs
+        self._done, self._first, self._waiting = bytearray(len(items)), 0, 0
+        self._changed = Condition()
+
+    def __call__(self, index):
+        if not self._may_begin(index):
+            with self._changed:
+                self._waiting += 1      # first: an item that ends now either is seen or sees this
+                self._changed.wait_for(lambda: self._may_begin(index))
+                self._waiting -= 1
+        try:
+            self._work(self._items[index])
+        finally:        # after an error nobody may wait for ever
+            self._done[index] = 1
+            if self._waiting:
+                with self._changed:
+                    self._changed.notify_all()
+
+    def _may_begin(self, index):
+        """Return whether what an item needs is done."""
+        if self._needs[index] > self._first:
+            first = self._done.find(0, self._first)
+            self._first = len(self._done) if first < 0 else first
+        return self._needs[index] <= self._first
 
 
 def widened(band, reach, rows):

@@ -5,21 +5,34 @@ from bench.cores import scheduled, speed_up, TimedPool
 import pytest
 
 
+def independent(*times):
+    return [(milliseconds, 0) for milliseconds in times]
+
+
 @pytest.mark.parametrize('times, cores, ends', [
     ([3, 1, 1, 1], 2, 3), ([1, 1, 1, 3], 2, 4), ([1, 1, 1, 3], 4, 3), ([2, 2], 1, 4), ([], 4, 0)])
 def test_a_part_is_done_by_the_core_that_is_free_first(times, cores, ends):
-    assert scheduled(times, cores) == ends
+    assert scheduled(independent(*times), cores) == ends
+
+
+@pytest.mark.parametrize('parts, cores, ends', [
+    ([(1, 0), (3, 0), (1, 1), (1, 2)], 2, 4), ([(1, 0), (3, 0), (1, 1), (1, 2)], 1, 6),
+    ([(1, 0), (1, 1), (1, 2)], 8, 3), ([(1, 0), (4, 0), (1, 2), (1, 0)], 2, 5)])
+def test_a_part_waits_on_its_core_for_the_first_ones_that_it_needs(parts, cores, ends):
+    assert scheduled(parts, cores) == ends
 
 
 def test_what_is_alone_and_the_cost_of_joins_limit_the_speed_up():
-    assert speed_up([[2, 2], [4]], 2, 1, 0) == 1
-    assert speed_up([[2, 2], [4]], 2, 2, 0) == 10 / 8
-    assert speed_up([[2, 2], [4]], 2, 16, 2) == 1
+    joins = [independent(2, 2), independent(4)]
+    assert speed_up(joins, 2, 1, 0) == 1
+    assert speed_up(joins, 2, 2, 0) == 10 / 8
+    assert speed_up(joins, 2, 16, 2) == 1
 
 
 def test_a_timed_pool_notes_the_parts_of_each_join():
     pool, done = TimedPool(), []
     pool.each(done.append, 'ab')
-    pool.each(lambda item: sum(range(10000)), range(3))
-    assert done == ['a', 'b'] and [len(times) for times in pool.joins] == [2, 3]
-    assert min(pool.joins[1]) > 0
+    pool.each(lambda item: sum(range(10000)), range(3), [0, 0, 2])
+    assert done == ['a', 'b'] and [len(parts) for parts in pool.joins] == [2, 3]
+    assert [need for _, need in pool.joins[1]] == [0, 0, 2]
+    assert min(pool.joins[1])[0] > 0

@@ -28,7 +28,7 @@ SHIFT = 448          # bytes
 OVERLAP = 16         # rows by which paths from below start early
 PART = 16            # rows that a thread begins at a time
 GROW, MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
-STEP = 4 << 20       # bytes of costs that are begun in a step, if it has several rows of tiles
+STEP = 4 << 20       # bytes of costs of the rows of tiles that are completed at a time, if several
 
 
 def gene_type(disparities):
@@ -85,8 +85,8 @@ class Scanlines:
         row = columns * LANES * self.most_blocks + PAGE
         strip = min(tile, rows) * row
         at_a_time = min(max(STEP // strip, 1), tiles[0])
-        self._steps = self._cut(rows, *tiles, at_a_time)
-        kept = min(2 * at_a_time + -(-OVERLAP // tile), tiles[0])
+        kept = min(2 * at_a_time + -(-(OVERLAP + PART - 1) // tile), tiles[0])
+        self._items, self._needs = self._cut(rows, *tiles, at_a_time, kept)
         self._numbers = {'strip': strip, 'kept': kept, 'chain': LANES * self.most_blocks,
                          'words': columns + LANES}
         self._shared, self._shared_memory = _placed(
@@ -117,8 +117,7 @@ class Scanlines:
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._search = tuple(self.search_by(*self._priors))
         self._reserve(pool.threads)
-        for items in self._steps:
-            pool.each(self._work, items)
+        pool.each(self._work, self._items, self._needs)
         return self.chosen
 
     def finish(self, band):
@@ -134,24 +133,31 @@ class Scanlines:
         finally:
             self._free.append(scratch)
 
-    def _cut(self, rows, tile_rows, tile_columns, at_a_time):
+    def _cut(self, rows, tile_rows, tile_columns, at_a_time, kept):
         """
-        Return the steps of a search, each a list of items that are independent of each other.
+        Return the items of a search, and how many of the first items each needs, see `each`.
 
-        An item is a function, called with the Search, a Scratch and the rest of it. A step
-        completes the rows of tiles below which OVERLAP rows are begun, while they are in the
-        cache, and begins as many more.
+        An item is a function, called with the Search, a Scratch and the rest of it. Some rows of
+        tiles are completed, column by column, while the next ones are begun: what is completed is
+        still in the cache, and hardly any item waits for those just before it.
         """
-        steps, begun, done = [], 0, 0
-        while done < tile_rows:
-            end = tile_rows if begun == rows else max(begun - OVERLAP, 0) // self.tile
-            first, begun = begun, min((end + at_a_time) * self.tile + OVERLAP, rows)
-            steps.append([
-                *((self._complete, tile, done, end)
-                  for tile in range(tile_columns) if end > done),
-                *((across, top, min(top + PART, begun)) for top in range(first, begun, PART))])
-            done = end
-        return steps
+        parts = [(top, min(top + PART, rows)) for top in range(0, rows, PART)]
+        ends = *range(at_a_time, tile_rows, at_a_time), tile_rows
+        items, needs, begun, done, before = [], [], 0, 0, 0
+        completed = [0] * tile_rows     # after how many items
+        for end, ahead in zip((0, *ends), (*ends, tile_rows)):
+            first, begun = begun, -(-min(ahead * self.tile + OVERLAP, rows) // PART)
+            for part in parts[first:begun]:
+                overwritten = (part[1] - 1) // self.tile - kept
+                items.append((across, *part))
+                needs.append(completed[overwritten] if overwritten >= 0 else 0)
+            start = len(items)
+            if end > done:
+                items += ((self._complete, tile, done, end) for tile in range(tile_columns))
+                needs += (before + (tile + 1 if done > 0 else 0) for tile in range(tile_columns))
+            completed[done:end] = [len(items)] * (end - done)
+            done, before = end, start
+        return items, needs
 
     def _complete(self, search, scratch, tile, first, last):
         """Choose the labels of a column of tiles in the rows of tiles first .. last - 1."""

@@ -217,6 +217,47 @@ def test_more_helpers_than_items_are_not_started():
     pool.close()
 
 
+@pytest.mark.parametrize('threads', [1, 2, 5])
+@given(st.lists(st.floats(0, 1), max_size=60))
+def test_an_item_begins_once_the_items_it_needs_are_done(threads, shares):
+    needs = [round(share * index) for index, share in enumerate(shares)]
+    pool, done = ThreadPool(threads), set()
+
+    def work(item):
+        assert done.issuperset(range(needs[item - 100]))
+        done.add(item - 100)
+    pool.each(work, range(100, 100 + len(needs)), needs)
+    pool.close()
+    assert done == set(range(len(needs)))
+
+
+def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
+    pool, done, third = ThreadPool(2), [], threading.Event()
+
+    def work(item):
+        if item == 0:
+            assert third.wait(20)       # which the other thread does meanwhile
+        if item == 2:
+            third.set()
+        done.append(item)
+    pool.each(work, range(4), [0, 0, 0, 3])
+    pool.close()
+    assert done[2:] == [0, 3]
+
+
+def test_nobody_waits_for_ever_for_an_item_of_a_helper_that_fails():
+    pool, both, caller = ThreadPool(2), threading.Barrier(2, timeout=20), threading.get_ident()
+
+    def work(item):
+        if item < 2:
+            both.wait()
+            if threading.get_ident() != caller:
+                raise ZeroDivisionError
+    with pytest.raises(ZeroDivisionError):
+        pool.each(work, range(3), [0, 0, 2])
+    pool.close()
+
+
 @pytest.mark.parametrize('threads', [1, 2])
 def test_an_error_of_the_work_is_raised(threads):
     pool = ThreadPool(threads)

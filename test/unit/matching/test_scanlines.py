@@ -261,26 +261,27 @@ def test_three_threads_at_both_sizes_are_those_of_the_twin(step_size, model):
 
 
 @pytest.mark.parametrize('rows, tile', [(480, 64), (31, 64), (100, 20), (64, 1), (97, 16)])
-def test_items_begin_and_complete_each_row_of_tiles_once_and_after_those_it_needs(
+def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_takes(
         step_size, rows, tile):
     made = Scanlines(seen(*small_pair(rows, 130), 5), tile)
-    begun, done, completed = 0, 0, {}
-    for items in made._steps:
-        before = begun
-        for work, *place in items:
-            if work == made._complete:
-                column, first, last = place
-                assert first == completed.get(column, 0)
-                assert before >= min(tile * last + OVERLAP, rows)
-                completed[column] = last
-            else:
-                assert place[0] == begun
-                begun = place[1]
-        kept = tile * made._numbers['kept']
-        assert begun - tile * done <= kept
-        done = min(completed.values(), default=0)
-    assert begun == rows
-    assert completed == dict.fromkeys(range(-(-130 // tile)), -(-rows // tile))
+    tiles, kept = -(-130 // tile), made._numbers['kept']
+    begun, completed = [0], [[0] * tiles]     # rows, and rows of tiles, after each item
+    for index, (work, *place) in enumerate(made._items):
+        need = made._needs[index]
+        assert need <= index
+        after = completed[-1].copy()
+        if work == made._complete:
+            column, first, last = place
+            assert begun[need] >= min(tile * last + OVERLAP, rows)
+            assert first == completed[-1][column] == completed[need][column]
+            after[column] = last
+        else:
+            assert place[0] == begun[-1]
+            assert (place[1] - 1) // tile - min(completed[need]) < kept
+        begun.append(begun[-1] if work == made._complete else place[1])
+        completed.append(after)
+    assert begun[-1] == rows
+    assert completed[-1] == [-(-rows // tile)] * tiles
 
 
 @pytest.mark.parametrize('disparities', [40, 300])
