@@ -34,7 +34,7 @@ SIZES = ((480, 640, 64), (720, 1280, 128), (240, 320, 32))     # rows, columns, 
 QUICK_SIZES = ((48, 80, 16), (72, 128, 32))
 GROWING = ((240, 320, 32), (375, 450, 60), *SIZES[:1], (540, 960, 96), SIZES[1],
            (1080, 1920, 192), (1440, 2560, 256))
-GROWING_REPEATS = 3
+GROWING_REPEATS = 9
 THREADS = (1, 2)
 FRAMES = 4
 NOISE = 1.5  # grey levels, fresh in every frame

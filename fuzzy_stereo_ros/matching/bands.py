@@ -11,7 +11,7 @@ import time
 from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
-_WINDOW = 64        # calls, about two frames, over which the pace of a placement is measured
+_WINDOW = 64        # calls, about three frames, over which the pace of a placement is measured
 _PROBE = 8          # windows after which the other placement is tried again,
 _RAREST = 64        # doubled after each try that lost, up to this number
 _SLOW = 1.25        # factor over the best pace from which the other placement is tried
