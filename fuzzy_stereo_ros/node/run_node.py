@@ -45,10 +45,30 @@ docs/node.md and docs/parameters.md describe them.
 
 def run_node(node_type, arguments):
     """
+    Spin a node as `spin_until_signal` does, or print the help; return the exit code.
+
+    arguments: of the process; the first is its name.
+    """
+    try:
+        unknown = remove_ros_args(arguments)[1:]
+    except (ValueError, RuntimeError) as error:
+        return _reject(arguments, error)
+    if {'-h', '--help'} & set(unknown):
+        sys.stdout.write(HELP.format(name=Path(arguments[0]).stem))
+        return 0
+    if unknown:
+        return _reject(arguments, f"unrecognized arguments: {' '.join(unknown)}; a parameter is "
+                       'given by --ros-args -p NAME:=VALUE, and --help says more')
+    return spin_until_signal(node_type, arguments)
+
+
+def spin_until_signal(node_type, arguments):
+    """
     Spin a node until SIGINT or SIGTERM; return the exit code.
 
     node_type: called without arguments; its destroy_node() returns whether all threads have
-    ended. arguments: of the process; the first is its name.
+    ended, its exit_code is what a clean end returns. arguments: of the process; the first is its
+    name.
     """
     node, code, signals = None, 0, []
     # A signal shuts ROS down, which ends the spinning; it must not raise KeyboardInterrupt as
@@ -56,17 +76,10 @@ def run_node(node_type, arguments):
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, frame: signals.append(number))
     try:
-        unknown = remove_ros_args(arguments)[1:]
-        if {'-h', '--help'} & set(unknown):
-            sys.stdout.write(HELP.format(name=Path(arguments[0]).stem))
-            return 0
-        if unknown:
-            raise ValueError(f"unrecognized arguments: {' '.join(unknown)}; a parameter is given "
-                             'by --ros-args -p NAME:=VALUE, and --help says more')
-        arguments, warning = log_arguments(arguments)
-        rclpy.init(args=arguments)
+        ros_arguments, warning = log_arguments(arguments)
+        rclpy.init(args=ros_arguments)
     except (ValueError, RuntimeError) as error:
-        return _reject(error)
+        return _reject(arguments, error)
     try:
         # Before the node, which takes a while: an executor made after a signal prints a
         # traceback. rclpy's EventsExecutor saves a millisecond a pair, but with rclpy 7.1 one
@@ -87,7 +100,7 @@ def run_node(node_type, arguments):
         if rclpy.ok():
             if node is not None or not isinstance(error, REJECTIONS):
                 raise
-            code = _reject(error)
+            code = _reject(arguments, error)
     ended = True
     if node is not None:
         code = max(code, node.exit_code)
@@ -121,6 +134,6 @@ def log_arguments(arguments):
         'ROS_LOG_DIR to another folder')
 
 
-def _reject(error):
-    sys.stderr.write(f'disparity_node cannot start: {error}\n')
+def _reject(arguments, error):
+    sys.stderr.write(f'{Path(arguments[0]).stem} cannot start: {error}\n')
     return BAD_INPUT

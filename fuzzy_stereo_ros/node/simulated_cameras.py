@@ -7,16 +7,14 @@ from itertools import cycle
 import sys
 
 import cv2
-from fuzzy_stereo_ros.node.run_node import log_arguments
+from fuzzy_stereo_ros.node.run_node import spin_until_signal
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration, rectified_cameras
 from fuzzy_stereo_ros.pairs.messages import encoding_of, fill_pixels, set_stamp
 from fuzzy_stereo_ros.pairs.pair_reader import SIDES
 from fuzzy_stereo_ros.parameters.options import add_options, option_values
 from fuzzy_stereo_ros.program import Parser, run_cleanly
 from fuzzy_stereo_ros.synthetic.scenes import scene_calibration, scene_pairs, SCENE_PARAMETERS
-import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
@@ -29,6 +27,8 @@ class SimulatedCameras(Node):
 
     sent: list of the published stamps, ns.
     """
+
+    exit_code = 0
 
     def __init__(self, node_name, focal, baseline, offset=0.0, reliable=False, compressed=False,
                  depth=10, frame_id='left_camera_optical_frame', **options):
@@ -55,6 +55,11 @@ class SimulatedCameras(Node):
                 CameraInfo, f'{side}/camera_info', profile)
             self._outputs[f'{side}/image_rect'] = self.create_publisher(
                 kind, f'{side}/image_rect{suffix}', profile)
+
+    def destroy_node(self):
+        """Destroy the node and return True, since no thread is left."""
+        super().destroy_node()
+        return True
 
     def subscribed(self):
         """Return whether each of the four topics has a subscriber."""
@@ -124,31 +129,22 @@ def main(arguments=None):
 
 
 def run(arguments, ros_arguments):
-    """Publish until a signal ends it and return 0; ValueError for a scene that is not allowed."""
+    """Publish until a signal ends it; return the exit code. ValueError for a bad scene."""
     values = option_values(arguments, SCENE_PARAMETERS.values())
     scene = [(pair.left, pair.right) for pair in scene_pairs(values)]
     calibration = scene_calibration(values)
-    try:
-        ros_arguments, warning = log_arguments(ros_arguments)
-        rclpy.init(args=ros_arguments)
+
+    def make_cameras():
         cameras = SimulatedCameras('simulated_cameras', calibration.focal, calibration.baseline,
                                    calibration.offset, arguments.reliable)
-        if warning:
-            cameras.get_logger().warning(warning)
         cameras.get_logger().info(f"publishing {values['columns']}x{values['rows']} at "
                                   f"{values['rate']:g} pairs/s")
         pairs = cycle(scene + scene[-2:0:-1])       # back and forth
         cameras.create_timer(1 / values['rate'], lambda: cameras.publish(*next(pairs)),
                              clock=Clock(clock_type=ClockType.STEADY_TIME))
-        rclpy.spin(cameras)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except RuntimeError:
-        if rclpy.ok():      # else shutting down
-            raise
-    finally:
-        rclpy.try_shutdown()
-    return 0
+        return cameras
+
+    return spin_until_signal(make_cameras, ros_arguments)
 
 
 if __name__ == '__main__':

@@ -172,7 +172,7 @@ def test_a_transition_that_the_state_does_not_allow_fails_and_the_node_lives(sta
 def test_a_wrong_parameter_ends_the_start_with_2(start):
     bench = start('-p', 'disparity_range:=0')
     assert bench.node.finish(number=None, timeout=START) == 2
-    assert 'disparity_node cannot start: disparity_range is 0' in bench.node.log()
+    assert 'managed_node cannot start: disparity_range is 0' in bench.node.log()
 
 
 def test_a_transition_that_fails_by_a_fault_is_logged_and_ends_unconfigured(ros, monkeypatch):
