@@ -28,7 +28,7 @@ class FixedPlaces:
         """apart: whether they are kept off the processor of the calling thread."""
         self.apart = apart
 
-    def add(self, passed, worked):
+    def add(self, elapsed):
         """Measure nothing."""
 
 

@@ -1,67 +1,70 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Row bands depend on the image size only, never on the number of threads, which share them."""
+from collections import deque
 from contextlib import suppress
 import ctypes
 import os
 from queue import SimpleQueue
+from statistics import median
 import sys
 from threading import Condition, Thread
 import time
 from weakref import finalize
 
 _FEWEST_ROWS = 64   # below this a band is mostly overlap
-_WINDOW = 64        # calls, about three frames, over which the pace of a placement is measured
-_PROBE = 8          # windows after which the other placement is tried again,
-_RAREST = 64        # doubled after each try that lost, up to this number
-_SLOW = 1.25        # factor over the best pace from which the other placement is tried
-_FASTER = 0.97      # factor of the pace in use below which the other placement is taken
+_TRIAL = 12         # frames at each place in a trial
+_REST = 48          # frames from a trial to the next, if times change in between
+_LONGEST_REST = 384     # frames from a trial to the next, if they do not
+_CHANGED = 1.25     # factor between times that means that they changed
+_FASTER = 0.97      # factor of the time in use below which the other place is taken
 _current_processor = ctypes.CDLL(None).sched_getcpu if sys.platform == 'linux' else lambda: None
 
 
 class HelperPlaces:
     """
-    Whether helping threads may run on the caller's processor, by which placement is faster.
+    Whether helping threads may run on the caller's processor, by which is faster.
 
     In a virtual machine Linux may take an idle processor for a busy one: it wakes a helper on the
     caller's processor, and after a pause both share it for a whole frame. Where other programs are
-    busy, a helper that may not run everywhere waits for them instead. So the pace, elapsed time
-    over processor time, is measured for both placements; where the one in use is slower than it
-    once was, the other one is tried again, and more rarely after each try that lost.
+    busy, a helper that may not run everywhere waits for them instead. So both are tried, frame by
+    frame in turns, and the one with the lower median is kept. Tries are repeated, at once where
+    times change, for example as other programs begin or end.
 
-    apart: whether helpers are kept off the caller's processor now
+    Processor time is no measure: two threads on one processor take less of it than on two.
+
+    apart: whether helpers are kept off the caller's processor in this frame
     """
 
     def __init__(self):
-        """Begin with helpers off the caller's processor."""
-        self.apart, self._chosen = True, True
-        self._paces, self._best = {}, float('inf')
-        self._since, self._probe = 0, _PROBE    # windows since the last try, and until the next
-        self._begin()
+        """Begin with a trial."""
+        self.apart, self._chosen, self._usual = True, True, 0.0
+        self._times = {apart: deque(maxlen=_TRIAL) for apart in (True, False)}
+        self._trial, self._rested = 2 * _TRIAL, 0
 
-    def _begin(self):
-        self._calls, self._passed, self._worked = 0, 0.0, 0.0
-
-    def add(self, passed, worked):
-        """Add a call: elapsed seconds, and the processor time of all threads in it."""
-        self._calls, self._passed = self._calls + 1, self._passed + passed
-        self._worked += worked
-        if self._calls < _WINDOW:
-            return
-        pace = self._passed / max(self._worked, 1e-9)
-        self._paces[self.apart] = (pace + self._paces.get(self.apart, pace)) / 2
-        self._best = min(self._best, self._paces[self.apart])
-        self._begin()
-        if self.apart == self._chosen:
-            self._since += 1
+    def add(self, elapsed):
+        """Add the time that a frame took, in any unit."""
+        self._times[self.apart].append(elapsed)
+        if self._trial:
+            self._trial -= 1
+            if not self._trial:
+                self._choose()
         else:
-            self._since, self._probe = 0, min(2 * self._probe, _RAREST)
-        other = self._paces.get(not self._chosen, 0.0)
-        if other < _FASTER * self._paces[self._chosen] and len(self._paces) == 2:
-            self._chosen, self._probe = not self._chosen, _PROBE
-        tries = len(self._paces) < 2 or (
-            self._since >= self._probe and self._paces[self._chosen] > _SLOW * self._best)
-        self.apart = self._chosen != tries
+            self._rested += 1
+            if self._rested >= _LONGEST_REST or self._rested >= _REST and self._changed():
+                self._trial = 2 * _TRIAL
+        # In a trial two frames at each place: the second one finds the helpers where they belong.
+        self.apart = self._chosen != bool(self._trial // 2 % 2)
+
+    def _choose(self):
+        times = {apart: median(found) for apart, found in self._times.items()}
+        if times[not self._chosen] < _FASTER * times[self._chosen]:
+            self._chosen = not self._chosen
+        self._usual, self._rested = times[self._chosen], 0
+
+    def _changed(self):
+        now = median(self._times[self._chosen])
+        return not self._usual / _CHANGED <= now <= self._usual * _CHANGED
 
 
 class ThreadPool:
@@ -72,15 +75,22 @@ class ThreadPool:
     times as much, and there are some twenty calls a frame. Nobody waits for a helping thread that
     has taken no item: on a processor with other work it may wake long after all items are done.
 
-    shared: ms spent in `each`; the rest of a frame runs in one thread; places: the `HelperPlaces`
+    shared: ms spent in `each`; the rest of a frame runs in one thread. places: the `HelperPlaces`
     """
 
     def __init__(self, threads):
         """threads: their number, 0 for one per core; helping ones start when they are needed."""
         self.threads, self.shared = threads or os.cpu_count() or 1, 0.0
         self._helpers, self._queues, self._allowed = [], [], []
+        self._frame = None      # `shared` where the frame began
         self.places = HelperPlaces()
         self._end = finalize(self, _end, self._queues)
+
+    def begin_frame(self):
+        """Measure the frame that ends; choose where helping threads run in the next one."""
+        if self._helpers and self._frame is not None:
+            self.places.add(self.shared - self._frame)
+        self._frame = self.shared
 
     def each(self, work, items, needs=None):
         """
@@ -91,10 +101,9 @@ class ThreadPool:
         """
         if needs is not None:
             work, items = _Ordered(work, items, needs), range(len(items))
-        begun, worked, left = time.perf_counter(), time.thread_time(), len(items)
+        begun, left = time.perf_counter(), len(items)
         rest, done = iter(items), SimpleQueue()
-        helpers = min(self.threads, left) - 1
-        for queue in self._asked(helpers):
+        for queue in self._asked(min(self.threads, left) - 1):
             queue.put((work, rest, done))
         try:
             for item in rest:
@@ -102,13 +111,9 @@ class ThreadPool:
                 work(item)
         finally:
             left -= len(list(rest))     # after an error nobody takes these
-            worked = time.thread_time() - worked
-            results = [done.get() for _ in range(left)]
-            passed = time.perf_counter() - begun
-            self.shared += 1000 * passed
-        if helpers > 0:
-            self.places.add(passed, sum((one for _, one in results), worked))
-        for error, _ in results:
+            errors = [done.get() for _ in range(left)]
+            self.shared += 1000 * (time.perf_counter() - begun)
+        for error in errors:
             if error is not None:
                 raise error
 
@@ -203,12 +208,12 @@ def _run_calls(calls):
     """Take items of each call of `each`, until None comes in the place of a call."""
     for work, rest, done in iter(calls.get, None):
         for item in rest:
-            error, worked = None, time.thread_time()
+            error = None
             try:
                 work(item)
             except BaseException as raised:     # `each` raises it
                 error = raised
-            done.put((error, time.thread_time() - worked))
+            done.put(error)
             del item, error
         del work, rest, done        # a waiting thread keeps no frame in memory
 

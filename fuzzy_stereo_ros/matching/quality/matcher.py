@@ -112,6 +112,7 @@ class QualityMatcher:
         """
         watch, inheritance, inherited = Stopwatch(), self._inheritance, False
         self.population = None
+        self.pool.begin_frame()
         inheritance.read(self.pool, left, right)
         if self._config.warm_start:
             inherited = (inheritance.average(self.pool, previous, camera)
@@ -190,7 +191,7 @@ class QualityMatcher:
         maps: float32 (R, C), px from 0, their parents; known: whether the previous frame showed
         nearly all: then the right map, which only judges the left one, is taken as it is
         """
-        scanlines = ScanlineSeed(self._config, *self._shape)
+        scanlines = ScanlineSeed(self._config, self.pool, *self._shape)
         return [scanlines.find(*pair, parent, budget.in_time, not (side and known))
                 for side, (pair, parent) in enumerate(zip(pairs, maps))]
 

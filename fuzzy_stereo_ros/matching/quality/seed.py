@@ -11,7 +11,6 @@ fitness of surface.py.
 from typing import NamedTuple
 
 import cv2
-from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
@@ -82,10 +81,9 @@ class ViewStart(NamedTuple):
 class ScanlineSeed:
     """Finds the seeds of pairs of one image size."""
 
-    def __init__(self, config, rows, columns):
-        """Allocate for the disparities of a MatcherConfig."""
-        self._config = config
-        self._pool = ThreadPool(config.threads)
+    def __init__(self, config, pool, rows, columns):
+        """Allocate for the disparities of a MatcherConfig; pool: the `ThreadPool` that works."""
+        self._config, self._pool = config, pool
         self._scanlines = ScanlineStrips(rows, columns, config.disparities, SHARP)
         self._fitness = SurfaceFitness(rows, columns, config.disparities)
         self._dense = DenseSurface(rows, columns, config.disparities)

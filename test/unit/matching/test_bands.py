@@ -4,7 +4,6 @@
 import os
 from queue import SimpleQueue
 import threading
-import time
 
 from fuzzy_stereo_ros.matching.bands import (
     cut_bands, cut_parts, filter_band, HelperPlaces, ThreadPool, widened)
@@ -114,43 +113,50 @@ def test_helpers_share_the_only_processor_that_is_allowed():
     pool.close()
 
 
-def times_of_calls(calls, paces, noise=0.0, places=None):
+def times_of_frames(frames, times, noise=0.0, places=None):
     """
-    Return the seconds that each call takes, relative to its way and to the better way.
+    Return the time of each frame, without noise, as a multiple of the better place's.
 
-    paces: {apart: seconds for one of processor time}; noise: deviation of the share
+    times: {apart: of a frame}; noise: deviation of the share
     """
     places, random, taken = places or HelperPlaces(), np.random.default_rng(1), []
-    for _ in range(calls):
-        worked = random.uniform(0.5, 1.5) * 1e-3
-        taken.append(paces[places.apart] / min(paces.values()))
-        places.add(worked * paces[places.apart] * (1 + noise * random.standard_normal()), worked)
+    for _ in range(frames):
+        taken.append(times[places.apart] / min(times.values()))
+        places.add(times[places.apart] * (1 + noise * random.standard_normal()))
     return np.array(taken)
 
 
-@pytest.mark.parametrize('paces', [
-    {True: 0.55, False: 0.75}, {True: 1.23, False: 1.0}, {True: 1.0, False: 1.0},
-    {True: 1.5, False: 0.8}, {True: 0.9, False: 0.94}])
-@pytest.mark.parametrize('noise', [0.0, 0.5])
-def test_helpers_are_where_they_are_faster_but_for_a_few_trials(paces, noise):
-    taken = times_of_calls(20000, paces, noise)
+@pytest.mark.parametrize('times', [
+    {True: 12, False: 15}, {True: 24, False: 20}, {True: 20, False: 20}, {True: 32, False: 20},
+    {True: 20, False: 20.8}])
+@pytest.mark.parametrize('noise', [0.0, 0.2])
+def test_helpers_are_where_they_are_faster_but_for_a_few_trials(times, noise):
+    taken = times_of_frames(20000, times, noise)
     assert taken.mean() < 1.03
     assert np.percentile(taken, 95) < 1.05
 
 
-def test_helpers_change_over_when_other_programs_begin_and_end():
+def test_helpers_change_over_within_frames_when_other_programs_begin_and_end():
     places = HelperPlaces()
-    idle, busy = {True: 0.55, False: 0.75}, {True: 1.3, False: 1.0}
-    for paces in (idle, busy, idle, busy):
-        times_of_calls(12000, paces, 0.3, places)
-        assert times_of_calls(2000, paces, 0.3, places).mean() < 1.05
+    idle, busy = {True: 12, False: 15}, {True: 26, False: 20}
+    times_of_frames(100, idle, 0.1, places)
+    for times in (busy, idle, busy):
+        times_of_frames(100, times, 0.1, places)
+        assert np.median(times_of_frames(300, times, 0.1, places)) == 1
 
 
-def test_the_slower_placement_is_tried_less_and_less_while_other_programs_are_busy():
+def test_the_slower_place_is_tried_seldom_while_nothing_changes():
     places = HelperPlaces()
-    times_of_calls(2000, {True: 0.55, False: 0.75}, 0.3, places)
-    taken = times_of_calls(80000, {True: 0.8, False: 1.1}, 0.3, places)
-    assert 1.0 < taken[40000:].mean() < 1.01
+    tried = np.cumsum(times_of_frames(4000, {True: 12, False: 18}, 0.1, places) > 1)
+    assert tried[30] == 12 and 12 * 9 <= tried[-1] <= 12 * 11
+
+
+def test_frames_that_take_many_times_as_long_decide_nothing():
+    places, random, apart = HelperPlaces(), np.random.default_rng(2), []
+    for _ in range(4000):
+        apart.append(places.apart)
+        places.add({True: 12.0, False: 15.0}[places.apart] + 500 * (random.random() < 0.1))
+    assert apart.count(False) <= 12 * 12
 
 
 @pytest.mark.skipif(not hasattr(os, 'sched_getaffinity') or len(os.sched_getaffinity(0)) < 2,
@@ -166,21 +172,26 @@ def test_a_helper_may_run_everywhere_where_that_is_faster():
     pool.close()
 
 
-def test_a_pool_measures_what_all_its_threads_work(monkeypatch):
+def test_a_pool_measures_each_frame_once_a_thread_helps(monkeypatch):
     pool, added = ThreadPool(2), []
-    monkeypatch.setattr(pool.places, 'add', lambda *one: added.append(one))
-    both = threading.Barrier(2, timeout=20)
-
-    def work(_):
-        both.wait()
-        until = time.thread_time() + 0.02
-        while time.thread_time() < until:
-            pass
-    pool.each(work, range(2))
-    pool.each(work, [])
-    ((passed, worked),) = added
-    assert 0.04 <= worked <= 2 * passed + 1e-3
+    monkeypatch.setattr(pool.places, 'add', added.append)
+    pool.each(lambda item: None, range(3))      # before the first frame
+    shared = [pool.shared]
+    for calls in (2, 0, 1):
+        pool.begin_frame()
+        for _ in range(calls):
+            pool.each(lambda item: None, range(3))
+        shared.append(pool.shared)
+    pool.begin_frame()
+    assert added == list(np.diff(shared)) and added[0] > added[1] == 0
     pool.close()
+    alone = ThreadPool(1)
+    monkeypatch.setattr(alone.places, 'add', added.append)
+    for _ in range(2):
+        alone.begin_frame()
+        alone.each(lambda item: None, range(3))
+    assert len(added) == 3
+    alone.close()
 
 
 def test_nobody_waits_for_a_helper_that_does_other_work():
