@@ -111,11 +111,14 @@ class StereoMatcher:
             algorithm.match(blank, blank, None, Random((self.config.seed, 0)), Budget(0, 0, 0))
 
     def _watched(self, rows, left, right, match):
-        """Return a Match with the Misalignment of its rows, and without those beyond the image."""
-        index, hidden = self._alignment.hidden(rows, left.shape[:2])
+        """Return a Match with the Misalignment of its rows, and nothing from beyond the image."""
+        index, nearest = self._alignment.nearest_seen(rows, left.shape[:2])
+        hidden = nearest != np.arange(len(left))[index, None]
         match.confidence[index] = np.where(hidden, np.float32(0), match.confidence[index])
-        if not (self.config.fill or self.config.fill_holes):
-            match.disparity[index] = np.where(hidden, np.float32(np.nan), match.disparity[index])
+        match.disparity[index] = (
+            match.disparity[nearest, np.arange(left.shape[1])]
+            if self.config.fill or self.config.fill_holes
+            else np.where(hidden, np.float32(np.nan), match.disparity[index]))
         started = time.perf_counter_ns()
         self.rows = rows if match.reused else self._alignment.watch(rows, left, right, match)
         match.times['rows'] += (time.perf_counter_ns() - started) / 1e6

@@ -25,6 +25,7 @@ NEWEST = 3          # measured pairs that together show a knock
 KNOCK = 0.5         # px by which these significantly differ from those before them
 LONGEST_PAUSE = 512     # pairs between two searches for features where these are few
 BLOCK, UNIQUE = 7, 10   # block matching that confirms features: px of a side, percent of margin
+HIDDEN = 1.5        # px beyond the right image from which a row is not matched
 FEWER = 0.99        # least share of the matches with the new rows, relative to the old ones
 
 
@@ -171,21 +172,24 @@ class RowAlignment:
                   cut_bands(rows))
         return self._moved
 
-    def hidden(self, rows, shape):
+    def nearest_seen(self, rows, shape):
         """
-        Return the rows of an image that see beyond the right one: an index, and bool (n, C).
+        Return for the outer rows of an image which rows the right image has, see HIDDEN.
 
-        rows: of `align`; shape: rows and columns of the image. The index selects n rows.
+        rows: of `align`; shape: rows and columns of the image. Returns an index of n rows, and the
+        nearest row that the right image has of each of their pixels, int64 (n, C)
         """
         height, width = shape
         reach = int(np.abs(PLACES @ rows.undone).max())
         if not reach:
-            return slice(0, 0), np.zeros((0, width), bool)
+            return slice(0, 0), np.zeros((0, width), int)
         index = np.unique(np.r_[:min(reach, height), max(height - reach, 0):height])
         column, row = np.meshgrid(np.arange(width, dtype=float), index.astype(float))
-        seen = row + (terms_at(column.ravel(), row.ravel(), *shape) @ rows.undone).reshape(
+        read = row + (terms_at(column.ravel(), row.ravel(), *shape) @ rows.undone).reshape(
             row.shape)
-        return index, (seen < -1) | (seen > height)
+        first = np.count_nonzero(read < -HIDDEN, axis=0)
+        last = height - 1 - np.count_nonzero(read > height - 1 + HIDDEN, axis=0)
+        return index, np.clip(index[:, None], first, last)
 
 
 def rig_of(image, camera):

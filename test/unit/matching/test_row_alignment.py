@@ -135,6 +135,14 @@ def test_rows_of_the_left_image_that_the_right_camera_does_not_see_are_invalid(s
         assert (match.confidence[unseen] == 0).all()
 
 
+@pytest.mark.parametrize('tilt, unseen, nearest', [(6.0, np.s_[-4:], -6), (-6.0, np.s_[:4], 5)])
+def test_in_a_filled_map_these_rows_continue_the_nearest_one_that_both_see(
+        scene, tilt, unseen, nearest):
+    match = StereoMatcher(CONFIG).match(scene.left, misaligned(scene.right, tilt=tilt))
+    assert (match.disparity[unseen] == match.disparity[nearest]).all()
+    assert (match.confidence[unseen] == 0).all()
+
+
 def match_all(matcher, pairs, camera=None):
     return [matcher.match(left, right, camera=camera) for left, right in pairs]
 
