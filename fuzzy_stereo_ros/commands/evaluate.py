@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.matchers import matcher_named, ResultFiles, USUAL
 from fuzzy_stereo_ros.evaluation.measuring import COLUMNS, mean_records, measure, NoSequence
-from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
+from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
 from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_whole
@@ -186,8 +186,7 @@ def _run_without_truth(arguments, matchers, outputs, stream):
         **environment(f'{arguments.threads} each'),
         'frames': f'{min([*frames.counts.values(), arguments.frames])}, {disparities} disparities '
                   + ('found in the first pairs' if arguments.searched is None else 'given'),
-        'row offset': NOT_MEASURED if own.misalignment is None else
-        own.misalignment.sentence.removeprefix('row offset, ')},
+        'row offset': row_offset_in_words(own.misalignment)},
         [own.table], own.hints)
     frame = pd.DataFrame(own.rows, columns=['matcher', *HEADINGS[1:]])
     in_json = json.dumps(for_json({'settings': report.settings, 'records': frame.astype(

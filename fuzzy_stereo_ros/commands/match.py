@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.commands.parts import (
     add_truth_options, checked_outputs, for_json, truth_and_mask, UNTOUCHED)
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
-from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
+from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import search_range, seen_disparities
 from fuzzy_stereo_ros.pair_matcher import camera_of, without_missing
 from fuzzy_stereo_ros.pairs.calibration import reach
@@ -171,6 +171,7 @@ def run(arguments, stream):
         'ground_truth': None if truth is None else asdict(score(match.disparity, truth, mask)),
         'hint': finding and finding._asdict(),
         'misalignment': match.misalignment and match.misalignment.record,
+        'row_offset': row_offset_in_words(match.misalignment),
     }
     if saved is not None:
         figures['saved'] = {'folder': arguments.saved, **comparison(saved, config, match)}
@@ -216,8 +217,7 @@ def _sentences(figures):
         lines.append(_sentence_on(found))
     if figures['hint'] is not None:
         lines.append(f"hint: {figures['hint']['sentence']}")
-    lines.append(f'row offset: {NOT_MEASURED}' if figures['misalignment'] is None else
-                 figures['misalignment']['sentence'])
+    lines.append(f"row offset: {figures['row_offset']}")
     if saved is not None:
         lines.append(sentence(saved))
     return '\n'.join(lines)

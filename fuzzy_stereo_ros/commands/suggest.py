@@ -8,7 +8,7 @@ import sys
 
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
-from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
+from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.matching.search_range import PAIRS, search_range, seen_disparities
 from fuzzy_stereo_ros.pair_matcher import camera_of
 from fuzzy_stereo_ros.pairs.calibration import reach
@@ -84,8 +84,7 @@ def run(arguments, stream):
         *_comment(reach(whole.min_disparity, whole.disparities, whole_calibration)),
         f'    min_disparity: {whole.min_disparity}',
         f'    disparity_range: {whole.disparities}',
-        *_comment('row offset: ' + NOT_MEASURED if match.misalignment is None else
-                  match.misalignment.sentence),
+        f'    # row offset: {row_offset_in_words(match.misalignment)}',
         '    align_rows: true',
         *_comment(_exposure(images)),
         *_comment(_noise(noise[0])),

@@ -131,19 +131,10 @@ class Misalignment(NamedTuple):
                 'row offset, undone': 'yes' if self.undone else 'no'}
 
     @property
-    def sentence(self):
-        """A sentence with the figures and the advice."""
-        parts = (f'{name} {value:+.2f} +- {doubt:.2f}' for name, value, doubt in zip(
-            TERMS, self, self.doubts))
-        end = self.advice or (f'OK (limit {LIMIT})' + ', undone before matching' * self.undone)
-        return f"row offset, right image against left: {', '.join(parts)} px: {end}"
-
-    @property
     def record(self):
         """The figures as numbers, for JSON."""
         return {**self._asdict(), 'roll_degrees': self.roll_degrees,
-                'zoom_percent': self.zoom_percent, 'faults': self.faults, 'advice': self.advice,
-                'sentence': self.sentence}
+                'zoom_percent': self.zoom_percent, 'faults': self.faults, 'advice': self.advice}
 
     def deviation(self, terms):
         """Return by how much, px, the offset surely differs from terms (4,) at most, anywhere."""
@@ -154,6 +145,16 @@ class Misalignment(NamedTuple):
     def of_the_right(self):
         """Return that of the right image against the left, of one found in the mirrored pair."""
         return self._replace(tilt=-self.tilt, zoom=-self.zoom)
+
+
+def row_offset_in_words(found):
+    """Return the figures and the advice of a Misalignment, None = too few points, in words."""
+    if found is None:
+        return NOT_MEASURED
+    parts = (f'{name} {value:+.2f} +- {doubt:.2f}' for name, value, doubt in zip(
+        TERMS, found, found.doubts))
+    end = found.advice or (f'OK (limit {LIMIT})' + ', undone before matching' * found.undone)
+    return f"right image against left, {', '.join(parts)} px: {end}"
 
 
 def terms_at(column, row, rows, columns):

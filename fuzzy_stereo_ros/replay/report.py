@@ -4,7 +4,7 @@
 import sys
 
 from fuzzy_stereo_ros.bags.reading import DamagedBag, text_of
-from fuzzy_stereo_ros.matching.row_offsets import NOT_MEASURED
+from fuzzy_stereo_ros.matching.row_offsets import row_offset_in_words
 from fuzzy_stereo_ros.pairs.result_messages import DISPARITY
 from fuzzy_stereo_ros.pairs.stereo_pair import kind_of, number_of
 from fuzzy_stereo_ros.progress import bar
@@ -70,6 +70,7 @@ def figures_of(stats, synchroniser, begin):
         'match_ms': stats.milliseconds / max(pairs, 1),
         'share_not_matching': 1 - stats.milliseconds / 1000 / seconds / max(stats.workers, 1),
         'misalignment': misalignment and misalignment.record,
+        'row_offset': row_offset_in_words(misalignment),
     }
     if stats.workers:
         figures['segments'] = {'matched': stats.segments, 'pairs': SEGMENT_PAIRS,
@@ -103,8 +104,7 @@ def sentences(figures, approximate):
     if figures['reach']:
         lines.append(f"searched: {figures['reach']}")
     lines += [*figures['losses'], *(f'hint: {sentence}' for sentence in figures['hints'])]
-    lines.append(f'row offset: {NOT_MEASURED}' if figures['misalignment'] is None else
-                 figures['misalignment']['sentence'])
+    lines.append(f"row offset: {figures['row_offset']}")
     return '\n'.join(lines)
 
 

@@ -3,7 +3,8 @@
 """By how much the rows of a pair differ is found, told by kind, and never where they fit."""
 from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
 from fuzzy_stereo_ros.matching.row_offsets import (
-    corner_offsets, feature_offsets, Misalignment, misalignment_of, PLACES, terms_at)
+    corner_offsets, feature_offsets, Misalignment, misalignment_of, PLACES, row_offset_in_words,
+    terms_at)
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence, misaligned
 import numpy as np
 import pytest
@@ -82,7 +83,7 @@ def test_an_error_above_half_a_pixel_is_told_by_its_kind(scene, error, fault, wo
     found = by_corners(scene, misaligned(scene.right, **error))
     assert found.faults == [fault]
     assert found.advice.startswith(words)
-    assert found.sentence.endswith(found.advice)
+    assert row_offset_in_words(found).endswith(found.advice)
 
 
 def test_images_that_fit_are_no_fault(scene):
@@ -90,7 +91,7 @@ def test_images_that_fit_are_no_fault(scene):
         found = measure(scene, scene.right)
         assert np.abs(found.terms).max() < 0.05
         assert (found.faults, found.advice) == ([], '')
-        assert found.sentence.endswith('OK (limit 0.5)')
+        assert row_offset_in_words(found).endswith('OK (limit 0.5)')
 
 
 @pytest.mark.parametrize('swing, faults', [(0.3, []), (0.9, ['timing'])])
@@ -125,7 +126,8 @@ def test_the_advice_says_what_is_undone_and_that_a_swing_is_not():
     assert found.advice.endswith('; undone before matching')
     assert found._replace(swing=0.8).advice.endswith('all but the swing is undone before matching')
     assert 'undone' not in found._replace(tilt=0.0, swing=0.8).advice
-    assert found._replace(tilt=0.2).sentence.endswith('OK (limit 0.5), undone before matching')
+    assert row_offset_in_words(found._replace(tilt=0.2)).endswith(
+        'OK (limit 0.5), undone before matching')
 
 
 def test_the_same_corners_seen_often_are_no_surer(scene):

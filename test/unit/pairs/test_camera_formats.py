@@ -204,6 +204,6 @@ def test_raw_images_of_folders_are_rectified_by_evaluate(wall, capsys):
         capsys.readouterr()
         assert main([*words, *options]) == 0, capsys.readouterr().err
         offset = json.loads(capsys.readouterr().out)['settings']['row offset']
-        assert offset.startswith('right image against left: ')
+        assert offset.startswith('right image against left, ')
         fits.append(': OK' in offset)
     assert fits == [False, True]
