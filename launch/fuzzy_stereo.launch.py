@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fuzzy_stereo_ros.node.launching import (
     arguments, camera_remappings, dds_profile, declared, given_parameters, ignored_arguments,
-    NODE_ROWS, process_of, PROCESS_ROWS, RigNode)
+    node_of, NODE_ROWS, PROCESS_ROWS)
 from fuzzy_stereo_ros.parameters.table import Parameter
 from launch import LaunchDescription
 from launch.actions import LogInfo, OpaqueFunction
@@ -45,8 +45,7 @@ def _node(context):
         actions.append(LogInfo(msg=(
             f"container:={chosen['container']}: a Python node cannot be loaded into a container "
             f"of components; {chosen['node_name']} runs as a process of its own")))
-    rig = RigNode(
-        chosen['namespace'], chosen['node_name'],
-        camera_remappings(chosen['left_namespace'], chosen['right_namespace'], image),
-        chosen['params_file'], parameters)
-    return [*actions, process_of(rig, chosen['output'], chosen['log_level'], chosen['managed'])]
+    return [*actions, node_of(
+        parameters, chosen['params_file'], chosen['log_level'], chosen['managed'],
+        name=chosen['node_name'], namespace=chosen['namespace'], output=chosen['output'],
+        remappings=camera_remappings(chosen['left_namespace'], chosen['right_namespace'], image))]

@@ -128,7 +128,7 @@ def test_colcon_builds_the_package_and_runs_its_tests(tmp_path):
         assert done.returncode == 0, f"{' '.join(words)}:\n{done.stdout}"
     installed = tmp_path / 'install' / 'fuzzy_stereo_ros'
     for place in ('bin/fuzzy-stereo', 'lib/fuzzy_stereo_ros/disparity_node',
-                  'share/fuzzy_stereo_ros/launch/rigs.launch.py'):
+                  'share/fuzzy_stereo_ros/launch/fuzzy_stereo.launch.py'):
         assert (installed / place).is_file(), place
     suite = ElementTree.parse(tmp_path / 'build' / 'fuzzy_stereo_ros' / 'pytest.xml')
     (figures,) = suite.getroot().iter('testsuite')

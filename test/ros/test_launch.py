@@ -20,7 +20,7 @@ from launched import (
     SHIFT, small, surroundings, written)
 from node_process import shifted_pair, START, values_of
 import numpy as np
-from pages import block, CAMERAS
+from pages import block, CAMERAS, text_of
 import pytest
 from real_pairs import DATA
 from repository import ROOT
@@ -147,48 +147,26 @@ def gives_a_disparity_within_a_minute(test):
 
 # ---- several rigs, the demo ----
 
-RIGS = """
-rigs:
-  front:
-    parameters: {disparity_range: 16, input_qos: reliable}
-  rear:
-    namespace: /robot/rear
-    node_name: stereo
-    left_namespace: /cameras/left
-    right_namespace: /cameras/right
-    params_file: rear.yaml
-    parameters:
-      min_disparity: 3
-      input_qos: reliable
-      qos_overrides: {/robot/rear/disparity: {publisher: {depth: 4}}}
-    remappings: {left/image_rect: /cameras/left/image_mono}
-"""
 ROWS, COLUMNS, DISPARITIES = 120, 160, 16
 
 
 def two_rigs():
-    file = written('rigs.yaml', RIGS)
-    Path(file).with_name('rear.yaml').write_text(
-        '/**:\n  ros__parameters:\n    disparity_range: 24\n    min_disparity: 0\n')
-    return included('rigs.launch.py', rigs_file=file)
+    text = block('yaml', text_of('docs/node.md'))
+    for told, small_enough in (("'128'", "'16'"), ("'256'", "'24'")):
+        text = text.replace(told, small_enough)
+    return included(written('rigs.launch.yaml', text))
 
 
 def each_node_matches_its_own_cameras_in_a_process_with_its_own_parameters(test):
     test.connect()
-    with surroundings(cli_args=['--ros-args', '-r', '__ns:=/cameras',
-                                '-r', 'left/image_rect:=left/image_mono']) as rear:
-        rear.listen(namespace='/robot/rear/')
+    with surroundings(**in_namespace('/cameras')) as rear:
+        rear.listen(namespace='/rear/')
         rear.until(rear.rig.subscribed, 'the other node subscribes to the other rig')
-        other = shifted_pair(11, seed=1)
-        test.around.first_match(*PAIR)
-        rear.first_match(*other)
         for _ in range(3):
-            check_disparity(test.around.match(*PAIR))
-            check_disparity(rear.match(*other), 11, 24)
+            check_disparity(test.around.first_match(*PAIR))
+            check_disparity(rear.first_match(*shifted_pair(11, seed=1)), 11, 24)
         for around in (test.around, rear):
             assert set(around.disparities) <= set(around.rig.sent)
-    names = ('min_disparity', 'qos_overrides./robot/rear/disparity.publisher.depth')
-    assert test.parameters('/robot/rear/stereo', *names) == [3, 4]
     assert len(test.processes.processes()) == 2
 
 

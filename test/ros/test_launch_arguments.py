@@ -17,8 +17,7 @@ PEER = ('approximate_sync', 'use_color', 'avoid_point_cloud_padding', 'launch_im
 OUR_OWN = ('node_name', 'params_file', 'managed', 'queue_size',
            'approximate_sync_tolerance_seconds', 'image_transport', 'use_sim_time', 'log_level',
            'output')
-FUZZY_STEREO, RIGS, DEMO = 'fuzzy_stereo.launch.py', 'rigs.launch.py', 'demo.launch.py'
-FILES = FUZZY_STEREO, RIGS, DEMO
+FILES = FUZZY_STEREO, DEMO = 'fuzzy_stereo.launch.py', 'demo.launch.py'
 LAUNCH = """
 import sys
 from launch import LaunchDescription, LaunchService
@@ -76,8 +75,6 @@ def test_every_argument_of_every_launch_file_is_described():
     (FUZZY_STEREO, 'params_file', '/no/such.yaml',
      "params_file is '/no/such.yaml', which is no file; give the path of a file of parameters, "
      'or nothing for the defaults'),
-    (RIGS, 'rigs_file', '/no/such.yaml', 'the file of rigs /no/such.yaml: '
-     "[Errno 2] No such file or directory: '/no/such.yaml'"),
     (DEMO, 'disparities', '700', 'disparities is 700; allowed are 1 to the 640 columns'),
     (DEMO, 'rate', '0', 'rate is 0.0; allowed are numbers from 0.1 to 1000'),
 ])

@@ -50,6 +50,6 @@ CAMERAS = [word for side in ('left', 'right') for topic in ('image_rect', 'camer
            for word in ('-r', f'{side}/{topic}:=/camera/{side}/{topic}')]
 
 
-def block(language):
-    """Return the first block of a language of the migration page, which tests start."""
-    return next(code for kind, code in FENCE.findall(MIGRATION) if kind == language)
+def block(language, page=MIGRATION):
+    """Return the first block of a language of a page, which tests start; page: its text."""
+    return next(code for kind, code in FENCE.findall(page) if kind == language)
