@@ -8,13 +8,14 @@ All fitness values are measured by the matcher as it is, so that they compare.
 from functools import partial
 from typing import NamedTuple
 
+from bench.conditions import under_condition
 from bench.datasets import window
 from bench.page import BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
 from bench.request import figures_of_sequence, halved, means, report_of
 from bench.truth import correlation_table, genes_of, truth_beside_result
 from bench.variants import DEFAULT, NOT_FOLLOWED, PAPER, QUALITY, REALTIME
 from bench.warm import FRAMES, KINDS, QUICK_FRAMES, walks
-from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
+from fuzzy_stereo_ros.evaluation.baselines import dense, grey, REFERENCE
 from fuzzy_stereo_ros.evaluation.catalogue import Scene, Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
@@ -37,6 +38,7 @@ LIVED = {'quality': ('quality', 8, ('middv2/tsukuba', 'middv2/teddy', *SHOWN[:2]
          'paper': ('paper_live', 16, ('middv2/tsukuba', 'middv2/venus', 'middv2/teddy',
                                       'middv2/cones'))}
 SINGLE = 'single pairs'
+COMPRESSED = 'both JPEG 95'     # a condition of bench.conditions
 EARNS = 3.0                 # percent of the mean error by which a part earns its place
 ROOM = 2.4          # longest bar as a multiple of the first one; longer ones are cut
 
@@ -60,9 +62,9 @@ def run(request):
     sequences, missing = request.sequences(scenes)
     sequences = [*(one for one in sequences if len(one.scored)),
                  *still_sequences(request, scenes)]
-    trials, points, truths = (pd.DataFrame([row for rows in parts for row in rows]) for parts in
-                              zip(*request.each(scenes, 'scenes',
-                                                lambda scene: on_scene(scene, request))))
+    trials, harder, points, truths = (
+        pd.DataFrame([row for rows in parts for row in rows]) for parts in zip(*request.each(
+            scenes, 'scenes', lambda scene: on_scene(scene, request))))
     moving, evolved, lived = (
         pd.DataFrame([row for rows in request.each(items, title, work) for row in rows])
         for items, title, work in (
@@ -70,7 +72,8 @@ def run(request):
             (evolutions(scenes, request.quick), 'evolutions', evolve),
             (lives(scenes, request.quick), 'over frames', live)))
     found = [balance_table(pd.concat([
-        of_parts(trials, moving).assign(profile='realtime'), evolved.assign(on=SINGLE), lived]))]
+        of_parts(trials, harder, moving).assign(profile='realtime'),
+        evolved.assign(on=SINGLE), lived]))]
     found += [evolution_table(profile, of_profile)
               for profile, of_profile in evolved.groupby('profile', sort=False)]
     found += scene_tables(trials) + (sequence_tables(moving) if len(moving) else [])
@@ -95,10 +98,10 @@ def run(request):
 
 def on_scene(scene, request):
     """
-    Return the figures of the variants and of a baseline on a scene: three lists of dicts.
+    Return the figures of the variants and of a baseline on a scene: four lists of dicts.
 
-    Error, fitness and milliseconds of each variant; fitness and error of all different chromosomes
-    of the evolutions; the figures of `truth_beside_result`.
+    Error, fitness and milliseconds of each variant; what `on_harder_pictures` returns; fitness and
+    error of all different chromosomes of the evolutions; the figures of `truth_beside_result`.
     """
     pair, named = scene.read(), {'group': scene.group, 'scene': scene.path}
     matchers = _matchers(request, scene, [one for one in REALTIME if one.still])
@@ -126,7 +129,21 @@ def on_scene(scene, request):
         disparity, default)), 'error': bad_percent(disparity, pair, scene.limit)})
     points = [{'scene': scene.path, 'fitness': fitness_of(genes), 'error': bad_percent(
         genes.astype(np.float32), pair, scene.limit)} for genes in seen.values()]
-    return trials, points, [{'scene': scene.path, **truth_beside_result(scene, pair, default)}]
+    return (trials, on_harder_pictures(request, scene, pair), points,
+            [{'scene': scene.path, **truth_beside_result(scene, pair, default)}])
+
+
+def on_harder_pictures(request, scene, known):
+    """Return dicts of variants without a part in harder pictures: scene, on, name, error."""
+    chosen = [one for one in REALTIME if one.still and (one.part or one == DEFAULT)]
+    blocks = under_condition(known, COMPRESSED)
+    found = []
+    for on, images in ((f'{SINGLE}, grey', (grey(known.left), grey(known.right))),
+                       (f'{SINGLE}, {COMPRESSED}', (blocks.left, blocks.right))):
+        found += [{'scene': scene.path, 'on': on, 'name': name, 'error': bad_percent(
+            matcher.match(*images).disparity, known, scene.limit)}
+            for name, matcher in _matchers(request, scene, chosen).items()]
+    return found
 
 
 def on_sequence(sequence, request):
@@ -202,13 +219,13 @@ def live(one):
     return found
 
 
-def of_parts(trials, moving):
+def of_parts(trials, harder, moving):
     """
     Return the rows of a DataFrame for `balance_table`, with a column `on`.
 
-    trials, moving: DataFrames of single scenes and of sequences.
+    trials, harder, moving: DataFrames of single scenes, of harder pictures and of sequences.
     """
-    parts = [trials.assign(on=SINGLE)]
+    parts = [trials.assign(on=SINGLE), harder]
     if len(moving):
         chosen = [one.name for one in REALTIME if one.part == 'previous best' or one == DEFAULT]
         parts += [moving[moving.kind.str.startswith(NOISY) & moving.name.isin(chosen)].assign(

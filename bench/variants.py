@@ -130,8 +130,9 @@ REALTIME = (
             stages=RealtimeStages(crossover=WholeMember), part='crossover'),
     Variant("the paper's line crossover", stages=RealtimeStages(
         crossover=lambda rows, columns: Line())),
-    Variant('no mutation: no planes of plain regions', stages=RealtimeStages(mutation=None),
-            part='mutation'),
+    Variant('no mutation: neither planes nor votes of plain regions',
+            stages=RealtimeStages(mutation=None, vote=None), part='mutation'),
+    Variant('no planes of plain regions', stages=RealtimeStages(mutation=None)),
     Variant('no vote of plain regions', stages=RealtimeStages(vote=None)),
     Variant('noise ignored', stages=RealtimeStages(noise=NoNoise)),
     Variant('no previous frames', {'warm_start': False}, still=False),
