@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Every command of the pages is executed by a test, long ones in a short form."""
+"""The commands of the pages work as they are written; those of make would run what they name."""
 from importlib.util import find_spec
 import os
 from pathlib import Path
@@ -8,13 +8,11 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 
 from bench.__main__ import SUITES
 import cv2
 from fuzzy_stereo_ros.commands import command_line
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.node.subscriptions import FAST_DDS_VARIABLES
 from fuzzy_stereo_ros.pairs.camera_files import (
     centred_calibration, rectified_cameras, write_camera)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -28,80 +26,13 @@ import pytest
 from saved_scene import running
 import written_scenes
 
-# Where commands are run in a short form, by what they begin with.
-SHORT_FORMS = {
-    'make demo': 'test_demo.py::'
-                 'test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture',
-    'make benchmark': 'test_suites.py::'
-                      'test_a_suite_runs_in_its_short_form_and_fills_its_section',
-    'make soak': 'test_soak.py::test_in_a_short_soak_every_promise_is_kept',
-    'python -m bench': 'test_suites.py::'
-                       'test_a_suite_runs_in_its_short_form_and_fills_its_section',
-    'colcon': 'test_build.py::test_colcon_builds_the_package_and_runs_its_tests',
-    'ros2 launch': 'test_page_ros_commands.py::test_a_launch_command_starts_the_node',
-    'ros2': 'test_page_ros_commands.py::test_a_ros_command_does_what_it_says_with_the_real_node',
-    'export': 'test_page_commands.py::test_a_variable_that_is_set_has_an_effect',
-}
-# What no test can run, by what it begins with, and why.
-NOT_RUN = {
-    'make test': 'it runs this test',
-    'make test-all': 'it runs this test',
-    'make docs': 'installs Sphinx; test_docs.py is its short form',
-    'rosdep': 'installs packages of the system',
-    'pip-audit': 'asks a service on the internet',
-    'sudo sysctl': 'changes the machine',
-}
 ALL = [(page, words) for page in pages_with_commands() for words in commands(page)]
-PACKAGE = 'fuzzy_stereo_ros'
 PYTHON = re.compile('```python\n(.*?)```', re.DOTALL)
 
 
 def shown(one):
     """Return a page or the words of a command as a test's name shows it."""
     return one if isinstance(one, str) else ' '.join(one)[:60]
-
-
-def told(table, words):
-    """Return what a table says of a command, by the longest beginning that fits, or None."""
-    line = ' '.join(words)
-    fitting = [start for start in table if f'{line} '.startswith(f'{start} ')]
-    return table[max(fitting, key=len)] if fitting else None
-
-
-def exists(test):
-    """Return whether a test, file::name, is one."""
-    file, name = test.split('::')
-    return any(f'def {name}(' in path.read_text(encoding='utf-8')
-               for path in (ROOT / 'test').rglob(file))
-
-
-def run_by(page, words):
-    """Return file::name of the test that runs a command, or why none does; None: nothing said."""
-    if told(NOT_RUN, words) or told(SHORT_FORMS, words):
-        return told(NOT_RUN, words) or told(SHORT_FORMS, words)
-    if words[0] == 'fuzzy-stereo':
-        return 'test_page_commands.py::' + (
-            'test_the_examples_of_a_command_work_as_they_are_written' if page in GUIDES
-            else 'test_the_commands_of_a_page_work_in_their_order')
-    return None
-
-
-@pytest.mark.parametrize('page, words', ALL, ids=shown)
-def test_a_command_is_run_by_a_test_or_it_is_said_why_not(page, words):
-    test = run_by(page, words)
-    assert test is not None, f'{page} has a command that no test runs: {shlex.join(words)}'
-    assert '::' not in test or exists(test), f'{page}: there is no {test}'
-
-
-def test_what_is_said_of_commands_is_said_of_some():
-    for table in (SHORT_FORMS, NOT_RUN):
-        for start in table:
-            assert any(f"{' '.join(words)} ".startswith(f'{start} ') for _, words in ALL), start
-
-
-def test_a_command_that_nothing_is_said_of_is_found_out():
-    assert run_by('README.md', ['apt', 'install', 'fuzzy']) is None
-    assert not exists('test_page_commands.py::test_that_nobody_wrote')
 
 
 def fill(folder):
@@ -153,7 +84,7 @@ def work(words):
 @pytest.mark.parametrize('name', [
     pytest.param(name, marks=[pytest.mark.slow] * (name in ('benchmark', 'evaluate', 'evolve')))
     for name in sorted({words[1] for page, words in ALL if page in GUIDES
-                        and words[0] == 'fuzzy-stereo' and not told(SHORT_FORMS, words)})])
+                        and words[0] == 'fuzzy-stereo'})])
 def test_the_examples_of_a_command_work_as_they_are_written(name, tmp_path, monkeypatch):
     fill(tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -215,36 +146,6 @@ def test_make_would_run_a_module_of_the_package_or_a_tool_with_these_arguments(p
             or module in text_of('requirements/docs.txt').lower()), module
     for setting in words[2:]:
         assert setting.partition('=')[2] in shlex.join(last)
-
-
-def run_code(code, variables):
-    """Run Python with variables of the environment in a process and return what it prints."""
-    return subprocess.run([sys.executable, '-c', code], cwd=ROOT, check=True, text=True,
-                          env={**os.environ, **variables}, capture_output=True).stdout
-
-
-@pytest.mark.parametrize('words', [words for _, words in ALL if words[0] == 'export'],
-                         ids=lambda words: words[1].partition('=')[0])
-def test_a_variable_that_is_set_has_an_effect(words, tmp_path):
-    name, _, value = ' '.join(words[1:]).partition('=')
-    if name in FAST_DDS_VARIABLES:
-        start, _, file = value.partition(')')
-        assert start == f'$(ros2 pkg prefix --share {PACKAGE}'
-        assert (ROOT / file.lstrip('/')).is_file()
-        return
-    if name == 'NUMBA_CACHE_DIR':
-        run_code(f'from {PACKAGE}.matching.kernels.genetic.random_numbers import mixed\n'
-                 'import numpy as np\nmixed(np.uint64(1), np.uint64(2))', {name: str(tmp_path)})
-        assert [*tmp_path.rglob('*.nbi')]
-        return
-    assert name == 'OPENCV_IO_MAX_IMAGE_PIXELS'
-    code = ('import cv2, numpy as np, types\n'
-            f'from {PACKAGE}.pairs.messages import read_image\n'
-            'data = cv2.imencode(".png", np.zeros((100, 101), np.uint8))[1].tobytes()\n'
-            'try:\n    print(read_image(types.SimpleNamespace(format="png", data=data)).shape)\n'
-            'except ValueError as error:\n    print(error)')
-    assert '(100, 101)' in run_code(code, {name: value})
-    assert 'hold no image' in run_code(code, {name: '10000'})
 
 
 def test_the_python_of_the_readme_matches():

@@ -5,23 +5,14 @@ import re
 
 from bench.demo.phase import Phase, table
 from bench.page import QUOTE, requoted, table_of
-from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.page import renewed
-from fuzzy_stereo_ros.replay.options import SEGMENT_PAIRS, WARM_PAIRS
-import pages
 from pages import ROOT, text_of
 import pytest
 
 README = text_of('README.md')
-PARAMETERS, BAGS, NODE = (text_of(f'docs/{name}.md') for name in ('parameters', 'bags', 'node'))
+PARAMETERS, NODE = (text_of(f'docs/{name}.md') for name in ('parameters', 'node'))
 ARCHITECTURE, ALGORITHM, FIGURES = (
     text_of(f'docs/{name}.md') for name in ('architecture', 'algorithm', 'benchmarks'))
-
-
-def commands(start):
-    """Return the commands of the guides that begin with a word, each once."""
-    found = [words for page in pages.GUIDES for words in pages.commands(page, start)]
-    return [words for place, words in enumerate(found) if words not in found[:place]]
 
 
 def cells(line):
@@ -33,11 +24,6 @@ def test_the_parameter_tables_are_those_of_the_declaration():
         'renew them: python -m fuzzy_stereo_ros.parameters.page docs/parameters.md'
 
 
-def test_a_text_without_the_marks_cannot_be_renewed():
-    with pytest.raises(ValueError, match='the text has no <!-- parameters: begin -->'):
-        renewed('no marks')
-
-
 def test_the_demo_table_has_the_rows_and_columns_that_the_demo_prints():
     found = re.search('<!-- demo: begin -->\n(.*?)\n<!-- demo: end -->', README, re.DOTALL)[1]
     written, printed = (
@@ -47,27 +33,8 @@ def test_the_demo_table_has_the_rows_and_columns_that_the_demo_prints():
     assert [row[0] for row in written] == [row[0] for row in printed]
 
 
-def test_the_picture_is_the_panel():
-    assert read_image(ROOT / 'docs' / 'demo.png').shape[1] > 1000
-
-
 def test_the_readme_is_a_screen_to_running_and_then_links():
     assert len(README.splitlines()) <= 120
-
-
-def test_make_has_every_target_that_is_named():
-    makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
-    named = commands('make')
-    assert {words[1] for words in named} >= {'demo', 'test'}
-    for words in named:
-        assert re.search(f'^{words[1]}:', makefile, re.MULTILINE), words
-        for setting in words[2:]:
-            assert f"$({setting.split('=')[0]})" in makefile
-
-
-def test_segments_are_as_long_as_the_page_says():
-    assert (f'segments of {SEGMENT_PAIRS} pairs, each warmed up on the {WARM_PAIRS} pairs before '
-            'it') in ' '.join(BAGS.split())
 
 
 @pytest.mark.parametrize('page', [README, ALGORITHM], ids=['README.md', 'algorithm.md'])
@@ -90,14 +57,6 @@ def test_a_table_is_quoted_from_the_section_of_its_benchmark():
     for missing in (('two', 'Title'), ('one', 'Titl'), ('three', 'Title')):
         with pytest.raises(ValueError, match=f"no table '{missing[1]}' of {missing[0]}"):
             table_of(page, *missing)
-
-
-def test_the_launch_example_names_a_launch_file_and_an_argument_of_it():
-    (words,) = commands('ros2 launch')
-    assert words[2] == 'fuzzy_stereo_ros'
-    assert (ROOT / 'launch' / words[3]).exists()
-    for argument in words[4:]:
-        assert f"`{argument.split(':=')[0]}`" in PARAMETERS
 
 
 def test_the_executable_and_the_dds_profile_that_are_named_exist():

@@ -107,12 +107,6 @@ def test_a_viewer_shows_topics_that_there_are(name, read):
     assert 'points2' in shown
 
 
-def test_the_layout_of_foxglove_has_each_panel_once():
-    layout = json.loads(text_of('config/foxglove.json'))
-    panels = [text for text in strings_in(layout['layout']) if '!' in text]
-    assert sorted(panels) == sorted(layout['configById'])
-
-
 @pytest.mark.parametrize('name', LAUNCHES)
 def test_launch_itself_reads_a_recipe(name):
     parser = pytest.importorskip('launch.frontend', reason='launch comes with ROS 2').Parser

@@ -80,10 +80,6 @@ def test_a_source_file_makes_no_code_of_data_and_uses_no_shell_and_no_network(pa
     assert breaches(path, (ROOT / path).read_text(encoding='utf-8')) == []
 
 
-def test_the_whole_package_is_read():
-    assert {'setup.py', 'launch/demo.launch.py', *STARTING} <= set(FILES)
-
-
 @pytest.mark.parametrize('line', [
     'import pickle', 'from marshal import loads', 'import urllib.request', 'import socket',
     'eval("1")', 'exec(text)', 'os.system("ls")', 'yaml.load(text)',
@@ -94,11 +90,6 @@ def test_the_whole_package_is_read():
 def test_what_is_promised_not_to_be_done_is_found_out(line):
     path = 'fuzzy_stereo_ros/matching/compiling.py'
     assert len(breaches(path, line)) == 1
-
-
-def test_processes_are_started_only_where_it_is_known():
-    assert breaches('fuzzy_stereo_ros/node/worker.py', 'subprocess.run(["ls"])')
-    assert breaches('fuzzy_stereo_ros/matching/compiling.py', 'subprocess.run([name, "-m"])') == []
 
 
 def test_every_promise_names_tests_that_are_there():

@@ -3,7 +3,6 @@
 """The page of troubles speaks of sentences, parameters and topics that there are."""
 import ast
 from collections import Counter
-from dataclasses import replace
 from functools import cache
 import re
 from unittest.mock import Mock
@@ -12,7 +11,6 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.result_messages import TOPICS
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
-from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 from pages import in_code_style, ROOT, said, text_of
 import pytest
@@ -85,42 +83,7 @@ def test_a_name_in_code_style_is_a_parameter_a_topic_a_file_or_a_text_of_the_cod
             or missing_parts(words) == [])
 
 
-def test_what_is_no_text_of_the_code_is_found_out():
-    assert missing_parts('no stereo pair for … s; messages since then: …') == []
-    assert missing_parts('no stereo pair for … minutes') == ['minutes']
-
-
 def test_the_table_at_the_top_leads_to_every_section():
     text = text_of(NAME)
     sections = re.findall(r'^## (.+)$', text, re.MULTILINE)
     assert re.findall(r'\[([^]]+)\]\(#', text.split('\n## ')[0]) == sections
-
-
-def shares_of_valid_pixels():
-    """Yield how a pair does not fit, and the share of valid pixels."""
-    pair = make_pair(200, 320, 64)
-    matcher = StereoMatcher(MatcherConfig.from_profile(
-        'realtime', disparities=64, warm_start=False))
-    for case, left, right in (('aligned', pair.left, pair.right),
-                              ('two rows', pair.left[2:], pair.right[:-2]),
-                              ('swapped', pair.right, pair.left)):
-        yield case, np.isfinite(matcher.match(left, right).disparity).mean()
-
-
-def test_the_shares_that_wrong_images_leave_are_those_of_the_page():
-    shares = dict(shares_of_valid_pixels())
-    assert shares['aligned'] > 0.85
-    assert shares['swapped'] < 0.02
-    assert 'swapped images leave less than 2 % of the pixels valid' in ' '.join(
-        text_of(NAME).split())
-
-
-def test_the_blank_stripe_at_the_left_is_what_fill_fills_with_confidence_0():
-    pair = make_pair(60, 160, 32)
-    config = MatcherConfig.from_profile('realtime', disparities=32, warm_start=False)
-    plain = StereoMatcher(config).match(pair.left, pair.right)
-    filled = StereoMatcher(replace(config, fill=True)).match(pair.left, pair.right)
-    holes = np.isnan(plain.disparity)
-    assert holes[:, :8].mean() > 2 * holes[:, 40:].mean()
-    assert np.isfinite(filled.disparity).all()
-    assert (filled.confidence[holes] == 0).all()
