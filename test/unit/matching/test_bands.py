@@ -11,6 +11,8 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
+PATIENCE = 300      # s
+
 
 @pytest.mark.parametrize('cut', [cut_bands, cut_parts])
 @given(rows=st.integers(1, 5000), height=st.integers(1, 300))
@@ -75,7 +77,7 @@ def test_a_thread_pool_does_all_the_work_before_it_returns(threads):
 
 
 def test_two_threads_work_at_the_same_time():
-    pool, both = ThreadPool(2), threading.Barrier(2, timeout=20)
+    pool, both = ThreadPool(2), threading.Barrier(2, timeout=PATIENCE)
     pool.each(lambda _: both.wait(), range(2))
     pool.close()
 
@@ -257,7 +259,8 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
 
 
 def test_nobody_waits_for_ever_for_an_item_of_a_helper_that_fails():
-    pool, both, caller = ThreadPool(2), threading.Barrier(2, timeout=20), threading.get_ident()
+    pool, both = ThreadPool(2), threading.Barrier(2, timeout=PATIENCE)
+    caller = threading.get_ident()
 
     def work(item):
         if item < 2:

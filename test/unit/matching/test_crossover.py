@@ -84,18 +84,6 @@ def test_regions_are_taken_as_by_trying_each(exchange, advantage):
     np.testing.assert_array_equal(taken, twins.regions(exchange, advantage))
 
 
-@pytest.mark.parametrize('neighbours', [4, 8])
-@pytest.mark.parametrize('shape', [(1, 1), (1, 2), (2, 1), (3, 3), (7, 9), (8, 8)])
-def test_the_memory_is_enough_for_regions_of_one_cell(shape, neighbours):
-    exchange = Exchange(*shape, neighbours)
-    apart = np.indices(shape) % 2
-    cells = np.flatnonzero(apart.sum(axis=0) == 0 if neighbours == 8 else apart[0] == apart[1])
-    exchange.all_cells[:cells.size] = cells
-    exchange.set_size(cells.size)
-    exchange.alone[:], exchange.pairs[:] = -5, 0
-    assert crossed(Regions(*shape), exchange).all()
-
-
 # ---- the minimum cut ----
 
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What the half-size map tells the full search: windows of labels, weak texture, a prior."""
-from census_scene import random_map, read_moved, seen, small_pair
+from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
     flat, half_prior, texture_steps, tile_windows, weak_texture)
@@ -12,8 +12,7 @@ from fuzzy_stereo_ros.matching.realtime.half_size import HalfSize, SPECKLE, TILE
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, CensusPossibility, extra_columns, HALF_SIZE)
 from fuzzy_stereo_ros.matching.realtime.scanlines import (
-    gene_type, GROW, MARGIN, OVERLAP, Scanlines)
-from fuzzy_stereo_ros.matching.realtime.views import half_disparities
+    gene_type, OVERLAP)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -61,18 +60,6 @@ def test_a_window_stands_in_the_middle_of_what_it_must_hold():
     low, blocks = windows_of(half, (16, 16), 256, 16, 0, 4)
     assert blocks.tolist() == [[1]]
     assert low.tolist() == [[96 - (32 - 10) // 2]]       # 96 .. 105 are wanted
-
-
-@pytest.mark.parametrize('disparities', [70, 72, 300])
-def test_a_search_is_limited_by_the_half_size_map(disparities):
-    shape, halves = (33, 50), half_disparities(disparities)
-    search = Scanlines(seen(*small_pair(*shape), disparities), 16)
-    half = halves - 9 + random_map((16, 25), 9, 1, gene_type(halves))
-    search.limit(half)
-    low, blocks = windows_of(half, shape, disparities, 16, GROW, MARGIN, halves)
-    np.testing.assert_array_equal(search.windows.low, low)
-    np.testing.assert_array_equal(search.windows.blocks, blocks)
-    assert low.any()
 
 
 @pytest.mark.parametrize('nearest, last', [(28, 64), (29, 64), (30, 72), (31, 72)])

@@ -9,8 +9,6 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
-from fuzzy_stereo_ros.matching.realtime.frames import NothingInherited
-from fuzzy_stereo_ros.matching.realtime.matcher import Stages
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from made_matches import wrong
 import numpy as np
@@ -202,14 +200,6 @@ def test_a_frame_of_another_scene_inherits_nothing():
     assert not matcher.state.own.evolved.any()
     cold = StereoMatcher(CONFIG).match(other.left, other.right)
     np.testing.assert_array_equal(match.disparity, cold.disparity)
-
-
-def test_without_evolution_from_frame_to_frame_no_plane_is_inherited():
-    stages = Stages(frames=NothingInherited)
-    alone, other = still(CONFIG)[1].state, still(CONFIG, stages=stages)[1].state
-    np.testing.assert_array_equal(alone.pictures, other.pictures)
-    assert alone.own.evolved.any() and not other.own.evolved.any()
-    assert (alone.own.labels != other.own.labels).any()
 
 
 def test_with_time_for_evolution_more_than_one_generation_runs():

@@ -6,11 +6,11 @@ from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
     fill_row_fitness, least_possible_level, place_patches)
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import (
-    below, fill_random_genes, fill_uniform, key_of, mixed, scatter_random_genes)
+    fill_random_genes, fill_uniform, key_of, scatter_random_genes)
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.fitness import (
-    gradient_by_index, gradient_norm, inside, LiteralFitness)
+    inside, LiteralFitness)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -51,33 +51,6 @@ def rows_of(measured, chromosome, first=0, last=None):
     return found
 
 
-@pytest.mark.parametrize('shape', [(5, 7), (1, 6), (6, 1), (1, 1), (2, 2)])
-def test_the_gradient_norm_is_that_of_the_twin(shape):
-    grey = np.random.default_rng(3).integers(0, 256, shape).astype(np.uint8)
-    norm = np.zeros(shape, np.uint16)
-    gradient_norm(grey, norm)
-    np.testing.assert_array_equal(norm, reference.sobel_norm(grey))
-
-
-def test_the_gradient_norm_of_the_strongest_corner_fits():
-    grey = np.zeros((3, 3), np.uint8)
-    grey[1:, 1:] = grey[0, 2] = grey[2, 0] = 255
-    norm = np.zeros((3, 3), np.uint16)
-    gradient_norm(grey, norm)
-    assert norm[1, 1] == round(255 * np.hypot(3, 3))
-
-
-@pytest.mark.parametrize('disparities, min_disparity', RANGES)
-def test_the_gradient_of_each_match_is_found_and_is_0_outside(disparities, min_disparity):
-    norm = np.arange(1, 15, dtype=np.uint16).reshape(2, 7)
-    by_index = np.full((2, 7 + disparities - 1), 99, np.uint16)
-    gradient_by_index(norm, min_disparity, by_index)
-    for row, column, index in np.ndindex(2, 7, disparities):
-        seen = reference.target_column(column, index, min_disparity, 7)
-        expected = 0 if seen is None else norm[row, seen]
-        assert by_index[row, column - index + disparities - 1] == expected
-
-
 @pytest.mark.parametrize('neighbourhood', [1, 3, 5, 31])
 @pytest.mark.parametrize('disparities, min_disparity', RANGES)
 @pytest.mark.parametrize('shape', SHAPES)
@@ -89,21 +62,6 @@ def test_the_fitness_of_each_row_is_that_of_the_twin(
     assert found.tolist() == reference.row_fitness(
         whole, chromosome, reference.sobel_norm(left), reference.sobel_norm(right),
         min_disparity, neighbourhood)
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(1, 12), st.integers(1, 9), st.sampled_from([1, 3, 5, 9]), st.data())
-def test_rows_that_n_reaches_from_a_range_are_as_in_the_whole_and_others_stay(
-        rows, columns, neighbourhood, data):
-    first = data.draw(st.integers(0, rows))
-    last = data.draw(st.integers(first, rows))
-    left, right, chromosome, _ = scene((rows, columns), 3, 0)
-    measured = measure(left, right, 3, 0, neighbourhood)
-    part, whole = rows_of(measured, chromosome, first, last), rows_of(measured, chromosome)
-    first, last = max(first - neighbourhood // 2, 0), last + neighbourhood // 2
-    np.testing.assert_array_equal(part[first:last], whole[first:last])
-    assert np.all(part[:first] == -1)
-    assert np.all(part[last:] == -1)
 
 
 def test_the_largest_sums_do_not_overflow():
@@ -133,21 +91,9 @@ def draws_for(data, number):
 # ---- random ----
 
 
-@settings(deadline=None)
-@given(words, words)
-def test_mixed_is_split_mix_64(key, counter):
-    assert int(mixed(np.uint64(key), np.uint64(counter))) == reference.mixed(key, counter)
-
-
 def test_split_mix_64_starts_as_its_authors_say():
     assert reference.mixed(0, 0) == 0xE220A8397B1DCDAF
     assert reference.mixed(0, 1) == 0x6E789E6AA1B965F4
-
-
-@settings(deadline=None)
-@given(words, st.integers(1, 2**32))
-def test_below_stays_below_its_limit(bits, limit):
-    assert 0 <= below(np.uint64(bits), np.uint64(limit)) < limit
 
 
 def test_keys_differ_by_each_word_its_place_and_the_number_of_words():
@@ -199,10 +145,6 @@ def test_the_elite_is_the_share_rounded_and_at_least_the_fittest(population, sha
     size = operators.elite_size(population, share)
     assert 1 <= size <= population
     assert abs(size - share * population) <= 0.5 or size == 1
-
-
-def test_survival_by_rank_falls_evenly_from_one():
-    assert operators.rank_survival(4).tolist() == [1, .75, .5, .25]
 
 
 @given(st.integers(1, 30), st.data())

@@ -1,15 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The profile `paper` as a whole, in its readings."""
-from dataclasses import replace
 
-from bench.variants import PAPER_OPERATORS
 import cv2
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.matcher import LITERAL_STAGES, PaperMatcher, RIGHT, Stages
-from fuzzy_stereo_ros.matching.paper.population import Population
 import numpy as np
 import pytest
 import reference
@@ -208,20 +205,6 @@ def test_gains_add_up_to_the_rise_of_the_best_which_never_declines(reading):
         assert row.best_fitness >= best
         best = row.best_fitness
     assert best > 1.2 * start
-
-
-@pytest.mark.parametrize('variant', PAPER_OPERATORS, ids=lambda variant: variant.name)
-def test_each_variant_of_the_benchmark_runs_and_never_beats_its_own_fitness(variant):
-    config = config_for(generations=6)
-    changed = replace(config, **variant.changes)
-    matcher = PaperMatcher(changed, ROWS, COLUMNS, variant.stages)
-    match, _ = matcher.match(*pair(), None, Random((0, 0)), Budget(6, 0, 0))
-    again = Population(changed, ROWS, COLUMNS, matcher._fitness)
-    again.framed[:] = matcher.population.framed
-    for slot in range(changed.population):
-        again.evaluate(slot, 0, ROWS)
-    np.testing.assert_array_equal(again.totals, matcher.population.totals)
-    assert len(match.history) == 6
 
 
 def test_a_wall_is_found_from_noise():

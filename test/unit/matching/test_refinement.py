@@ -6,15 +6,13 @@ from types import SimpleNamespace
 from census_scene import random_map
 from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.refinement import filling
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_rows
 from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
-from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
 from fuzzy_stereo_ros.matching.realtime.refinement import (
-    ALIKE, AROUND, Refinement, reject_speckles, RIGHT)
+    ALIKE, Refinement, reject_speckles, RIGHT)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -113,69 +111,6 @@ def test_rows_are_filled_as_by_the_twin(given_maps):
     np.testing.assert_array_equal(by_rows(*given_maps), twins.filled_by_rows(*given_maps))
 
 
-@pytest.mark.parametrize('first', [0, 2])
-def test_a_row_without_labels_takes_the_one_above_in_its_band(first):
-    labels = np.arange(12, dtype=np.uint8).reshape(4, 3)
-    validity = np.full((4, 3), INVALID, np.uint8)
-    validity[first] = 0
-    filled = np.full_like(labels, 77)
-    fill_rows(labels, validity, filled, first, 4)
-    for row in range(first, 4):
-        assert filled[row].tolist() == labels[first].tolist()
-    assert np.all(filled[:first] == 77)
-    validity[:] = INVALID
-    fill_rows(labels, validity, filled, first, 4)
-    assert not filled[first:].any()
-
-
-SHAPES = [(1, 1), (1, 9), (9, 1), (2, 2), (8, 31), (7, 32), (6, 33), (3, 65)]
-DEPTHS = [(np.uint8, 1), (np.uint8, 3), (np.uint8, 256), (np.uint16, 257), (np.uint16, 4096)]
-
-
-def median_of(labels, grey, reach, disparities, bands=None):
-    rows, columns = labels.shape
-    radius = filling.RADIUS
-    padded, padded_grey = (np.full((rows + 2 * radius, columns + 2 * radius + 2 * LANES), 99,
-                                   labels.dtype) for _ in range(2))
-    out = np.zeros((rows, columns + 2 * LANES), labels.dtype)
-    members = np.zeros(filling.NEIGHBOURS * LANES, labels.dtype)
-    bits = max((disparities - 1).bit_length(), 1)
-    bands = bands or [(0, rows)]
-    for band in bands:
-        filling.pad_map(labels, columns, padded, *band)
-        filling.pad_map(grey, columns, padded_grey, *band)
-    for band in bands:
-        filling.membership_median(padded, padded_grey, reach, bits, columns, out, members, *band)
-    return out[:, :columns]
-
-
-@pytest.mark.parametrize('dtype, disparities', DEPTHS)
-@pytest.mark.parametrize('shape', SHAPES)
-def test_the_membership_median_is_that_of_the_twin(shape, dtype, disparities):
-    labels = random_map(shape, disparities, 1, dtype)
-    grey = random_map(shape, 40, 2)
-    np.testing.assert_array_equal(median_of(labels, grey, 10, disparities),
-                                  twins.membership_median(labels, grey, 10))
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(1, 9), st.integers(1, 40), st.integers(0, 255), st.integers(1, 256),
-       st.integers(1, 256), st.integers(0, 99))
-def test_any_reach_and_spread_of_labels_and_grey(rows, columns, reach, spread, greys, seed):
-    labels = random_map((rows, columns), spread, seed)
-    grey = random_map((rows, columns), greys, seed + 1)
-    np.testing.assert_array_equal(median_of(labels, grey, reach, 256),
-                                  twins.membership_median(labels, grey, reach))
-
-
-@pytest.mark.parametrize('edges', [(0, 1, 11), (0, 5, 11), (0, 10, 11), (0, 3, 7, 11)])
-def test_bands_give_what_the_whole_gives(edges):
-    labels, grey = random_map((11, 37), 64, 5), random_map((11, 37), 60, 6)
-    np.testing.assert_array_equal(
-        median_of(labels, grey, 10, 64, list(zip(edges, edges[1:]))),
-        median_of(labels, grey, 10, 64))
-
-
 @pytest.mark.parametrize('dtype, disparities', [(np.uint8, 60), (np.uint16, 300)])
 @pytest.mark.parametrize('shape', [(2, 2), (3, 9), (5, 5), (17, 40)])
 def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities):
@@ -266,20 +201,6 @@ def test_any_range_fill_and_threshold(rows, columns, min_disparity, fill, thresh
           confidence_threshold=threshold)
 
 
-@pytest.mark.parametrize('margin, valid', [(0, 0), (1, 1)])
-def test_only_where_nothing_is_known_a_pixel_is_rejected_without_a_threshold(margin, valid):
-    labels = np.full((19, 19), 7, np.uint8)
-    margins = np.zeros((19, 19), np.uint8)
-    margins[9, 9] = margin
-    chosen = SimpleNamespace(labels=labels, offsets=np.zeros((19, 19), np.int8),
-                             sums=np.full((19, 19), 255, np.uint8), margins=margins)
-    refinement = Refinement(19, 64, np.uint8, cut_bands(19))
-    disparity, _ = refinement.write(
-        POOL, labels, chosen, no_prior(labels.shape), MatcherConfig())
-    assert np.count_nonzero(disparity == 7) == valid * AROUND**2
-    assert np.count_nonzero(np.isnan(disparity)) == 19**2 - valid * AROUND**2
-
-
 def half_certain(shape):
     """Return what the scanlines chose where every pixel is half certain, and a Refinement."""
     return SimpleNamespace(
@@ -298,17 +219,6 @@ def test_a_pixel_as_sure_as_the_threshold_stays_valid():
         disparity, _ = refinement.write(
             POOL, labels, chosen, prior_weight, MatcherConfig(confidence_threshold=threshold))
         assert np.isfinite(disparity[2, 2]) == known
-
-
-@pytest.mark.parametrize('away, agreeing', [(0, 25), (2, 20), (9, 20)])
-def test_a_pixel_is_as_sure_as_many_neighbours_found_its_disparity(away, agreeing):
-    chosen, refinement = half_certain((5, 5))
-    labels = chosen.labels.copy()
-    chosen.labels[0] += np.uint8(away)      # one of five rows found another surface
-    confidence = refinement.write(
-        POOL, labels, chosen, no_prior((5, 5)), MatcherConfig())[1][2, 2]
-    assert confidence == pytest.approx(
-        np.interp(10 * 0.5 * agreeing / 25, range(11), RIGHT), abs=1e-6)
 
 
 def test_confidence_is_the_least_of_lines_as_the_table_is_never_bent_upwards():

@@ -3,10 +3,12 @@
 """Rows that do not fit are undone, held, moved by measured steps, and forgotten with the rig."""
 from dataclasses import replace
 
+import cv2
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
-from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import shift_rows
+from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
+    nearest_features, shift_rows)
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows, STEP
 from fuzzy_stereo_ros.matching.row_offsets import terms_at
@@ -80,6 +82,28 @@ def test_a_whole_number_of_rows_moves_them_to_the_bit():
     image = np.random.default_rng(0).integers(0, 255, (30, 40, 3), np.uint8)
     np.testing.assert_array_equal(shifted(image, (2, 0, 0, 0))[:-2], image[2:])
     np.testing.assert_array_equal(shifted(image, (-1, 0, 0, 0))[1:], image[:-1])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**20), st.integers(1, 60), st.integers(1, 60), st.integers(1, 256))
+def test_features_are_matched_as_by_the_brute_force_matcher_of_opencv(seed, number, others, most):
+    """With few different bits several features are equally near."""
+    lowest, highest, apart = map(np.float32, (-2, 9, 4))
+    draw = np.random.default_rng(seed)
+    places, other_places = (draw.integers(0, 20, (2, count)).astype(np.float32)
+                            for count in (number, others))
+    bits, other_bits = (draw.integers(0, most, (count, 32)).astype(np.uint8)
+                        for count in (number, others))
+    nearest, distances = np.empty(number, np.int32), np.empty(number, np.int32)
+    nearest_features(places, bits.view(np.uint32), other_places, other_bits.view(np.uint32),
+                     lowest, highest, apart, nearest, distances)
+
+    across, down = places[:, :, None] - other_places[:, None]
+    allowed = (across >= lowest) & (across <= highest) & (abs(down) <= apart)
+    found = cv2.BFMatcher(cv2.NORM_HAMMING).match(bits, other_bits, allowed.astype(np.uint8))
+    expected = {one.queryIdx: (one.trainIdx, one.distance) for one in found}
+    assert {one: (nearest[one], distances[one])
+            for one in np.flatnonzero(nearest >= 0)} == expected
 
 
 @pytest.mark.parametrize('profile, terms', [

@@ -1,113 +1,22 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scanline passes: a step, windows, the sum of four directions, and the label of least cost."""
+"""Scanline passes: windows, the sum of four directions, and the label of least cost."""
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.addresses import repeat_bytes
-from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance, carry, clear, copy, step
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import SearchResult
-from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import (
-    best_label, choose_of_target, fit_offsets, least_elsewhere)
-from fuzzy_stereo_ros.matching.kernels.simd import LANES, load, splat, store
+from fuzzy_stereo_ros.matching.kernels.scanlines.winner_takes_all import choose_of_target
+from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.realtime import scanlines
 from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
 from fuzzy_stereo_ros.matching.realtime.scanlines import (
     gene_type, OVERLAP, prior_of, Scanlines, SHIFT)
 from hypothesis import given, settings, strategies as st
-from hypothesis.extra import numpy as arrays
-from numba import njit
 import numpy as np
 import pytest
 import reference_census as twins
 
 RULES = (1, 4), (0, 4)
 GUARD = 64      # bytes
-few_bytes = st.sampled_from([0, 1, 13, 62, 200, 254, 255])
-bytes_of_labels = st.integers(1, 3).flatmap(lambda blocks: arrays.arrays(
-    np.uint8, (3, LANES * blocks), elements=st.integers(0, 255) | few_bytes))
-
-
-# ---- one step ----
-
-
-@njit
-def stepped(path, jump, small, costs, sums, at, begins):
-    step(path, at, costs.size // LANES, splat(jump), splat(small), costs, 0, sums, at, begins)
-
-
-@njit
-def advanced(path, jump, small, costs):
-    store(path, 0, advance(load(path, 0), splat(jump), splat(small), load(costs, 0)))
-
-
-def moved_on(before, costs, jump, small):
-    """Return the twin's paths of the next pixel: int64 (D,)."""
-    return twins.pass_along(np.stack([before, costs]).astype(np.int64)[None],
-                            np.array([[0, jump]]), small)[0, 1]
-
-
-@settings(max_examples=200, deadline=None)
-@given(bytes_of_labels, st.integers(0, 255), st.integers(0, 255), st.booleans())
-def test_a_step_is_that_of_the_twin_and_saturates(numbers, jump, small, begins):
-    before, costs, earlier = numbers
-    expected = moved_on(before, costs, jump, small)
-    path, sums = (np.full(before.size + 14, 99, np.uint8) for _ in range(2))
-    path[7:-7], sums[7:-7] = before - before.min(), earlier
-    stepped(path, np.uint8(jump), np.uint8(small), costs, sums, 7, begins)
-    assert path[7:-7].tolist() == (expected - expected.min()).tolist()
-    assert sums[7:-7].tolist() == np.minimum(
-        expected + (0 if begins else earlier.astype(np.int64)), 255).tolist()
-    for written in (path, sums):
-        assert np.all(written[:7] == 99)
-        assert np.all(written[-7:] == 99)
-
-
-@settings(max_examples=200, deadline=None)
-@given(bytes_of_labels, st.integers(0, 255), st.integers(0, 255))
-def test_a_block_in_registers_advances_as_by_a_step(numbers, jump, small):
-    before, costs, _ = numbers[:, :LANES].copy()
-    expected = moved_on(before, costs, jump, small)
-    path = before - before.min()
-    advanced(path, np.uint8(jump), np.uint8(small), costs)
-    assert path.tolist() == expected.tolist()
-
-
-@pytest.mark.parametrize('begin, end', [(0, 0), (0, 1), (2, 9), (7, 256)])
-def test_bytes_are_widened_to_words_that_repeat_them(begin, end):
-    numbers, words = np.arange(256, dtype=np.uint8), np.full(300, 7, np.uint32)
-    repeat_bytes(numbers, begin, end, words.ctypes.data, 3)
-    repeated = [int.from_bytes(bytes([number] * 4), 'big') for number in range(begin, end)]
-    assert words.tolist() == [7] * 3 + repeated + [7] * (297 - len(repeated))
-
-
-@pytest.mark.parametrize('blocks', [0, 1, 3])
-def test_paths_start_at_no_cost_and_are_copied_in_whole_vectors(blocks):
-    path, target = np.full(5 * LANES, 9, np.uint8), np.full(5 * LANES, 7, np.uint8)
-    clear(path, LANES, blocks)
-    whole = [9] * LANES + [0] * LANES * blocks + [9] * LANES * (4 - blocks)
-    assert path.tolist() == whole
-    copy(path, target, max(LANES * blocks - 5, 0))
-    assert target.tolist() == whole[:LANES * blocks] + [7] * LANES * (5 - blocks)
-
-
-@settings(max_examples=100, deadline=None)
-@given(st.integers(1, 4), st.integers(1, 4), st.integers(0, 200), st.integers(0, 200))
-def test_paths_are_carried_to_another_window_with_255_where_it_is_new(
-        blocks, new_blocks, low, new_low):
-    path = np.arange(1, LANES * blocks + 1).astype(np.uint8)
-    everything = np.full(400, 255, np.uint8)
-    everything[low:low + path.size] = path
-    expected = everything[new_low:new_low + LANES * new_blocks].tolist()
-    out = np.zeros(LANES * new_blocks + 6, np.uint8)
-    labels = np.zeros(LANES * blocks + 128, np.uint8)
-    carry(path, 0, blocks, low, out, 3, new_blocks, new_low, labels)
-    assert out.tolist() == [0] * 3 + expected + [0] * 3
-    in_place = np.concatenate([path, np.zeros(4 * LANES, np.uint8)])
-    carry(in_place, 0, blocks, low, in_place, 0, new_blocks, new_low, labels)
-    assert in_place[:LANES * new_blocks].tolist() == expected
-
-
-# ---- whole images ----
 
 
 def guarded(like):
@@ -314,75 +223,6 @@ def test_what_was_searched_before_leaves_no_trace():
 
 
 costs = st.integers(0, 255)
-few_values = st.sampled_from([0, 1, 7, 254, 255])
-
-
-@st.composite
-def sums_of_a_pixel(draw):
-    """Return uint8 sums of one to four blocks of labels, often with equals."""
-    size = LANES * draw(st.integers(1, 4))
-    return draw(arrays.arrays(np.uint8, size, elements=draw(st.sampled_from([costs, few_values])),
-                              fill=few_values))
-
-
-@settings(max_examples=200, deadline=None)
-@given(sums_of_a_pixel(), st.integers(0, 40))
-def test_the_winner_is_the_first_of_the_least_and_its_rival_is_not_beside_it(sums, at):
-    blocks, around = sums.size // LANES, np.zeros(at + sums.size, np.uint8)
-    around[at:] = sums
-    best, least = best_label(around, at, blocks)
-    assert (best, least, least_elsewhere(around, at, blocks, best)) == twins.winner(sums)
-
-
-@pytest.mark.parametrize('best', [0, 1, 30, 31, 32, 33, 63, 64, 95])
-def test_the_rival_next_to_a_block_s_edge_is_not_counted(best):
-    sums = np.full(96, 50, np.uint8)
-    sums[best] = 3
-    sums[max(best - 1, 0):best] = sums[best + 1:best + 2] = 9
-    assert least_elsewhere(sums, 0, 3, best) == 50
-    far = best - 2 if best >= 2 else best + 2
-    sums[far] = 20
-    assert least_elsewhere(sums, 0, 3, best) == 20
-
-
-def offsets_of(below, least, above):
-    """Return what `fit_offsets` writes for a row; nothing else may change."""
-    width = len(least)
-    rows = [np.array(row, np.uint8) for row in (below, least, above)]
-    offsets = np.full(width + 8, 99, np.int8)
-    fit_offsets(*(row.ctypes.data for row in rows), width, offsets.ctypes.data + 4)
-    assert np.all(offsets[:4] == 99)
-    assert np.all(offsets[width + 4:] == 99)
-    return offsets[4:width + 4].tolist()
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.lists(st.tuples(costs | few_values, costs | few_values, costs | few_values), min_size=1))
-def test_the_offset_is_the_crossing_of_two_lines_of_equal_slope_rounded(triples):
-    """The sum in the middle is the least, as that of the chosen label is."""
-    triples = [(below, min(below, here, above), above) for below, here, above in triples]
-    below, least, above = zip(*triples)
-    offsets = offsets_of(below, least, above)
-    assert offsets == [twins.equiangular(*triple) for triple in triples]
-    assert offsets_of(above, least, below) == [-offset for offset in offsets]
-
-
-def test_every_offset_of_two_sums_above_nothing_is_that_of_the_twin():
-    below, above = (values.reshape(-1) for values in np.indices((256, 256)))
-    expected = [twins.equiangular(int(low), 0, int(high)) for low, high in zip(below, above)]
-    assert offsets_of(below, np.zeros_like(below), above) == expected
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.sampled_from([1, 2]), st.integers(1, 60), st.integers(1, 700), st.randoms(),
-       st.sampled_from([0, 2, 20, 300]))
-def test_the_target_takes_the_label_of_the_cheapest_and_of_equals_the_nearest(
-        label_bytes, columns, limit, random, extra):
-    limit = min(limit, 256**label_bytes, columns + 5 if random.random() < 0.7 else limit)
-    labels = np.array([random.randrange(limit) for _ in range(columns)],
-                      np.uint8 if label_bytes == 1 else np.uint16)
-    sums = np.array([random.choice([3, 4, 200, 255]) for _ in range(columns)], np.uint8)
-    check_target(labels, sums, extra)
 
 
 def check_target(labels, sums, extra=0):

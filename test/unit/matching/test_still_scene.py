@@ -170,13 +170,6 @@ def test_a_result_is_kept_only_for_frames_that_follow_within_a_fifth_of_a_second
     assert matcher.match(*next(frames(1, seed=1)), stamp=SECOND + step).reused is kept
 
 
-def test_each_frame_of_a_slow_camera_is_searched():
-    matcher = StereoMatcher(CONFIG)
-    matcher.restore(replace(settled()[0], stamp=SECOND))
-    assert not any(matcher.match(*pair, stamp=SECOND + number * SECOND // 2).reused
-                   for number, pair in enumerate(frames(4, seed=1), start=1))
-
-
 def test_results_of_the_right_image_are_kept_the_right_way_round():
     matcher = StereoMatcher(replace(CONFIG, reference='right'))
     *_, found, kept = (matcher.match(*pair) for pair in frames(SETTLED + 2))

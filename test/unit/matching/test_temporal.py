@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
     add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, TILE, UNITS)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
-    best_shift, move_ages, move_map, thumbnail)
+    move_ages, move_map)
 from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
     previous_prior, tile_strengths, trusted_cells)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
@@ -373,30 +373,6 @@ def test_a_picture_that_stays_has_not_moved_whatever_its_size(rows, columns):
 def test_images_too_small_for_a_thumbnail_never_move(rows, columns):
     image = np.zeros((rows, columns), np.uint8)
     assert found_between(Motion(rows, columns), image, image) == (0, 0)
-
-
-@pytest.mark.parametrize('size', [1, 4, 7])
-@pytest.mark.parametrize('margin', [0, MARGIN])
-def test_a_thumbnail_is_the_mean_of_squares(size, margin):
-    picture = luminance(landscape(4))[margin > 0]
-    small = np.zeros((30, 40), np.float32)
-    thumbnail(picture, margin, size, small)
-    inside = picture[margin:margin + 30 * size, margin:margin + 40 * size]
-    np.testing.assert_allclose(
-        small, inside.reshape(30, size, 40, size).mean(axis=(1, 3)), rtol=1e-5)
-
-
-@pytest.mark.parametrize('known', [(2, -3), (3, -6), (2, -4), (0, -2)])
-def test_a_shift_that_is_nearly_known_becomes_exact(known):
-    picture = landscape(5)
-    before, now = luminance(seen(picture, 0, 0))[0], luminance(seen(picture, 2, -4))[1]
-    assert best_shift(now, before, *known, 2, 16) == (2, -4)
-
-
-@pytest.mark.parametrize('known', [(0, 0), (5, -7), (900, 900)])
-def test_a_shift_of_a_picture_without_texture_stays_as_it_is_known(known):
-    flat = np.full(SHAPE, 9, np.uint8)
-    assert best_shift(luminance(flat)[1], luminance(flat)[0], *known, 2, 16) == known
 
 
 # ---- what moves with it ----

@@ -56,18 +56,6 @@ def exchanged(scene, first, second):
     return exchange
 
 
-@pytest.mark.parametrize('shape', SHAPES)
-def test_the_fitness_of_each_cell_is_that_of_the_twin(shape):
-    scene = Scene(shape)
-    genes, chosen, fitness, total = scene.chromosome()
-    np.testing.assert_array_equal(
-        inside(chosen), reference_uniform.chosen_of(inside(scene.planes), inside(genes)))
-    expected = reference_uniform.cell_fitness(inside(genes), inside(chosen),
-                                              inside(scene.weights))
-    np.testing.assert_array_equal(inside(fitness), expected)
-    assert total == expected.sum()
-
-
 @pytest.mark.parametrize('shape', SHAPES[:3])
 @pytest.mark.parametrize('colours', [(0, 1), (90, 120), (0, 256)])
 def test_weights_are_whole_parts_by_uniformity_and_none_leads_outside(shape, colours):

@@ -1,14 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """What is read of images: luminance, halving, census, gradient, penalties, noise."""
-from census_scene import random_map, seen, small_pair
+from census_scene import random_map, small_pair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.possibility import features
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate
-from fuzzy_stereo_ros.matching.realtime.matcher import Stages
-from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture, extra_columns, FULL_SIZE
+from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -144,17 +143,6 @@ def test_a_view_is_spread_into_a_wider_one_that_loses_nothing_of_it(shape, begin
     np.testing.assert_array_equal(wide.grey[:, wide.columns:], grey[:, wide.columns:])
 
 
-@pytest.mark.parametrize('min_disparity', [-2048, -200, -64, -63, -20, -3, -1, 0, 5])
-@pytest.mark.parametrize('disparities', [1, 2, 17, 64])
-def test_the_target_has_all_columns_that_labels_reach_and_an_even_number_more(
-        disparities, min_disparity):
-    extra = extra_columns(min_disparity, disparities)
-    assert extra % 2 == 0
-    assert extra >= min(-min_disparity, disparities - 1)
-    assert extra // 2 >= min(-min_disparity // 2, -(-disparities // 2) - 1)
-    assert extra <= max(-min_disparity + 1, 0)
-
-
 # ---- half size ----
 
 
@@ -188,41 +176,7 @@ def test_the_census_and_gradient_of_every_size_are_those_of_the_twin(shape, mirr
         unmirrored(view.slopes, view), twins.gradient(twins.eight_bits(luminance)))
 
 
-def test_labels_beyond_the_image_look_at_the_target_s_first_column():
-    view = view_of(image_of((4, 11)), mirrored=True)
-    beyond = view.census[:, :, view.columns:]
-    assert beyond.shape[2] == REACH + SLACK
-    assert np.all(beyond == view.census[:, :, view.columns - 1:view.columns])
-    assert np.all(view.slopes[:, view.columns:] == 128)
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(1, 12), st.data())
-def test_rows_described_in_bands_are_those_of_the_whole(rows, data):
-    edges = sorted({0, rows, *data.draw(st.lists(st.integers(0, rows), max_size=3))})
-    image = image_of((rows, 13), seed=rows)
-    whole, banded = view_of(image), CensusPicture(rows, 13, False, REACH)
-    bands = list(zip(edges, edges[1:]))
-    for band in data.draw(st.permutations(bands)):
-        banded.read(image, 0, 8, *band)
-    for band in bands:
-        banded.describe(*band)
-    for name in ('luminance', 'grey', 'census', 'slopes'):
-        np.testing.assert_array_equal(getattr(banded, name), getattr(whole, name))
-
-
 # ---- jump penalties ----
-
-
-@pytest.mark.parametrize('shape', SHAPES)
-def test_jump_penalties_are_those_of_the_twin(shape):
-    left, right = small_pair(*shape)
-    possibility = seen(left, right, 3)
-    grey = twins.eight_bits(twins.luminance(left, 0, luminance_shift(left, right)))
-    across, down = twins.jump_penalties(grey, twins.jump_table(FULL_SIZE))
-    np.testing.assert_array_equal(possibility.penalties.across, across)
-    np.testing.assert_array_equal(possibility.penalties.down, down)
-    assert possibility.penalties.small == FULL_SIZE.small
 
 
 ROWS, COLUMNS = 96, 160
@@ -313,17 +267,3 @@ def test_the_bands_of_a_pair_change_nothing(min_disparity):
                                     size.right.slopes, *size.penalties[1:])])
     for whole, parts in zip(*found):
         np.testing.assert_array_equal(whole, parts)
-
-
-def test_a_pair_without_noise_is_matched_as_if_nobody_asked():
-    draw = np.random.default_rng(6)
-    scene = draw.integers(40, 200, (ROWS // 4, COLUMNS // 4)).repeat(4, axis=0).repeat(4, axis=1)
-    left, right = scene.astype(np.uint8), np.roll(scene, -6, axis=1).astype(np.uint8)
-
-    class Silent(NoiseEstimate):
-        def of(self, pool, full, half):
-            return 0.0
-
-    maps = [StereoMatcher(MatcherConfig(disparities=16, threads=1), Stages(noise=noise)).match(
-        left, right).disparity for noise in (NoiseEstimate, Silent)]
-    np.testing.assert_array_equal(*maps)
