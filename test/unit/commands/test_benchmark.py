@@ -4,7 +4,6 @@
 import json
 from subprocess import check_output
 from sys import executable
-import time
 
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.turns import STATUS, take_turns
@@ -32,14 +31,13 @@ def test_matchers_take_turns_and_the_first_turn_does_not_count():
     def work(name):
         def call(frame):
             called.append((name, frame))
-            time.sleep(0.002)
             return {'stage': 1.0} if name == 'a' else None
         return call
 
     turns = take_turns({name: work(name) for name in 'ab'}, turns=3, frames=2)
     assert called == [(name, frame) for frame in (0, 0, 1, 0) for name in 'ab']
     assert [turn['matcher'] for turn in turns] == list('ababab')
-    assert all(turn['milliseconds'] >= 2 > turn['processor'] for turn in turns)
+    assert all(turn['milliseconds'] > 0 and turn['processor'] >= 0 for turn in turns)
     assert ['stage' in turn for turn in turns] == [True, False] * 3
 
 

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """`fuzzy-stereo evolve` tells and draws what happens, and rejects bad input in one sentence."""
-import io
 import json
 import os
 import re
@@ -13,7 +12,6 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.image_files import read_image
 from fuzzy_stereo_ros.parameters.options import option_name
-from fuzzy_stereo_ros.progress import bar
 from fuzzy_stereo_ros.views.evolution import STAY
 import pytest
 
@@ -94,28 +92,11 @@ def test_existing_files_are_replaced_only_where_that_is_said(folder, capsys):
     assert (folder / 'there.mp4').stat().st_size > 10_000
 
 
-def test_the_options_of_frames_before_and_of_a_deadline_do_not_exist(folder, capsys):
-    for option in ('--deadline-ms=3', '--warm-start'):
-        with pytest.raises(SystemExit):
-            main(words_for(option))
-        assert 'unrecognized arguments' in capsys.readouterr().err
-
-
 BAD_INPUT = {
     'a picture that exists': (words_for(picture='there.png'),
                               '--picture is there.png, which exists; give --overwrite'),
-    'a folder': (words_for('--overwrite', picture='folder.png'), 'is a folder; name a file'),
-    'a film that exists': (words_for(video='there.mp4'), '--video is there.mp4, which exists'),
     'a picture of no format': (words_for(picture='out.jpg'), 'allowed are .png, .pdf, .svg'),
     'a film of no format': (words_for(video='out.mov'), 'allowed are .mp4, .avi'),
-    'no folder': (words_for(video='none/out.mp4'), 'there is no folder none'),
-    'an input as output': (words_for('--overwrite', picture='left.png'), 'is also an input'),
-    'two sizes': (['evolve', 'left.png', 'small.png', *words_for()[3:]],
-                  'left.png is 80x48 and small.png is 79x48'),
-    'truth of another size': (words_for(ground_truth='small.png', ground_truth_scale=4),
-                              'small.png is 79x48'),
-    'a mask alone': (words_for(mask='visible.png'), '--mask needs --ground-truth'),
-    'out of range': (words_for(population=0), 'population is 0; allowed are'),
     'too many disparities': (words_for(disparities=81, video='out.mp4', picture='out.png'),
                              '81 disparities are more than the 80 columns')}
 
@@ -169,16 +150,3 @@ def test_an_interrupted_video_has_the_observed_generations(folder, monkeypatch, 
     film = cv2.VideoCapture('out.avi')
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 2 + STAY
     assert not (folder / 'out.png').exists()
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def test_a_bar_moves_on_a_terminal_and_nowhere_else():
-    for stream, shown in ((io.StringIO(), False), (Terminal(), True)):
-        with bar(stream, total=2, desc='generations') as moving:
-            moving.update()
-            moving.update()
-        assert ('generations: 100%' in stream.getvalue()) == shown

@@ -3,9 +3,9 @@
 """OpenCV's matchers are set as said, their gaps filled by the rule, and the right pixels count."""
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import (
-    DEFAULT, dense, opencv_threads, STRICTEST, TUNED, TUNED_SETTINGS)
+    DEFAULT, dense, STRICTEST, TUNED)
 from fuzzy_stereo_ros.evaluation.ground_truth import (
-    agreeing, cross_checked, KITTI, MIDDLEBURY, seen_by_both, warped_to_right)
+    agreeing, cross_checked, MIDDLEBURY, seen_by_both, warped_to_right)
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
@@ -36,19 +36,6 @@ def test_default_baselines_are_set_as_stereo_image_proc_sets_them(baseline):
         (10, 9) if baseline.algorithm == 'BM' else (200, 400, MODES[baseline.algorithm])))
 
 
-@pytest.mark.parametrize('family', [MIDDLEBURY, KITTI])
-@pytest.mark.parametrize('algorithm', ['BM', 'SGBM', '3WAY', 'HH4'])
-def test_tuned_baselines_have_the_settings_of_their_family(family, algorithm):
-    chosen = TUNED_SETTINGS[family][algorithm]
-    (baseline,) = [one for one in TUNED if one.name == f'{algorithm} tuned']
-    matcher = baseline.matcher(family, 60).opencv
-    assert matcher.getNumDisparities() == 64
-    assert settings_of(matcher) == (
-        chosen.block, chosen.cap, chosen.uniqueness, chosen.left_right, chosen.speckle_size,
-        chosen.speckle_range, *((chosen.texture, 9) if algorithm == 'BM' else (
-            chosen.p1, chosen.p2, MODES[algorithm])))
-
-
 def test_a_tuned_baseline_matches_at_the_left_border_and_a_default_one_does_not():
     known = made_known()
     for baseline in (*DEFAULT, *TUNED):
@@ -64,13 +51,6 @@ def test_only_the_strictest_baseline_rejects_a_disparity_of_zero():
     loose = next(one for one in TUNED if one.algorithm == 'HH4')
     assert (loose.matcher(MIDDLEBURY, 16).match(image, image) == 0).mean() > 0.9
     assert np.isnan(STRICTEST.matcher(MIDDLEBURY, 16).match(image, image)).all()
-
-
-def test_the_threads_of_opencv_are_given_back():
-    before = cv2.getNumThreads()
-    with opencv_threads(1):
-        assert cv2.getNumThreads() == 1
-    assert cv2.getNumThreads() == before
 
 
 def plain_dense(disparity):

@@ -3,7 +3,7 @@
 """Scenes are recognised by what their folders hold, and read as their data sets mean them."""
 from types import SimpleNamespace
 
-from fuzzy_stereo_ros.evaluation.catalogue import KNOWN, search
+from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, KITTI, MIDDLEBURY, seen_by_both, warped_to_right)
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -335,9 +335,3 @@ def test_a_missing_folder_and_a_word_that_no_name_has_are_rejected(tmp_path):
     write_named(tmp_path / 'a', pair())
     with pytest.raises(ValueError, match="--only is 'b', which no scene .*; there are a"):
         search([tmp_path], only='b')
-
-
-def test_the_sentence_about_nothing_found_lists_every_layout():
-    for word in ('im2', 'im0', 'image_0', 'colored_0', 'image_2', 'groundtruth', 'left_*',
-                 'left/*'):
-        assert word in KNOWN

@@ -4,19 +4,18 @@
 import csv
 import io
 import json
-from pathlib import Path
 import sys
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.evaluation import baselines, matchers as matchers_module
-from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, multiple_of_16, TUNED
+from fuzzy_stereo_ros.evaluation import matchers as matchers_module
+from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search
-from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, KITTI, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import (
-    ALLOWED, in_eight_bits_alike, matcher_named, Task)
+    ALLOWED, in_eight_bits_alike, matcher_named)
 from fuzzy_stereo_ros.evaluation.measuring import (
-    COLUMNS, disparities_of, figures_of, mean_figures, TRUTHS_LARGEST)
+    COLUMNS, disparities_of, TRUTHS_LARGEST)
 from fuzzy_stereo_ros.evaluation.scores import flicker, score, THRESHOLDS
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
@@ -123,31 +122,6 @@ def test_a_time_is_the_fastest_and_the_speed_follows_from_it(tmp_path, capsys, m
     assert 'the fastest of 3' in told['settings']['time']
 
 
-def test_a_baseline_is_made_once_and_timed_without_conversion_and_padding(tmp_path, monkeypatch):
-    made, seen = pair(), []
-    matcher = matcher_named('opencv:3way:tuned', 'realtime', {})
-    play = matcher.begin(Task(MIDDLEBURY, DISPARITIES, (ROWS, WIDTH), 2), '')
-    monkeypatch.setattr(matchers_module, 'fastest', lambda work, repeats: (
-        seen.append((work(), repeats)), (seen[-1][0], 1.0))[1])
-    monkeypatch.setattr(baselines.cv2, 'StereoSGBM_create', None)
-    found = play('first', made), play('second', made)
-    assert [(result.dtype, result.shape, repeats) for result, repeats in seen] == 2 * [
-        (np.int16, (ROWS, multiple_of_16(DISPARITIES) + WIDTH), 2)]
-    for maps in found:
-        np.testing.assert_array_equal(maps.raw, found[0].raw)
-        assert maps.milliseconds == 1.0 and maps.raw.shape == (ROWS, WIDTH)
-
-
-def test_the_paper_is_matched_from_the_left_as_truths_are(tmp_path, capsys):
-    made = pair()
-    write_2014(tmp_path, made, ndisp=DISPARITIES)
-    few = ['--population', '4', '--generations', '2']
-    told = evaluated(capsys, tmp_path, '--matcher', 'ours:paper', *few)
-    found, _ = ours(made, 'paper', population=4, generations=2)
-    assert_is_score(the_record(told['records'], kind='scene', mask='all', map=AS_IT_COMES),
-                    score(found, made.truth))
-
-
 def test_ours_takes_the_profile_that_is_named_and_the_others_their_own():
     changes = {'population': 7}
     named = {word: matcher_named(word, 'paper', changes).config(16)
@@ -175,15 +149,6 @@ def test_images_of_16_bits_become_8_by_one_factor_for_both():
     np.testing.assert_array_equal(found[0], [[0, 128, 255]])
     np.testing.assert_array_equal(found[1], [[64, 32, 0]])
     assert in_eight_bits_alike(found[0], found[1])[0] is found[0]
-
-
-def test_pairs_of_12_bits_are_matched_by_all(tmp_path, capsys):
-    made = pair(bits=12)
-    write_2014(tmp_path, made, ndisp=DISPARITIES)
-    told = evaluated(capsys, tmp_path, '--matcher', 'ours', 'opencv:sgbm:tuned')
-    for name in ('ours', 'opencv:sgbm:tuned'):
-        assert the_record(told['records'], kind='scene', matcher=name, mask='nonocc',
-                          map=AS_IT_COMES)['bad_sparse_2'] < 20
 
 
 def test_all_run_on_the_threads_that_are_asked_for(tmp_path, capsys, monkeypatch):
@@ -223,14 +188,6 @@ def test_means_are_over_the_scenes_of_a_family_that_have_the_mask(tmp_path, caps
     assert (one['frames'], one['bad_sparse_1']) == (1, scene['bad_sparse_1'])
     kitti = the_record(means, family=KITTI, mask='all', map=AS_IT_COMES)
     assert_is_score(kitti, score(found['a'], in_kitti_steps(pairs['a'].truth)))
-
-
-def test_a_mean_over_nothing_is_nothing():
-    nothing = score(np.full((2, 2), np.nan), np.ones((2, 2)))
-    something = score(np.ones((2, 2)), np.ones((2, 2)))
-    means = mean_figures([figures_of(nothing), figures_of(something)])
-    assert np.isnan(means['bad_sparse_1'])
-    assert means['bad_dense_1'] == 50
 
 
 def test_the_settings_say_what_the_figures_depend_on(tmp_path, capsys):
@@ -315,33 +272,6 @@ def test_frames_of_two_sizes_are_no_sequence_but_scenes_where_they_have_a_truth(
         ('scene', f'{tmp_path.name}/07'), ('mean', MIDDLEBURY)}
 
 
-def test_repeating_a_frame_changes_no_map_of_a_warm_matcher():
-    several = frames(4)
-    matcher = matcher_named('ours', 'realtime', {'threads': 1})
-    drawn = []
-    for repeats in (1, 3):
-        play = matcher.begin(Task(MIDDLEBURY, DISPARITIES, (ROWS, WIDTH), repeats), 'warm')
-        drawn.append([play('', GroundTruthPair(made.left, made.right, made.truth))
-                      for made in several])
-    for once, thrice in zip(*drawn):
-        np.testing.assert_array_equal(once.raw, thrice.raw)
-        np.testing.assert_array_equal(once.filled, thrice.filled)
-
-
-def test_what_synthesise_makes_is_a_sequence_with_truth_masks_and_disparities(tmp_path, capsys):
-    assert main(['synthesise', '--output', str(tmp_path / 'made'), '--rows', '40', '--columns',
-                 '72', '--disparities', '16', '--frames', '2']) == 0
-    capsys.readouterr()
-    told = evaluated(capsys, tmp_path, '--matcher', 'ours')
-    assert {(record['kind'], record['name'], record['mask'], record['disparities'],
-             record['disparities_told_by']) for record in told['records']
-            if record['kind'] != 'mean'} == {
-        (kind, name, mask, 16, 'calib.txt') for kind, name in (
-            ('scene', 'made/0000'), ('scene', 'made/0001'), ('sequence', 'made'))
-        for mask in ('nonocc', 'all')}
-    assert 'nonocc' not in told['settings']
-
-
 # Results of other programs.
 
 @pytest.mark.parametrize('suffix', ['.pfm', '.npy', '.png'])
@@ -363,32 +293,6 @@ def test_results_of_another_program_are_found_by_the_name_of_the_scene(
     assert_is_score(the_record(records, map=AS_IT_COMES), score(found, made.truth))
     assert_is_score(the_record(records, map=FILLED), score(dense(found), made.truth))
     assert all(record['milliseconds'] is None for record in records)
-
-
-def test_a_result_without_gaps_is_scored_as_it_is(tmp_path, capsys):
-    made = pair()
-    write_named(tmp_path / 'a', made)
-    noisy = made.truth.copy()
-    noisy[np.isnan(noisy)] = 3
-    noisy[::5, ::7] += 9
-    (tmp_path / 'results').mkdir()
-    write_disparity(tmp_path / 'results' / 'a.npy', noisy)
-    told = evaluated(capsys, tmp_path / 'a', '--matcher', '--results', tmp_path / 'results')
-    assert_is_score(the_record(told['records'], kind='scene', mask='all', map=FILLED),
-                    score(noisy, made.truth))
-
-
-@pytest.mark.parametrize('label', ['', 'mine='])
-def test_a_folder_of_results_may_have_an_equals_sign_in_its_path(
-        tmp_path, monkeypatch, capsys, label):
-    made = pair()
-    write_named(tmp_path / 'a', made)
-    monkeypatch.chdir(tmp_path)
-    folder = Path('penalty=3', 'left=right')
-    folder.mkdir(parents=True)
-    write_disparity(folder / 'a.npy', made.truth)
-    told = evaluated(capsys, tmp_path / 'a', '--matcher', '--results', f'{label}{folder}')
-    assert {row['matcher'] for row in told['records']} == {'mine' if label else 'left=right'}
 
 
 def test_a_scene_without_a_result_is_said_and_the_program_has_no_means(tmp_path, capsys):
@@ -508,24 +412,14 @@ def scene(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(('words', 'reason'), [
-    (['nowhere'], 'there is no folder nowhere'),
-    (['empty'], 'there is no scene below empty; known layouts are Middlebury v2'),
-    (['pictures'], 'pictures has images but no ground truth: there is no groundtruth'),
-    (['scene', '--only', 'teddy'],
-     "--only is 'teddy', which no scene has in its name; there are scene"),
     (['scene', '--matcher', 'magic'], "matcher is 'magic'; allowed are ours, ours:realtime"),
     (['scene', '--matcher', 'opencv:hh4:fast'], "matcher is 'opencv:hh4:fast'"),
     (['scene', '--matcher'], 'no matcher is named'),
-    (['scene', '--population', '0'], 'population is 0'),
     (['scene', '--repeats', '0'], '--repeats is 0; allowed are 1 and more'),
-    (['scene', '--threads', '0'], '--threads is 0; allowed are 1 and more'),
-    (['scene', '--disparities', '0'], '--disparities is 0'),
-    (['scene', '--pictures', '-1'], '--pictures is -1'),
     (['scene', '--truth-scale', '-2'], '--truth-scale is -2.0; allowed are numbers above 0'),
     (['scene', '--csv', 'out.txt'], "out.txt, which has the suffix '.txt'; allowed is"),
     (['scene', '--csv', 'folder.csv', '--overwrite'],
      '--csv is folder.csv, which is a folder; name a file'),
-    (['scene', '--html', 'no/out.html'], '--html is no/out.html, but there is no folder no'),
     (['scene', '--results', 'nothing'], '--results names nothing, but there is no such folder'),
     (['scene', '--results', 'empty'], 'empty has no result of any scene; name the one of scene '
                                       'empty/scene.pfm, .npy or .png'),
@@ -555,11 +449,3 @@ def test_a_scene_that_cannot_be_matched_is_named_with_its_matcher(scene, words, 
     printed = capsys.readouterr()
     assert reason in printed.err.splitlines()[-1]
     assert not printed.out and not (scene / 'out.csv').exists()
-
-
-@pytest.mark.parametrize('option', ['--fill', '--reference', '--warm-start', '--min-disparity'])
-def test_what_the_evaluation_decides_is_no_option(scene, option, capsys):
-    with pytest.raises(SystemExit) as left:
-        main(['evaluate', 'scene', option])
-    assert left.value.code == 2
-    assert 'unrecognized arguments' in capsys.readouterr().err

@@ -74,12 +74,3 @@ def test_every_scene_and_sequence_of_the_data_is_found(data):
         'euroc_v101_rect': 30, 'kitti2012_seq/000027': 5, 'kitti2012_seq/000138': 2}
     assert [sentence.split(' has ')[0].split('/')[-1] for sentence in found.skipped] == [
         'desk', 'stairs', 'toy']
-
-
-@pytest.mark.parametrize(('folder', 'name', 'benchmark', 'mask'), [
-    ('middv2/tsukuba', 'tsukuba', 'middv2/tsukuba', 'nonocc'),
-    ('kitti2015', '000000', 'kitti/kitti2015/000000', 'all')])
-def test_real_scenes_have_the_figures_of_the_benchmark(
-        data, capsys, folder, name, benchmark, mask):
-    records = evaluated(capsys, data / folder, '--matcher', 'ours', 'opencv:hh4:tuned')
-    assert_says_what_the_benchmark_says(records, of_benchmark(benchmark, data), name, mask)
