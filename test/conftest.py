@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures for tests with real nodes; the others need none of them."""
+"""Fixtures for tests with real nodes, and an empty folder."""
 from contextlib import contextmanager, ExitStack
 import os
 from pathlib import Path
@@ -46,6 +46,13 @@ def pytest_pycollect_makemodule(module_path, parent):
         return (yield)
     except pytest.skip.Exception:
         return pytest.Module.from_parent(parent, path=module_path)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 @pytest.fixture(scope='module')

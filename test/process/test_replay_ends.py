@@ -27,13 +27,6 @@ from replayed import figures, INTERRUPTED, matches, rejection, replay, RESTRICTE
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Work in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def interrupt(monkeypatch):
     """Return a function: the next replay gets SIGINT after so many pairs."""
     def after(pairs, number=signal.SIGINT):
@@ -103,18 +96,6 @@ def test_a_resumed_replay_is_warm_from_a_few_pairs_before(folder, capsys, interr
     assert list(found) == stamps(len(pairs))
     for values, expected in zip(list(found.values())[-4:], chain(pairs, 4)[-4:], strict=True):
         np.testing.assert_array_equal(values, expected)
-
-
-def test_every_third_pair_is_still_every_third_after_resume(folder, capsys, interrupt):
-    write_bag(folder / 'bag', pairs=scene(14))
-    options = ['--every', 3, '--start', STEP / 1e9]
-    assert replay('bag', output='whole', options=options) == 0
-    interrupt(2)
-    assert replay('bag', options=options) == INTERRUPTED
-    interrupt(None)
-    assert replay('bag', options=[*options, '--resume']) == 0
-    assert equal(disparities(folder / 'out'), disparities(folder / 'whole'))
-    assert list(disparities(folder / 'out')) == stamps(14)[1::3]
 
 
 def test_files_go_on_too(folder, capsys, interrupt):
@@ -257,12 +238,6 @@ def test_interruptions_while_the_last_pair_is_written_leave_a_bag(folder, monkey
     assert list(disparities(folder / 'out')) == stamps(len(added))
 
 
-def test_a_termination_where_ctrl_c_is_ignored_ends_the_replay_at_once(folder):
-    write_bag(folder / 'bag')
-    ended = run(IGNORING, int(signal.SIGTERM), 'bag')
-    assert (ended.returncode, ended.stderr) == (-signal.SIGTERM, '')
-
-
 def test_an_interruption_while_the_command_is_loaded_is_no_traceback(folder):
     ended = run(LOADING, 'fuzzy_stereo_ros.commands.replay', 'bag')
     assert (ended.returncode, ended.stderr) == (INTERRUPTED, '')
@@ -326,14 +301,6 @@ class Finder:
 sys.meta_path.insert(0, Finder)
 from fuzzy_stereo_ros.commands.command_line import main
 sys.exit(main(sys.argv[2:]))
-"""
-IGNORING = """\
-import os, signal, sys
-signal.signal(signal.SIGINT, signal.SIG_IGN)
-from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.replay.report import ProgressBar
-ProgressBar.step = lambda bar: os.kill(os.getpid(), int(sys.argv[1]))
-main(sys.argv[2:])
 """
 KILLED = """\
 import os, signal, sys
@@ -430,12 +397,6 @@ def test_a_pair_that_lacks_a_file_is_matched_again(folder, capsys, monkeypatch, 
     assert replay('bag', options=['--files', *options, '--resume']) == 0
     assert sorted(path.stem for path in (folder / 'out').glob(f'disparity/*.{suffix}')) == [
         f'{stamp:019d}' for stamp in stamps()]
-
-
-def test_a_folder_that_cannot_be_created_is_reported(folder, capsys):
-    write_bag(folder / 'bag')
-    assert rejection(capsys, 'bag', output='/proc/out') == (
-        '/proc/out cannot be created: No such file or directory')
 
 
 def test_options_that_differ_from_those_of_before_are_rejected(folder, capsys, interrupt):

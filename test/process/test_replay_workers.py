@@ -57,13 +57,6 @@ def cluster(tmp_path_factory):
         yield processes
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Work in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def in_segments(pairs, times=None, rejected=(), length=SEGMENT_PAIRS, profile='realtime'):
     """Return the float32 (R, C) of each DisparityImage, as a matcher finds them by itself."""
     times, found = times or stamps(len(pairs)), []

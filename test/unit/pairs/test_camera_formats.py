@@ -194,16 +194,3 @@ def test_raw_images_of_folders_are_rectified_by_replay(wall, capsys):
     assert main([*words, *rectified]) == 0, capsys.readouterr().err
     (found,) = Path('out/disparity').iterdir()
     check(np.load(found))
-
-
-def test_raw_images_of_folders_are_rectified_by_evaluate(wall, capsys):
-    pytest.importorskip('jinja2', reason='the extra evaluate is not installed')
-    words = ['evaluate', 'left', 'right', *OWN_ROWS, '--repeats', '1', '--json']
-    fits = []
-    for options in ([], wall[0]):
-        capsys.readouterr()
-        assert main([*words, *options]) == 0, capsys.readouterr().err
-        offset = json.loads(capsys.readouterr().out)['settings']['row offset']
-        assert offset.startswith('right image against left, ')
-        fits.append(': OK' in offset)
-    assert fits == [False, True]

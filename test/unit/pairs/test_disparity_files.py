@@ -165,12 +165,6 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_other(tmp_path):
     assert read_disparity(path).min() == 1
 
 
-def test_a_folder_that_is_missing_is_an_oserror_and_stays_missing(tmp_path):
-    with pytest.raises(OSError, match='No such file'):
-        write_whole(tmp_path / 'none' / 'file', b'content')
-    assert os.listdir(tmp_path) == []
-
-
 def test_a_link_that_somebody_put_beside_a_file_is_not_followed(tmp_path):
     (tmp_path / 'victim').write_text('kept')
     part = tmp_path / f'.file.{os.getpid()}.part'

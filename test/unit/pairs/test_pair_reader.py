@@ -5,7 +5,6 @@ from array import array
 
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.pairs import pair_reader
 from fuzzy_stereo_ros.pairs.messages import ENCODINGS
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader, raw_positions
 from fuzzy_stereo_ros.pairs.stereo_pair import Calibration, Projection
@@ -167,23 +166,6 @@ def test_a_raw_bayer_pair_is_filled_in_before_it_is_rectified():
     places = raw_positions('left', messages[1], ROWS, COLUMNS)
     np.testing.assert_array_equal(read.left, cv2.remap(
         coloured, *cv2.convertMaps(*places, cv2.CV_16SC2), cv2.INTER_LINEAR))
-
-
-def test_a_map_is_made_once_for_each_calibration_and_size(monkeypatch):
-    made = []
-    monkeypatch.setattr(pair_reader, 'raw_positions', lambda *arguments: made.append(
-        arguments) or raw_positions(*arguments))
-    _, messages = raw_pair()
-    reader = PairReader(rectify=True, crop=True)
-    for _ in range(3):
-        reader.read(*messages)
-        messages[1].header.stamp.sec += 1
-    assert len(made) == 2
-    messages[3].d = [-0.2, 0.05, 0.0, 0.0, 0.0]
-    changed = reader.read(*messages)
-    assert len(made) == 4
-    np.testing.assert_array_equal(
-        changed.right, PairReader(rectify=True, crop=True).read(*messages).right)
 
 
 @pytest.mark.parametrize('name, value', [

@@ -81,17 +81,6 @@ def test_the_valid_window_holds_what_both_cameras_can_see(min_disparity, x_offse
     assert (window.x_offset, window.width) == (x_offset, width)
 
 
-def test_the_valid_window_of_a_filled_image_is_the_whole_image():
-    window = filled(np.zeros((80, 100)), disparities=10, fill=True).valid_window
-    assert (window.x_offset, window.y_offset, window.width, window.height) == (0, 0, 100, 80)
-
-
-def test_a_match_is_not_changed_by_sending_it():
-    match = made_match([[5.0, np.nan]])
-    fill_disparity(disparity_stand_in(), match, make_pair((1, 2), 3.0), MatcherConfig())
-    np.testing.assert_array_equal(match.disparity, np.float32([[5.0, np.nan]]))
-
-
 def test_confidence_is_sent_as_it_is():
     match = made_match([[5.0, np.nan, 7.0]])
     message = fill_image(image_stand_in(), match.confidence, make_pair((1, 3)), '32FC1')
@@ -99,15 +88,6 @@ def test_confidence_is_sent_as_it_is():
         '32FC1', 12, 'left_optical')
     assert stamp_of(message.header) == 12_000_000_345
     np.testing.assert_array_equal(read_values(message), [[0.5, 0.0, 0.5]])
-
-
-def test_depth_in_metres_is_sent_as_it_is():
-    depth = np.float32([[1.5, np.nan, np.inf]])
-    message = fill_image(image_stand_in(), depth, make_pair((1, 3)), '32FC1')
-    assert (message.encoding, message.height, message.width, message.step) == ('32FC1', 1, 3, 12)
-    assert stamp_of(message.header) == 12_000_000_345
-    assert message.header.frame_id == 'left_optical'
-    np.testing.assert_array_equal(read_values(message), depth)
 
 
 def test_depth_in_millimetres_is_sent_in_sixteen_bits():
@@ -152,13 +132,6 @@ def test_a_camera_info_that_was_sent_reads_as_the_camera_it_was_made_of():
                    for _ in range(2))
     right.p[3] = -right.p[0] * 0.12
     assert read_calibration(left, right).left == LEFT
-
-
-def test_a_preview_is_sent_as_it_is():
-    picture = np.arange(2 * 5 * 3, dtype=np.uint8).reshape(2, 5, 3)
-    message = fill_image(image_stand_in(), picture, make_pair((2, 5)), 'bgr8')
-    assert (message.encoding, message.height, message.width, message.step) == ('bgr8', 2, 5, 15)
-    np.testing.assert_array_equal(read_image(message), picture)
 
 
 def test_a_compressed_preview_is_the_picture_within_what_jpeg_loses():

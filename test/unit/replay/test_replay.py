@@ -25,13 +25,6 @@ LAST_OF_A_PAIR = 3      # ns, that a pair's last message is recorded after its f
 GENERATED = DATA / 'bags_generated'
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Work in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def name_of(form):
     return 'bag.bag' if form == 'ros1' else 'bag'
 
@@ -379,15 +372,6 @@ def test_a_calibration_that_changes_in_the_middle_is_reported(folder, capsys):
         'the calibration changed; calibration.json of --files is the one of the last '
         'pairs']
     assert json.loads((folder / 'out/calibration.json').read_text())['focal'] == 2 * FOCAL
-
-
-def test_remarks_on_a_calibration_are_logged_once(folder, capsys):
-    def differ(number, messages):
-        messages[TOPICS[3]].p[6] += 5 + number
-
-    write_bag(folder / 'bag', change=differ)
-    (remark,) = figures(capsys, 'bag')['remarks']
-    assert remark.startswith('cy is 23.5 in the left and 28.5 in the right camera_info')
 
 
 def test_different_rates_leave_messages_over_that_are_counted(folder, capsys):

@@ -4,13 +4,12 @@
 from functools import partial
 import io
 
-from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.parameters.options import add_node_options, node_settings
 from fuzzy_stereo_ros.parameters.table import NODE_PARAMETERS
 from fuzzy_stereo_ros.program import Parser
 from fuzzy_stereo_ros.replay.options import READING, RESULTS, SYNCHRONISING
 from fuzzy_stereo_ros.replay.report import ProgressBar
-from made_bags import BagOf, BEGIN, content, same, scene, STEP, TOPICS, write_bag
+from made_bags import content, same, TOPICS, write_bag
 import pytest
 from replayed import clean_rejection, figures, on_a_terminal, replay
 
@@ -30,37 +29,6 @@ def folder(tmp_path, monkeypatch):
 def rejected(folder, capsys):
     """Return a function that gives the sentence of a replay, after which nothing is written."""
     return partial(clean_rejection, capsys)
-
-
-def test_an_input_that_is_no_bag_is_named(rejected, folder):
-    (folder / 'text.mcap').write_text('no bag, but a text that is long enough to be one')
-    assert rejected('missing.bag').startswith('missing.bag does not exist; give a bag')
-    assert rejected('text.mcap').startswith('text.mcap cannot be read as a bag: ')
-    assert rejected('bag', 'text.mcap').startswith('text.mcap cannot be read as a bag: ')
-
-
-@pytest.mark.parametrize(('form', 'name'), [
-    ('ros1', 'torn.bag'), ('mcap', 'torn/torn.mcap'), ('sqlite3', 'torn/torn.db3')])
-def test_a_recording_of_which_nothing_is_left_is_rejected(rejected, folder, form, name):
-    path = write_bag(folder / name.split('/')[0], form)
-    (folder / name).write_bytes(b'')
-    assert rejected(path.name).startswith(f'{name} cannot be read as a bag: ')
-
-
-def test_what_the_bag_has_instead_of_images_is_listed(rejected, folder):
-    with BagOf(folder / 'other') as bag:
-        bag.write('/number', bag.make('std_msgs/msg/Int32'), BEGIN)
-    assert rejected('other') == 'other has no images; it holds /number (std_msgs/msg/Int32, 1)'
-
-
-def test_one_camera_is_no_pair(rejected, folder):
-    def without_right(number, messages):
-        for topic in TOPICS[2:]:
-            del messages[topic]
-
-    write_bag(folder / 'one', change=without_right)
-    assert rejected('one') == (
-        'one has images of one camera only, /left/image_rect; a pair needs two')
 
 
 def test_a_missing_topic_is_rejected_with_the_existing_ones(rejected):
@@ -124,10 +92,6 @@ def test_pairs_that_are_all_bad_leave_nothing(rejected, folder):
         'calibrated (P[0] is 0, ')
 
 
-def test_more_disparities_than_columns_leave_nothing(rejected):
-    assert 'bag: none of 6 pairs could be matched; the first: ' in rejected('bag', disparities=200)
-
-
 def test_a_part_that_is_not_in_the_bag_is_rejected(rejected):
     assert rejected('bag', options=['--start', 5]) == '--start is 5; bag is 0.167 s long'
     assert rejected('bag', options=['--start', -1]) == '--start is -1; bag is 0.167 s long'
@@ -180,13 +144,6 @@ def test_the_bar_is_shown_on_a_terminal_or_where_it_is_asked_for(folder, capsys,
     assert ' pairs/s' in terminal.getvalue()
 
 
-def test_the_bar_knows_about_how_many_pairs_come(folder, capsys):
-    write_bag(folder / 'long', pairs=scene(40))
-    assert replay('long', options=['--progress', '--duration', 20 * STEP / 1e9,
-                                   '--every', 2]) == 0
-    assert '10/11' in capsys.readouterr().err
-
-
 def test_sentences_of_a_kind_are_written_once():
     stream = io.StringIO()
     with ProgressBar(10, stream) as bar:
@@ -195,12 +152,3 @@ def test_sentences_of_a_kind_are_written_once():
             bar.step()
         bar.log('another')
     assert stream.getvalue() == 'pair 0 is bad\nanother\n'
-
-
-def test_the_help_has_an_example_that_is_parsed(capsys):
-    with pytest.raises(SystemExit) as ended:
-        main(['replay', '--help'])
-    assert ended.value.code == 0
-    printed = capsys.readouterr().out
-    assert 'fuzzy-stereo replay recorded.mcap --output matched --disparities 128' in printed
-    assert '--reference' not in printed

@@ -61,23 +61,6 @@ def test_a_jump_back_at_a_bad_pair_resets_the_matcher_before_the_next_one():
     assert [anew for _, anew in segment.pairs()[0]] == [False, True, False, True]
 
 
-def test_items_without_a_number_keep_their_place():
-    bare = Item(7)
-    (segment,) = cut_into_segments([bare, item(0), bare, item(1), bare])
-    assert numbers(segment.items) == [None, 0, None, 1, None]
-
-
-def test_a_damage_comes_after_the_segment_that_it_ends():
-    def items():
-        yield item(0)
-        raise DamagedBag('damaged')
-
-    found = cut_into_segments(items())
-    assert numbers(next(found).items) == [0]
-    with pytest.raises(DamagedBag, match='damaged'):
-        next(found)
-
-
 class Pair(StereoPair):
     """A pair that can be in a set."""
 

@@ -8,9 +8,9 @@ import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.replay.report import ProgressBar
-from fuzzy_stereo_ros.views.video import CODECS, HEAD, PANEL
+from fuzzy_stereo_ros.views.video import CODECS, HEAD
 from made_bags import (
-    BEGIN, COLUMNS, content, DISPARITIES, disparities, ROWS, scene, STEP, write_bag,
+    BEGIN, COLUMNS, content, DISPARITIES, ROWS, scene, STEP, write_bag,
     write_torn_bag)
 import numpy as np
 import pytest
@@ -69,14 +69,6 @@ def test_a_video_has_image_and_preview_of_each_pair_in_order(folder, suffix):
         assert found == number and away < 20
 
 
-def test_a_video_of_reduced_images_has_the_colours_of_their_previews(folder):
-    assert replay('bag', options=['--video', 'video.avi', '--scale', '0.5']) == 0
-    preview = read_image(content(folder / 'out', '/preview')[-1][2])
-    times = -(-PANEL[0] // preview.shape[1])
-    middle = np.split(film(folder / 'video.avi')[0][-1][HEAD::times, ::times], 3, axis=1)[1]
-    assert nearest(middle, [preview])[1] < 20
-
-
 def test_the_frames_pass_as_fast_as_the_chosen_pairs_were_taken(folder):
     assert replay('bag', options=['--video', 'third.avi', '--every', 3]) == 0
     assert film(folder / 'third.avi')[1] == pytest.approx(10, rel=1e-3)
@@ -119,16 +111,6 @@ def test_a_bag_needs_a_folder(folder, capsys):
     assert names_in(folder) == {'bag'}
 
 
-def test_files_that_cannot_be_written_so_are_rejected(rejected):
-    assert rejected('--video', 'video.mov') == (
-        "video.mov has the suffix '.mov'; allowed are .mp4, .avi")
-    assert rejected('--video', 'none/video.mp4') == (
-        'none/video.mp4 cannot be written: there is no folder none')
-    assert rejected('--video', 'video.mp4', '--video-rate', 0).startswith(
-        'the rate of video.mp4 is 0.0; allowed are numbers')
-    assert rejected('--video-rate', 10) == '--video-rate needs --video'
-
-
 def test_an_existing_file_is_neither_lost_nor_continued(rejected, folder):
     option, name = '--video', 'video.avi'
     (folder / name).write_text('the one before')
@@ -139,18 +121,6 @@ def test_an_existing_file_is_neither_lost_nor_continued(rejected, folder):
     assert rejected('--format', 'none', option, name, '--resume') == (
         '--resume continues a bag or --files; there is neither')
     assert (folder / name).read_text() == 'the one before'
-
-
-def test_a_folder_is_never_replaced_by_a_file(rejected, folder):
-    (folder / 'video.avi').mkdir()
-    assert rejected('--video', 'video.avi', '--overwrite') == (
-        'video.avi is a folder; name a file')
-
-
-def test_a_video_is_replaced_where_that_is_asked_for(folder):
-    (folder / 'video.avi').write_text('the one before')
-    assert replay('bag', options=['--video', 'video.avi', '--overwrite']) == 0
-    assert len(film(folder / 'video.avi')[0]) == 6
 
 
 def test_a_replay_without_pairs_leaves_no_video_and_the_one_before(rejected, folder):
@@ -207,22 +177,3 @@ def test_where_the_disk_is_full_for_a_video_there_is_none_and_the_bag_is_whole(f
                              'the bag')
     assert names_in(folder) == {'bag', 'noisy', 'out'}
     assert len(list((folder / 'out' / 'disparity').iterdir())) == 8
-
-
-def test_a_video_that_failed_beside_the_bag_is_reported(folder):
-    write_bag(folder / 'noisy', pairs=scene(40, noise=30.0))
-    ended = run(RESTRICTED, 600_000, 'noisy', '--video', 'video.avi')
-    *_, told, sentence = ended.stderr.splitlines()      # OpenCV may have told of frames before
-    assert told.startswith('video.avi is incomplete, ')
-    assert sentence.startswith('fuzzy-stereo: out cannot be written any further: ')
-
-
-def test_a_missing_encoder_is_reported_and_the_bag_is_complete(folder, capsys, monkeypatch):
-    monkeypatch.setitem(CODECS, '.avi', 'none')
-    sentence = rejection(capsys, 'bag', options=['--video', 'video.avi'])
-    assert sentence.startswith('video.avi cannot be created: this OpenCV has no encoder none')
-    found = disparities(folder / 'out')
-    assert sentence.endswith(f'; out holds {len(found)} pair{"s" * (len(found) > 1)}, up to '
-                             f'{(STEP * (len(found) - 1) + 3) / 1e9:.3f} s into the bag')
-    assert 0 < len(found) < 6
-    assert names_in(folder) == {'bag', 'out'}

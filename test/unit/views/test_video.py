@@ -1,14 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Videos are read back: frames, rate, size, and that they are there as a whole or not at all."""
-import base64
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import os
-from queue import SimpleQueue
-from shutil import which
 import subprocess
 import sys
-from threading import Thread
 
 import cv2
 from fuzzy_stereo_ros.matching.colours import colour_disparity
@@ -112,58 +107,6 @@ def test_a_browser_can_play_an_mp4_that_pyav_writes(tmp_path):
     assert content.index(b'moov') < content.index(b'mdat')      # plays while it loads
 
 
-# When the video has been played to its end, its size and how many frames were shown are told.
-PLAYER = """<body><script>
-const video = document.createElement('video'), tell = words => fetch('/told/' + words.join('/'));
-video.muted = true;
-video.onerror = () => tell(['error']);
-video.onended = () => tell([video.videoWidth, video.videoHeight,
-                            video.getVideoPlaybackQuality().totalVideoFrames]);
-video.src = 'data:video/mp4;base64,CONTENT';
-document.body.append(video);
-video.play();
-</script></body>"""
-
-
-def told_by_chromium(page, profile):
-    """Return what a page, bytes, says in Chromium by fetching /told/WORD/WORD: a list of words."""
-    told = SimpleQueue()
-
-    class Answers(BaseHTTPRequestHandler):
-        def do_GET(self):       # noqa: N802
-            if self.path.startswith('/told/'):
-                told.put(self.path.split('/')[2:])
-            self.send_response(200)
-            self.send_header('Content-Type', 'text/html')
-            self.end_headers()
-            self.wfile.write(page)
-
-        def log_message(self, *words):
-            pass
-
-    with ThreadingHTTPServer(('127.0.0.1', 0), Answers) as server:
-        Thread(target=server.serve_forever, daemon=True).start()
-        browser = subprocess.Popen(
-            ['chromium', '--headless', '--no-sandbox', '--disable-gpu',
-             f'--user-data-dir={profile}', f'http://127.0.0.1:{server.server_port}/'],
-            stderr=subprocess.DEVNULL)
-        try:
-            return told.get(timeout=120)
-        finally:
-            browser.terminate()
-            browser.wait()
-            server.shutdown()
-
-
-@pytest.mark.skipif(which('chromium') is None, reason='chromium is not installed: no browser')
-def test_chromium_plays_an_mp4_to_its_end(tmp_path):
-    pytest.importorskip('av', reason='PyAV is not installed: MPEG-4 instead of H.264')
-    written(tmp_path / 'video.mp4', *map(plain, (30, 200, 90)), rate=29.97)
-    content = base64.b64encode((tmp_path / 'video.mp4').read_bytes()).decode()
-    page = PLAYER.replace('CONTENT', content).encode()
-    assert told_by_chromium(page, tmp_path / 'profile') == ['64', '48', '3']
-
-
 def test_without_pyav_an_mp4_is_written_by_opencv(tmp_path, monkeypatch):
     monkeypatch.setattr(video, 'find_spec', lambda name: None)
     frames, rate = written(tmp_path / 'video.mp4', plain(30), plain(200))
@@ -246,13 +189,6 @@ def test_above_each_picture_stand_words_and_above_two_the_bars_of_their_colours(
     for head, colours in zip(heads[1:], (cv2.COLORMAP_TURBO, cv2.COLORMAP_VIRIDIS)):
         for end in cv2.applyColorMap(np.array([[0, 255]], np.uint8), colours)[0]:
             assert (head == end).all(axis=2).sum() >= 10
-
-
-def test_the_head_has_the_stamp_and_the_range():
-    def head(low=0, high=9, **options):
-        return side_by_side(made_matched(**options), low, high)[:HEAD].tobytes()
-    assert head() == head()
-    assert len({head(), head(stamp=1_260_000_000), head(low=1), head(high=8)}) == 4
 
 
 def test_a_picture_of_disparities_has_colours_over_what_is_there_and_a_legend():
