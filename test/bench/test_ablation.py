@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every variant of the ablation changes the matcher; the correlation knows better from worse."""
 from bench import variants
-from bench.ablation import PROFILES
 from bench.truth import spearman
 from bench.variants import REALTIME
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -35,23 +34,6 @@ def test_every_variant_is_another_matcher_than_the_default(variant):
     default, other = (matched(stages, 3, **changes)[0].algorithm.population
                       for stages, changes in ((None, {}), (variant.stages, variant.changes)))
     assert (default.genes[0] != other.genes[0]).any()
-
-
-def test_without_mutation_no_operator_proposes_planes():
-    variant, = (one for one in REALTIME if one.name == 'no planes of plain regions')
-    assert list(matched()[1].history[0].gains) == ['planes']
-    assert not matched(variant.stages)[1].history[0].gains
-
-
-@pytest.mark.parametrize('profile', ['quality', 'paper'])
-def test_the_previous_best_is_taken_away_and_the_pictures_are_averaged(profile):
-    variant, = (one for one in PROFILES[profile] if one.name == variants.NO_PREVIOUS_BEST)
-    assert variant.part == 'previous best' and not variant.still
-    pair = known()
-    matcher = variant.matcher(profile, DISPARITIES, {'warm_start': True, 'generations': 1})
-    matches = [matcher.match(pair.left, pair.right) for _ in range(2)]
-    assert not matches[-1].warm
-    assert matcher.state.ages.max() > 1
 
 
 def test_the_correlation_is_one_where_fitter_is_better_and_minus_one_where_it_is_worse():

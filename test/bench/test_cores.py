@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The table of the suite `speed` that reckons more cores than there are."""
-from bench.cores import scheduled, speed_up, TimedPool
+from bench.cores import scheduled, speed_up
 import pytest
 
 
@@ -27,12 +27,3 @@ def test_what_is_alone_and_the_cost_of_joins_limit_the_speed_up():
     assert speed_up(joins, 2, 1, 0) == 1
     assert speed_up(joins, 2, 2, 0) == 10 / 8
     assert speed_up(joins, 2, 16, 2) == 1
-
-
-def test_a_timed_pool_notes_the_parts_of_each_join():
-    pool, done = TimedPool(), []
-    pool.each(done.append, 'ab')
-    pool.each(lambda item: sum(range(10000)), range(3), [0, 0, 2])
-    assert done == ['a', 'b'] and [len(parts) for parts in pool.joins] == [2, 3]
-    assert [need for _, need in pool.joins[1]] == [0, 0, 2]
-    assert min(pool.joins[1])[0] > 0

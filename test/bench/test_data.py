@@ -93,16 +93,6 @@ def test_the_data_folder_is_the_one_given_then_that_of_the_environment(
         data_folder('elsewhere')
 
 
-def test_without_data_there_are_scenes_that_every_machine_has():
-    scenes, skipped = available_scenes(None)
-    assert [scene.name for scene in scenes if scene.group == 'made'] == [
-        'planes1', 'planes2', 'planes3', 'planes4']
-    assert skipped[0] == 'no folder: middv2 (tsukuba, venus, teddy, cones)'
-    known = scenes[-1].read()
-    assert known.truth.min() >= 0
-    assert known.truth.max() <= scenes[-1].disparities - 1
-
-
 def test_a_measurement_names_the_commit_of_its_code(tmp_path):
     def git(*words):
         subprocess.run(['git', '-c', 'user.name=a', '-c', 'user.email=b', *words], cwd=tmp_path,
@@ -142,19 +132,6 @@ def test_noise_is_fresh_in_every_frame_and_image():
         for image, clean in ((frame.left, whole.left), (frame.right, whole.right))]
     assert [noise.std() for noise in noises] == pytest.approx([6] * 6, rel=0.1)
     assert np.corrcoef([noise.ravel() for noise in noises])[0, 1:].max() < 0.1
-
-
-def test_a_hard_cut_shows_one_scene_twice_and_then_another():
-    first, again, second = datasets.hard_cut(small_scene(1), small_scene(2))
-    np.testing.assert_array_equal(first.left, again.left)
-    np.testing.assert_array_equal(second.left, made_known(2).left)
-
-
-def test_an_object_appears_in_one_frame():
-    frames = datasets.appearing(1)
-    changed = [np.mean(abs(after.truth - before.truth) > 1)
-               for before, after in zip(frames, frames[1:])]
-    assert np.argmax(changed) == datasets.APPEARS - 1
 
 
 def test_sequences_that_need_data_are_available_or_reported_missing(data):
