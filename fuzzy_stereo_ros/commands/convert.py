@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.pairs.disparity_files import (
     write_point_file)
 from fuzzy_stereo_ros.pairs.image_files import check_place, read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of, width_by_height
-from fuzzy_stereo_ros.parameters.options import add_camera_options, CAMERA, given_calibration
+from fuzzy_stereo_ros.parameters.options import add_camera_options, CameraOptions, option_name
 import numpy as np
 
 DISPARITY, DEPTH, POINTS = 'disparity', 'depth', 'points'
@@ -61,14 +61,14 @@ def run(arguments, stream):
     Raises ValueError and OSError for bad input, before anything is written.
     """
     target = arguments.to or (POINTS if _is_points(arguments.output) else arguments.source)
-    _check_output(arguments, target)
+    cameras = CameraOptions.of(arguments)
+    _check_output(arguments, target, cameras)
     values = READ[arguments.source](arguments.input, arguments.scale)
     if target != arguments.source:
         needed = 'focal', 'baseline'
         if (arguments.source, target) == (DEPTH, POINTS):
             needed = needed[:1]
-        calibration = given_calibration(arguments, values.shape, needed,
-                                        f'{target} from {arguments.source}')
+        calibration = cameras.read(values.shape, needed, f'{target} from {arguments.source}')
         if arguments.source == DISPARITY:
             values = calibration.depth(values)
         elif target == DISPARITY:
@@ -90,7 +90,7 @@ def _is_points(path):
     return Path(path).suffix.lower() == POINT_SUFFIX
 
 
-def _check_output(arguments, target):
+def _check_output(arguments, target, cameras):
     """Raise ValueError if the output cannot be written or its quantity makes no sense."""
     output = Path(arguments.output)
     if _is_points(arguments.input):
@@ -104,12 +104,11 @@ def _check_output(arguments, target):
         if arguments.image is not None:
             raise ValueError(f'--image is for the colours of {POINT_SUFFIX}, but {output} holds '
                              f'{target}; leave it out')
-    for name in CAMERA:
-        if target == arguments.source and getattr(arguments, name) is not None:
-            other = next(kind for kind in READ if kind != target)
-            raise ValueError(f"--{name.replace('_', '-')} has no effect: {output} is to hold "
-                             f'{target}, as {arguments.input} does; give --to {other}, or leave '
-                             'it out')
+    if target == arguments.source and cameras.given:
+        other = next(kind for kind in READ if kind != target)
+        raise ValueError(f'{option_name(cameras.given[0])} has no effect: {output} is to hold '
+                         f'{target}, as {arguments.input} does; give --to {other}, or leave it '
+                         'out')
     check_place(output)
     if output.resolve() in (Path(path).resolve() for path in (
             arguments.input, arguments.image, *(arguments.calibration or ())) if path):

@@ -19,7 +19,7 @@ from fuzzy_stereo_ros.pairs.frames import are_pairs, Frames
 from fuzzy_stereo_ros.pairs.image_files import read_image, write_whole
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_matcher_options, CAMERA, given_cameras, matcher_changes)
+    add_camera_options, add_matcher_options, CameraOptions, matcher_changes)
 from fuzzy_stereo_ros.progress import follow
 
 REPEATS, PICTURES, FRAMES = 3, 60, 20
@@ -166,9 +166,9 @@ def _run_without_truth(arguments, matchers, outputs, stream):
 
     frames = Frames(arguments.folders)
     images = [image.read() for image in next(frames.pairs())[1:]]
-    infos = (None, None)
-    if arguments.rectify or any(getattr(arguments, name) is not None for name in CAMERA):
-        infos, _ = given_cameras(arguments, images[0].shape[:2], '--rectify', arguments.rectify)
+    infos, cameras = (None, None), CameraOptions.of(arguments)
+    if arguments.rectify or cameras.given:
+        infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify)
     reader = PairReader(arguments.rectify)
 
     def pairs():

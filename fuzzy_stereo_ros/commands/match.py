@@ -23,7 +23,7 @@ from fuzzy_stereo_ros.pairs.image_files import check_image_suffix, read_pair, wr
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
 from fuzzy_stereo_ros.parameters.options import (
-    add_camera_options, add_matcher_options, CAMERA, given_cameras, is_automatic, matcher_config,
+    add_camera_options, add_matcher_options, CameraOptions, is_automatic, matcher_config,
     USUAL_PROFILE)
 from fuzzy_stereo_ros.progress import warm_matcher
 from fuzzy_stereo_ros.saved_pair import comparison, read_saved_pair, sentence
@@ -98,7 +98,7 @@ def run(arguments, stream):
     Raises ValueError and OSError for bad input, before anything is written.
     """
     saved, automatic, inputs, known = None, False, [arguments.ground_truth, arguments.mask], {}
-    camera_given = [name for name in CAMERA if getattr(arguments, name) is not None]
+    cameras = CameraOptions.of(arguments)
     if arguments.saved is None:
         if any(Path(path).is_dir() for path in (arguments.left, arguments.right)):
             raise ValueError('match takes two images; for folders, videos and bags there is '
@@ -110,7 +110,7 @@ def run(arguments, stream):
         automatic = is_automatic(arguments)
         config = matcher_config(arguments)
         inputs += arguments.left, arguments.right, *(arguments.calibration or ())
-    elif arguments.rectify or camera_given:
+    elif arguments.rectify or cameras.given:
         raise ValueError('--saved has rectified images and their calibration; leave out --rectify '
                          'and the options of cameras')
     elif any(getattr(arguments, name, None) is not None for name in IN_SAVED_PAIR):
@@ -124,9 +124,8 @@ def run(arguments, stream):
     outputs = checked_outputs(arguments, FILES, inputs)
     if saved is None:
         images, infos = read_pair(arguments.left, arguments.right), (None, None)
-        if arguments.rectify or camera_given:
-            infos, _ = given_cameras(arguments, images[0].shape[:2], '--rectify',
-                                     arguments.rectify)
+        if arguments.rectify or cameras.given:
+            infos, _ = cameras.cameras(images[0].shape[:2], '--rectify', arguments.rectify)
         pair = PairReader(arguments.rectify).read_images(images, infos)
         if automatic:
             first, count = search_range(seen_disparities([(pair.left, pair.right)]))

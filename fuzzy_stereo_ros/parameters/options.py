@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options of the command line: for the parameters of the table, and for the calibration."""
 import argparse
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 import math
 
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES
@@ -17,9 +17,6 @@ SHORT = {'approximate_sync': '--approximate',
          'approximate_sync_tolerance_seconds': '--tolerance'}
 METAVARS = {int: 'N', float: 'NUMBER', str: 'WORD'}
 ABOVE_ZERO = 'focal', 'baseline'
-NUMBERS = (*ABOVE_ZERO, 'offset')
-IN_CALIBRATION = (*NUMBERS, 'principal_point')
-CAMERA = ('calibration', *IN_CALIBRATION)     # names of all options of the calibration
 
 
 def option_name(name):
@@ -126,7 +123,7 @@ def matcher_changes(arguments):
 
 
 def add_camera_options(parser):
-    """Add the options of the calibration, to be read by `given_calibration`."""
+    """Add the options of the calibration, to be read by `CameraOptions.of`."""
     group = parser.add_argument_group('the calibration, for depth and points')
     group.add_argument('--calibration', metavar='FILE', nargs='+',
                        help='; or '.join(one.name for one in FORMATS))
@@ -139,67 +136,88 @@ def add_camera_options(parser):
                        help='of the left camera; default: the centre of the image')
 
 
-def given_calibration(arguments, shape, needed, purpose):
+@dataclass(frozen=True)
+class CameraOptions:
     """
-    Return the Calibration of parsed options.
+    The options of the calibration; ValueError if one is not allowed, or contradicts another.
 
-    shape: (R, C) of the image. needed: names of the required ones of focal and baseline. purpose:
-    what requires them, for the error.
-    Raises ValueError if an option is missing, not allowed, or given twice, for camera files of
-    another size, and as `read_calibration_files`.
+    calibration: paths of calibration files. focal, offset: px. baseline: metres. principal_point:
+    of the left camera, px. None = not given.
     """
-    for name in NUMBERS:
-        value = getattr(arguments, name)
-        if value is not None and not math.isfinite(value):
-            raise ValueError(f'--{name} is {value:g}; allowed are finite numbers')
-        if value is not None and name in ABOVE_ZERO and value <= 0:
-            raise ValueError(f'--{name} is {value:g}; allowed are numbers above 0')
-    if arguments.calibration is not None:
-        return _of_files(arguments, shape)
-    missing = [f'--{name}' for name in needed if getattr(arguments, name) is None]
-    if missing:
-        raise ValueError(f"{purpose} needs the cameras: give {' and '.join(missing)}, or "
-                         '--calibration with a calibration file')
-    calibration = centred_calibration(arguments.focal, arguments.baseline or math.nan,
-                                      arguments.offset or 0.0, *shape)
-    if arguments.principal_point is None:
-        return calibration
-    focal = calibration.focal
-    return replace(calibration, left=Projection(focal, focal, *arguments.principal_point))
 
+    calibration: tuple[str, ...] | None = None
+    focal: float | None = None
+    baseline: float | None = None
+    offset: float | None = None
+    principal_point: tuple[float, float] | None = None
 
-def given_cameras(arguments, shape, purpose, raw=False):
-    """
-    Return the left and the right Camera of parsed options, and their origin in words.
+    @classmethod
+    def of(cls, arguments):
+        """Return those of parsed arguments."""
+        given = (getattr(arguments, field.name) for field in fields(cls))
+        return cls(*(tuple(value) if isinstance(value, list) else value for value in given))
 
-    raw: whether raw images are to be rectified. Other arguments and errors: `given_calibration`.
-    """
-    files = arguments.calibration
-    if raw and (files is None or is_of_one_camera(files)):
-        raise ValueError('--rectify and --crop need the calibration of both raw cameras: those of '
-                         'a bag, or --calibration with files of both')
-    calibration = given_calibration(arguments, shape, ('focal', 'baseline'), purpose)
-    if files is not None:
-        return read_cameras(files, shape, arguments.offset or 0.0), ' and '.join(files)
-    return tuple(rectified_cameras(calibration, *shape).values()), (
-        f'focal length {arguments.focal:g} px, baseline {arguments.baseline:g} m and the centre '
-        + ('assumed in the middle of the image' if arguments.principal_point is None else
-           'at {:g}, {:g}'.format(*arguments.principal_point)))
+    def __post_init__(self):
+        for name in (*ABOVE_ZERO, 'offset'):
+            value = getattr(self, name)
+            if value is not None and not math.isfinite(value):
+                raise ValueError(f'--{name} is {value:g}; allowed are finite numbers')
+            if value is not None and name in ABOVE_ZERO and value <= 0:
+                raise ValueError(f'--{name} is {value:g}; allowed are numbers above 0')
+        for name in self.given if self.calibration is not None else ():
+            if name != 'calibration' and not (
+                    name == 'offset' and is_of_one_camera(self.calibration)):
+                raise ValueError(f'{option_name(name)} is part of --calibration already; leave '
+                                 'one of the two out')
 
+    @property
+    def given(self):
+        """The names of the options that are given."""
+        return [field.name for field in fields(self) if getattr(self, field.name) is not None]
 
-def _of_files(arguments, shape):
-    """Return the Calibration of --calibration."""
-    files = arguments.calibration
-    for name in IN_CALIBRATION:
-        if getattr(arguments, name) is not None and not (
-                name == 'offset' and is_of_one_camera(files)):
-            raise ValueError(f'{option_name(name)} is part of --calibration already; leave one of '
-                             'the two out')
-    calibration, size = read_calibration_files(files, arguments.offset or 0.0, shape)
-    if size not in (None, shape):
-        raise ValueError(f'{files[-1]} is of {size[1]}x{size[0]} pixels, but the '
-                         f'images have {shape[1]}x{shape[0]}; give the calibration of these')
-    return calibration
+    def read(self, shape, needed, purpose):
+        """
+        Return the Calibration.
+
+        shape: (R, C) of the image. needed: names of the required ones of focal and baseline.
+        purpose: what requires them, for the error. Raises ValueError if one is missing, for camera
+        files of another size, and as `read_calibration_files`.
+        """
+        if self.calibration is not None:
+            calibration, size = read_calibration_files(
+                self.calibration, self.offset or 0.0, shape)
+            if size not in (None, shape):
+                raise ValueError(f'{self.calibration[-1]} is of {size[1]}x{size[0]} pixels, but '
+                                 f'the images have {shape[1]}x{shape[0]}; give the calibration of '
+                                 'these')
+            return calibration
+        missing = [f'--{name}' for name in needed if getattr(self, name) is None]
+        if missing:
+            raise ValueError(f"{purpose} needs the cameras: give {' and '.join(missing)}, or "
+                             '--calibration with a calibration file')
+        calibration = centred_calibration(self.focal, self.baseline or math.nan,
+                                          self.offset or 0.0, *shape)
+        if self.principal_point is None:
+            return calibration
+        return replace(calibration, left=Projection(self.focal, self.focal, *self.principal_point))
+
+    def cameras(self, shape, purpose, raw=False):
+        """
+        Return the left and the right Camera, and their origin in words.
+
+        raw: whether raw images are to be rectified. Other arguments and errors: `read`.
+        """
+        files = self.calibration
+        if raw and (files is None or is_of_one_camera(files)):
+            raise ValueError('--rectify and --crop need the calibration of both raw cameras: '
+                             'those of a bag, or --calibration with files of both')
+        calibration = self.read(shape, ABOVE_ZERO, purpose)
+        if files is not None:
+            return read_cameras(files, shape, self.offset or 0.0), ' and '.join(files)
+        return tuple(rectified_cameras(calibration, *shape).values()), (
+            f'focal length {self.focal:g} px, baseline {self.baseline:g} m and the centre '
+            + ('assumed in the middle of the image' if self.principal_point is None else
+               'at {:g}, {:g}'.format(*self.principal_point)))
 
 
 def _node_rows(names):

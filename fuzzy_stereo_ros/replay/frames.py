@@ -7,7 +7,7 @@ from pathlib import Path
 from fuzzy_stereo_ros.bags.reading import BagMessage, BagReader, BagTopic
 from fuzzy_stereo_ros.bags.topics import RAW
 from fuzzy_stereo_ros.pairs.frames import are_frames, Frames, SIDES
-from fuzzy_stereo_ros.parameters.options import CAMERA
+from fuzzy_stereo_ros.parameters.options import CameraOptions
 
 TOPICS = {f'/{side}/image_rect': side for side in SIDES}
 CALIBRATIONS = ('calib.txt',), ('left.yaml', 'right.yaml')      # in the folder of a recording
@@ -69,6 +69,6 @@ def opened_recording(options, opened):
     for name in ('keep', 'left', 'right'):
         if getattr(options, name) is not None:
             raise ValueError(f'--{name} names topics of a bag; images and videos have none')
-    if all(getattr(options, name) is None for name in CAMERA):
-        options = replace(options, calibration=calibration_beside(options.bags))
+    if not options.cameras.given:
+        options = replace(options, cameras=CameraOptions(calibration_beside(options.bags)))
     return opened.enter_context(FrameReader(options.bags, options.rate)), options

@@ -9,6 +9,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from fuzzy_stereo_ros.pairs.point_clouds import POINT_SETTINGS
 from fuzzy_stereo_ros.pairs.result_messages import topics_of
+from fuzzy_stereo_ros.parameters.options import CameraOptions
 from fuzzy_stereo_ros.parameters.table import OUTPUTS
 
 USUAL_RESULTS = 'disparity', 'preview'      # every bag has these
@@ -33,8 +34,7 @@ class ReplayOptions:
     topics to copy, () = all topics, None = none. files: suffixes of disparity files. video: file.
     video_rate: frames per second. left, right: names of image topics. start, duration: s. every:
     match only each N-th pair. workers: number of processes. scheduler: address of a Dask
-    scheduler. calibration to principal_point: arguments of `given_calibration`.
-    rate: Frames per second, None = as they are stamped.
+    scheduler. cameras: CameraOptions. rate: Frames per second, None = as they are stamped.
     """
 
     bags: tuple[str, ...]
@@ -56,11 +56,7 @@ class ReplayOptions:
     every: int = 1
     workers: int | None = None
     scheduler: str | None = None
-    calibration: tuple[str, ...] | None = None
-    focal: float | None = None
-    baseline: float | None = None
-    offset: float | None = None
-    principal_point: tuple[float, float] | None = None
+    cameras: CameraOptions = CameraOptions()
     rate: float | None = None
 
     def __post_init__(self):
@@ -83,8 +79,9 @@ class ReplayOptions:
         """Return those of parsed arguments of the same names, lists as tuples; others: fields."""
         given = {field.name: getattr(arguments, field.name) for field in fields(cls)
                  if hasattr(arguments, field.name)}
-        return cls(**{name: tuple(value) if isinstance(value, list) else value
-                      for name, value in {**given, **others}.items()})
+        return cls(cameras=CameraOptions.of(arguments), **{
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in {**given, **others}.items()})
 
     @property
     def writes_bag(self):

@@ -12,7 +12,6 @@ from fuzzy_stereo_ros.bags.topics import find_stereo_topics
 from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.pairs.stereo_pair import BadPair, StereoPair
 from fuzzy_stereo_ros.pairs.synchroniser import Synchroniser
-from fuzzy_stereo_ros.parameters.options import CAMERA, given_cameras
 from fuzzy_stereo_ros.parameters.table import sync_tolerance
 
 SECOND = 1_000_000_000
@@ -177,17 +176,17 @@ def _calibration(options, bags, topics):
     Raises ValueError if there is no calibration, or not the one that the options need.
     """
     missing = [image for image, info in (topics[:2], topics[2:]) if info is None]
-    if not missing and all(getattr(options, name) is None for name in CAMERA):
+    if not missing and not options.cameras.given:
         return None, f'{topics.left_info} and {topics.right_info}'
     purpose = 'a calibration that is not that of the bag'
     if missing:
         purpose = f"{bags.names}, without camera_info beside {' and '.join(missing)},"
-        if all(getattr(options, name) is None for name in CAMERA) and not options.needs_cameras:
+        if not options.cameras.given and not options.needs_cameras:
             return (None, None), 'nothing: disparities are without metres'
     _, first = read_stamped(next(bags.messages([topics.left])))
     shape = read_image(first).shape[:2]
-    return given_cameras(options, shape, purpose,
-                         options.settings['rectify'] or options.settings['crop'])
+    return options.cameras.cameras(shape, purpose,
+                                   options.settings['rectify'] or options.settings['crop'])
 
 
 def _time_range(options, bags):
