@@ -16,7 +16,7 @@ from pathlib import Path
 from bench.layers import make_layers
 from bench.streets import make_pictured_street
 from fuzzy_stereo_ros.evaluation.catalogue import (
-    files_of, FRAMES, FRAMES_IN_FOLDERS, MIDDLEBURY_FOLDERS, ONE_PAIR, Scene, Sequence)
+    files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR, Scene, Sequence)
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     GroundTruthPair, KITTI, MIDDLEBURY, seen_by_both)
 from fuzzy_stereo_ros.matching.match import Camera
@@ -25,6 +25,17 @@ import numpy as np
 
 DATA_VARIABLE = 'FUZZY_STEREO_DATA'
 USUAL_DATA = Path('../shared/data')
+# group: {scene: (grey levels per pixel of disparity, disparities)}
+MIDDLEBURY_FOLDERS = {
+    'middv2': {'tsukuba': (16, 16), 'venus': (8, 20), 'teddy': (4, 60), 'cones': (4, 60)},
+    'midd2001': {'bull': (8, 21), 'sawtooth': (8, 19)},
+    'midd2006_third': {
+        'Aloe': (3, 72), 'Baby1': (3, 47), 'Bowling1': (3, 78), 'Cloth1': (3, 59),
+        'Cloth3': (3, 57), 'Flowerpots': (3, 62), 'Lampshade1': (3, 66), 'Midd1': (3, 70),
+        'Rocks1': (3, 58), 'Wood1': (3, 73)},
+    'midd2006_half': {'Cloth3': (2, 84)},
+}
+WHOLE_PIXELS = 'middv2/tsukuba'     # whose truth has no others
 # {folder: (number of the frame, disparities)}
 KITTI_FOLDERS = {'kitti2015/000000': ('', 66), 'kitti2012_color/000000': ('', 71),
                  'kitti2012_seq/000027': ('10', 96), 'kitti2012_seq/000138': ('10', 73)}
@@ -102,16 +113,18 @@ def available_scenes(data, only='', quick=False):
 
 def _folder_scenes(data):
     """Yield each `Scene` of the data folder, and why it is missing or None."""
-    listed = [(group, name, MIDDLEBURY, disparities, f'{group}/{name}', '')
+    listed = [(group, name, MIDDLEBURY, disparities, f'{group}/{name}', '', levels)
               for group, named in MIDDLEBURY_FOLDERS.items()
-              for name, (_, disparities) in named.items()]
-    listed += [('kitti', folder, KITTI, disparities, folder, number)
+              for name, (levels, disparities) in named.items()]
+    listed += [('kitti', folder, KITTI, disparities, folder, number, None)
                for folder, (number, disparities) in KITTI_FOLDERS.items()]
-    listed.append((*MOTORCYCLE.split('/'), MIDDLEBURY, MOTORCYCLE_DISPARITIES, MOTORCYCLE, ''))
-    for *named, folder, number in listed:
+    listed.append((*MOTORCYCLE.split('/'), MIDDLEBURY, MOTORCYCLE_DISPARITIES, MOTORCYCLE, '',
+                   None))
+    for *named, folder, number, levels in listed:
         if data is not None and (data / folder).is_dir():
-            files, _ = files_of(data / folder, FRAMES if number else ONE_PAIR, number)
-            yield Scene(*named, partial(_read, files), files={number: files}), None
+            files, _ = files_of(data / folder, FRAMES if number else ONE_PAIR, number, levels)
+            yield Scene(*named, partial(_read, files, folder == WHOLE_PIXELS),
+                        files={number: files}), None
         elif folder == MOTORCYCLE:
             yield Scene(*named, read_motorcycle), (
                 None if find_spec('skimage') else 'neither folder nor scikit-image')
@@ -129,9 +142,9 @@ def read_motorcycle():
                            truth, seen_by_both(truth))
 
 
-def _read(files):
+def _read(files, whole_pixel):
     """Return the `GroundTruthPair` of files; for KITTI all pixels with a truth count."""
-    pair = files.read()
+    pair = replace(files.read(), whole_pixel=whole_pixel)
     return replace(pair, counts=None) if files.family == KITTI else pair
 
 

@@ -22,7 +22,7 @@ from fuzzy_stereo_ros.parameters.options import (
     add_camera_options, add_matcher_options, CameraOptions, matcher_changes)
 from fuzzy_stereo_ros.progress import follow
 
-REPEATS, PICTURES, FRAMES = 3, 60, 20
+REPEATS, FRAMES = 3, 20
 # Truths are of the left image; maps are measured as they come and filled, cold and warm.
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'warm_start', 'threads')
 SUFFIXES = {'markdown': '.md', 'csv': '.csv', 'json': '.json', 'html': '.html'}
@@ -78,9 +78,6 @@ def add_arguments(parser):
                          help='the same as JSON; without FILE it is printed instead of the tables')
     written.add_argument('--html', metavar='FILE.html',
                          help='a page with tables and pictures, in one file')
-    written.add_argument('--pictures', metavar='N', type=int, default=PICTURES,
-                         help='largest number of scenes with pictures on the page, the best and '
-                              f'the worst ones; default: {PICTURES}')
     written.add_argument('--overwrite', action='store_true', help='replace files that exist')
     own = parser.add_argument_group('pairs without ground truth')
     own.add_argument('--frames', metavar='N', type=int, default=FRAMES,
@@ -109,17 +106,14 @@ def run(arguments, stream, progress_stream=None):
     Raises ValueError and OSError for bad input, if possible before anything is measured.
     """
     with libraries_needed():
-        from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
-        from fuzzy_stereo_ros.evaluation.report import markdown
+        from fuzzy_stereo_ros.evaluation.page import Gallery
         from fuzzy_stereo_ros.evaluation.summary import report_of
-        import pandas as pd
     outputs = _checked_outputs(arguments)
-    for name, value, lowest in (
-            ('repeats', arguments.repeats, 1), ('threads', arguments.threads, 1),
-            ('disparities', arguments.searched, 1), ('pictures', arguments.pictures, 0),
-            ('frames', arguments.frames, 1)):
-        if value is not None and value < lowest:
-            raise ValueError(f'--{name} is {value}; allowed are {lowest} and more')
+    for name, value in (
+            ('repeats', arguments.repeats), ('threads', arguments.threads),
+            ('disparities', arguments.searched), ('frames', arguments.frames)):
+        if value is not None and value < 1:
+            raise ValueError(f'--{name} is {value}; allowed are 1 and more')
     if arguments.truth_scale is not None and not 0 < arguments.truth_scale < float('inf'):
         raise ValueError(f'--truth-scale is {arguments.truth_scale}; allowed are numbers above 0')
     matchers = [matcher_named(name, arguments.profile, matcher_changes(arguments))
@@ -135,7 +129,7 @@ def run(arguments, stream, progress_stream=None):
     matchers += _result_files(arguments.results, found, [each.name for each in matchers])
     if not matchers:
         raise ValueError('no matcher is named: give --matcher NAME or --results DIR')
-    gallery = Gallery(arguments.pictures, matchers[0].name)
+    gallery = Gallery(matchers[0].name)
     results, sequences, skipped = _measure_all(
         arguments, found, matchers, gallery.show if 'html' in outputs else None,
         partial(follow, stream=progress_stream or sys.stderr))
@@ -146,12 +140,21 @@ def run(arguments, stream, progress_stream=None):
                 'without filling; on scenes cold; of OpenCV compute() alone, on grey images, '
                 'tuned ones with the padded columns that give it the left border'}, skipped)
     records = [record for one in (*results, *sequences) for record in one.records] + means
+    _write(arguments, outputs, stream, report, records, COLUMNS, results, gallery)
+
+
+def _write(arguments, outputs, stream, report, records, columns, *page):
+    """Write a report and its records to files and a stream; page: arguments of `page_of`."""
+    from fuzzy_stereo_ros.evaluation.page import page_of
+    from fuzzy_stereo_ros.evaluation.report import markdown
+    import pandas as pd
+
     in_json = json.dumps(for_json({
         'settings': report.settings, 'left_out': report.skipped, 'records': records}), indent=2)
     written = {'markdown': lambda: markdown(report), 'json': lambda: in_json + '\n',
-               'csv': lambda: pd.DataFrame(records, columns=COLUMNS, dtype=object).to_csv(
+               'csv': lambda: pd.DataFrame(records, columns=columns, dtype=object).to_csv(
                    index=False, lineterminator='\n'),
-               'html': lambda: page_of(report, results, gallery)}
+               'html': lambda: page_of(report, *page)}
     for name, path in outputs.items():
         write_whole(path, written[name]().encode())
     stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
@@ -159,10 +162,8 @@ def run(arguments, stream, progress_stream=None):
 
 def _run_without_truth(arguments, matchers, outputs, stream):
     """Measure matchers on frames without ground truth, write the files and print the table."""
-    from fuzzy_stereo_ros.evaluation.page import Gallery, page_of
-    from fuzzy_stereo_ros.evaluation.report import environment, markdown, Report
+    from fuzzy_stereo_ros.evaluation.report import environment, Report
     from fuzzy_stereo_ros.evaluation.without_truth import HEADINGS, measure_without_truth
-    import pandas as pd
 
     frames = Frames(arguments.folders)
     images = [image.read() for image in next(frames.pairs())[1:]]
@@ -188,15 +189,9 @@ def _run_without_truth(arguments, matchers, outputs, stream):
                   + ('found in the first pairs' if arguments.searched is None else 'given'),
         'row offset': row_offset_in_words(own.misalignment)},
         [own.table], own.hints)
-    frame = pd.DataFrame(own.rows, columns=['matcher', *HEADINGS[1:]])
-    in_json = json.dumps(for_json({'settings': report.settings, 'records': frame.astype(
-        object).where(frame.notna(), None).to_dict('records')}), indent=2)
-    written = {'markdown': lambda: markdown(report), 'json': lambda: in_json + '\n',
-               'csv': lambda: frame.to_csv(index=False, lineterminator='\n'),
-               'html': lambda: page_of(report, [], Gallery(0, matchers[0].name), own.pictures)}
-    for name, path in outputs.items():
-        write_whole(path, written[name]().encode())
-    stream.write(in_json + '\n' if arguments.json == STDOUT else markdown(report))
+    columns = ('matcher', *HEADINGS[1:])
+    _write(arguments, outputs, stream, report, [dict(zip(columns, row)) for row in own.rows],
+           columns, (), None, own.pictures)
 
 
 def _measure_all(arguments, found, matchers, show, progress):

@@ -16,26 +16,12 @@ from fuzzy_stereo_ros.evaluation.ground_truth import (
     ALL, DISC, KITTI, LIMITS, MIDDLEBURY, NONOCC, NUMBERS, PairFiles)
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.match import Camera
-from fuzzy_stereo_ros.pairs.image_files import read_image
 
-# group: {scene: (grey levels per pixel of disparity, disparities)}
-MIDDLEBURY_FOLDERS = {
-    'middv2': {'tsukuba': (16, 16), 'venus': (8, 20), 'teddy': (4, 60), 'cones': (4, 60)},
-    'midd2001': {'bull': (8, 21), 'sawtooth': (8, 19)},
-    'midd2006_third': {
-        'Aloe': (3, 72), 'Baby1': (3, 47), 'Bowling1': (3, 78), 'Cloth1': (3, 59),
-        'Cloth3': (3, 57), 'Flowerpots': (3, 62), 'Lampshade1': (3, 66), 'Midd1': (3, 70),
-        'Rocks1': (3, 58), 'Wood1': (3, 73)},
-    'midd2006_half': {'Cloth3': (2, 84)},
-}
-OF_2001 = {'barn1', 'barn2', 'bull', 'poster', 'sawtooth', 'venus'}     # 8 levels per pixel
-LEVELS_OF_2003 = {450: 4, 900: 2, 1800: 1}      # {columns: grey levels} of teddy and cones
-LEVELS_OF_2005 = {370: 3, 555: 2, 1110: 1}      # {rows: grey levels} of the sets of 2005, 2006
-BY_NAME = 'the name of the scene'
 PICTURES = ('.png', '.ppm', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
 EVERY, VISIBLE = ('disp_occ', 'disp_occ_0'), ('disp_noc', 'disp_noc_0')     # KITTI's
 TRUTHS = ('groundtruth', 'truth', *EVERY, *VISIBLE)
 MASKS = {NONOCC: (NONOCC, 'nonocc_derived', 'visible', 'mask0nocc'), ALL: (ALL,), DISC: (DISC,)}
+INFO = re.compile(r'\s*(\d+)\s+(\d+)\s*')
 NDISP = re.compile(r'^ndisp\s*=\s*(\d+)', re.MULTILINE)
 NUMBER = re.compile(r'(.*?)_?(\d+)')
 
@@ -250,7 +236,12 @@ def files_of(folder, layout, number='', scale=None):
         raise ValueError(f'{missing} is missing; {left} has no right image')
     truth = first(layout.truths, (*NUMBERS, *PICTURES))
     masks = {mask: path for mask, names in MASKS.items() if (path := first(names)) is not None}
-    levels, disparities, source = (scale, None, '') if number else scale_of(folder, left, scale)
+    levels, disparities, source = scale, None, ''
+    info = folder / 'info.txt'      # grey levels per pixel of disparity, largest disparity
+    numbers = INFO.fullmatch(info.read_text(encoding='utf-8', errors='replace')
+                             ) if info.is_file() and not number else None
+    if numbers:
+        levels, disparities, source = int(numbers[1]), int(numbers[2]) + 1, info.name
     calibration = folder / 'calib.txt'
     line = NDISP.search(calibration.read_text(encoding='utf-8', errors='replace')
                         ) if calibration.is_file() else None
@@ -267,31 +258,3 @@ def files_of(folder, layout, number='', scale=None):
         files = PairFiles(left, right, MIDDLEBURY, truth, levels, masks=masks, right_truth=first(
             filter(None, [layout.right_truth]), (*NUMBERS, *PICTURES)))
     return files, {'disparities': disparities, 'source': source}
-
-
-def scale_of(folder, left, given=None):
-    """
-    Return (levels, disparities, source) of a folder, by its info.txt or its name.
-
-    levels: grey levels per pixel of disparity, given if not known. disparities: number to search,
-    None = not known; source: of this number, in words. left: path of the left image, whose size
-    identifies the scale of some sets.
-    """
-    info = folder / 'info.txt'
-    numbers = re.fullmatch(r'\s*(\d+)\s+(\d+)\s*', info.read_text(
-        encoding='utf-8', errors='replace')) if info.is_file() else None
-    if numbers:     # grey levels, largest disparity
-        return int(numbers[1]), int(numbers[2]) + 1, 'info.txt'
-    group, name = ('', '', *folder.resolve().parts)[-2:]
-    if name in MIDDLEBURY_FOLDERS.get(group, ()):
-        return *MIDDLEBURY_FOLDERS[group][name], BY_NAME
-    name = name.lower()
-    if name in ('teddy', 'cones'):
-        levels = LEVELS_OF_2003.get(read_image(left).shape[1])
-        return (levels, 240 // levels, BY_NAME) if levels else (given, None, '')
-    for known in (MIDDLEBURY_FOLDERS['middv2'], MIDDLEBURY_FOLDERS['midd2001']):
-        if name in known:
-            return *known[name], BY_NAME
-    if left.stem == 'view1':
-        given = LEVELS_OF_2005.get(read_image(left).shape[0], given)
-    return 8 if name in OF_2001 else given, None, ''

@@ -14,7 +14,6 @@ MIDDLEBURY, KITTI = 'Middlebury', 'KITTI'
 LIMITS = {MIDDLEBURY: 1.0, KITTI: 3.0}      # px; an error above the limit of its family is bad
 NUMBERS = ('.pfm', '.npy', '.npz')          # suffixes of files in pixels, not grey levels
 MASKS = NONOCC, ALL, DISC = 'nonocc', 'all', 'disc'      # the most important one first
-WHOLE_PIXEL_TRUTH = {'tsukuba'}
 TOLERANCE = 1.0     # px between the truths of a pixel and of its match in the other image
 
 
@@ -63,11 +62,6 @@ class PairFiles:
     masks: dict = field(default_factory=dict)
 
     @property
-    def whole_pixel(self):
-        """Whether the truth has whole pixels only."""
-        return self.left.resolve().parent.name.lower() in WHOLE_PIXEL_TRUTH
-
-    @property
     def derives_visibility(self):
         """Whether the mask of pixels that both cameras see is derived from the truth."""
         return (self.truth is not None and self.family != KITTI and NONOCC not in self.masks
@@ -110,7 +104,7 @@ class PairFiles:
             masks[NONOCC] = (seen_by_both(truth) if self.right_truth is None
                              else agreeing(truth, truth_of(self.right_truth)))
         masks = {name: masks[name] for name in MASKS if name in masks}
-        return GroundTruthPair(left, right, truth, masks.get(NONOCC), self.whole_pixel, masks)
+        return GroundTruthPair(left, right, truth, masks.get(NONOCC), masks=masks)
 
 
 def bad_percent(disparity, pair, limit):

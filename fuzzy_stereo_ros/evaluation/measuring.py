@@ -113,7 +113,7 @@ def _match_frames(frames, matcher, start, task):
         for mask, where in pair.masks.items():
             for kind, disparity in zip(MAPS, maps):
                 figures.setdefault((mask, kind), []).append(
-                    figures_of(score(pair.as_scored(disparity), pair.truth, where)))
+                    figures_of(score(disparity, pair.truth, where)))
         times.append(maps.milliseconds)
         covered.append(100 * float(np.isfinite(maps.raw).mean()))
         if last is not None:

@@ -15,6 +15,7 @@ from jinja2 import Environment
 import numpy as np
 
 TEMPLATE = Path(__file__).with_name('page.html')
+MOST_SCENES = 60        # with pictures, on a page
 WIDTH = 400             # px, of the widest picture
 RADIUS = 2.5            # px, of the points of a sparse truth
 UNKNOWN_GREY = 110      # no truth
@@ -32,55 +33,47 @@ class Pictures(NamedTuple):
 
 class Gallery:
     """
-    The pictures of scenes; of too many scenes those of the best and the worst.
+    The pictures of scenes; of more than MOST_SCENES those of the best and the worst.
 
     shown: {name of a scene: `Pictures`}. ranked_by: name of the matcher that ranks the scenes.
     """
 
-    def __init__(self, limit, ranked_by):
-        """limit: the largest number of scenes."""
-        self._limit, self.ranked_by = limit, ranked_by
-        self._errors, self.shown = {}, {}
+    def __init__(self, ranked_by):
+        """Begin without scenes."""
+        self.ranked_by, self.shown, self._errors = ranked_by, {}, {}
 
     def show(self, pair, result, maps):
         """Draw a `GroundTruthPair` and {matcher's name: map}; drop a scene beyond the limit."""
-        name = result.subject.path
-        error = result.main_error(self.ranked_by)
-        self._errors[name] = math.nan if error is None else error
+        name, error = result.subject.path, result.main_error(self.ranked_by)
+        self._errors[name] = math.inf if error is None or math.isnan(error) else error
         self.shown[name] = pictures_of(pair, maps)
-        if len(self.shown) > self._limit:
-            unknown = [each for each in self.shown if math.isnan(self._errors[each])]
-            ranked = unknown or sorted(self.shown, key=self._errors.get)
-            del self.shown[ranked[len(ranked) // 2]]
+        if len(self.shown) > MOST_SCENES:
+            ranked = self.ranked()
+            dropped = -1 if self._errors[ranked[-1]] == math.inf else len(ranked) // 2
+            del self.shown[ranked[dropped]]
+
+    def ranked(self):
+        """Return the names of the scenes, from the least error to the largest, then others."""
+        return sorted(self.shown, key=self._errors.get)
 
 
-def page_of(report, results, gallery, own=()):
+def page_of(report, results=(), gallery=None, own=()):
     """
     Return the HTML page of a `Report`, the `Result`s of its scenes and their `Gallery`.
 
     own: [(title, [(what, data URI)])] of pictures without ground truth.
     """
-    shown = [result for result in results if result.subject.path in gallery.shown]
-    marked = best_and_worst(shown, gallery.ranked_by)
+    named = {result.subject.path: result for result in results}
+    shown = [named[name] for name in gallery.ranked()] if gallery else []
     html = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     limits = {one.subject.family: one.subject.limit for one in shown}
     return html.from_string(TEMPLATE.read_text(encoding='utf-8')).render(
-        report=report, gallery=gallery, own=own, shown=shown, marked=marked,
-        others=[one for one in shown if one not in marked.values()] if marked else [],
-        without=len(results) - len(shown), raw=RAW, filled=FILLED,
+        report=report, gallery=gallery, own=own, shown=shown, without=len(results) - len(shown),
+        raw=RAW, filled=FILLED,
         limits=', '.join(f'bad-{limit:g} of {family}' for family, limit in limits.items()),
         error_limit=ERROR_LIMIT, no_disparity=NO_DISPARITY[::-1], unknown=UNKNOWN_GREY,
         error_colours=data_uri(colour_error(np.linspace(0, ERROR_LIMIT, 128, dtype=np.float32)[
             None].repeat(10, axis=0), np.zeros((10, 128), np.float32)))) + '\n'
-
-
-def best_and_worst(results, name):
-    """Return {'Best': `Result`, 'Worst': `Result`} by a matcher's error; {} if less than two."""
-    ranked = sorted((result for result in results
-                     if not math.isnan(result.main_error(name) or 0)
-                     and result.record(name) is not None),
-                    key=lambda result: result.main_error(name))
-    return {'Best': ranked[0], 'Worst': ranked[-1]} if len(ranked) > 1 else {}
 
 
 def pictures_of(pair, maps):
@@ -92,7 +85,7 @@ def pictures_of(pair, maps):
         data_uri(in_eight_bits(pair.left), cv2.INTER_AREA),
         data_uri(colour_disparity(_thickened(pair.truth, valid), low, high)),
         {name: (data_uri(colour_disparity(disparity, low, high)),
-                data_uri(colour_error(pair.as_scored(disparity), pair.truth)))
+                data_uri(colour_error(disparity, pair.truth)))
          for name, disparity in maps.items()})
 
 

@@ -158,9 +158,6 @@ def _settings(results, sequences, matchers, settings):
         texts['nonocc'] = (f'derived from the truth where there is no mask ({_listed(derived)}): '
                            'the match lies inside the right image, and no nearer surface '
                            'occludes it')
-    whole = [one.subject.path for one in results if one.subject.files[''].whole_pixel]
-    if whole:
-        texts['rounded'] = f'{_listed(whole)}: the truth has whole pixels'
     return texts
 
 

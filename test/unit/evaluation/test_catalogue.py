@@ -20,49 +20,29 @@ TRUTHS_2012 = 'disp_occ', 'disp_noc'
 
 def expected(truth, masks, family=MIDDLEBURY, disparities=None, source='', **more):
     return SimpleNamespace(truth=truth, masks=masks, family=family, disparities=disparities,
-                           source=source, **{'name': 'scene', 'whole_pixel': False, **more})
+                           source=source, **{'name': 'scene', 'scale': None, **more})
 
 
 def v2_with_masks(folder):
     made = pair()
     truth = write_v2(folder / 'venus', made, 8)
-    return expected(truth, write_masks(folder / 'venus', made), disparities=20,
-                    source='the name of the scene', name='venus')
-
-
-def v2_of_whole_pixels(folder):
-    made = pair()
-    truth = write_v2(folder / 'tsukuba', made, 16)
-    return expected(truth, write_masks(folder / 'tsukuba', made), disparities=16,
-                    source='the name of the scene', name='tsukuba', whole_pixel=True)
+    return expected(truth, write_masks(folder / 'venus', made), name='venus', scale=8)
 
 
 def v2_without_masks(folder):
     truth = write_v2(folder / 'poster', pair(), 8, '.ppm')
     right = grey_truth(warped_to_right(truth), 8)[1]
     return expected(truth, {'nonocc': agreeing(truth, right), 'all': np.isfinite(truth)},
-                    name='poster')
-
-
-def v2_of_2003(folder):
-    made = pair()
-    wide = made._replace(**{name: np.tile(getattr(made, name), (1, 13) + (1,) * deeper)[:, :900]
-                            for name, deeper in (('left', 1), ('right', 1), ('truth', 0))})
-    truth = write_v2(folder / 'teddy', wide, 2)
-    right = grey_truth(warped_to_right(truth), 2)[1]
-    return expected(truth, {'nonocc': agreeing(truth, right), 'all': np.isfinite(truth)},
-                    disparities=120, source='the name of the scene', name='teddy')
+                    name='poster', scale=8)
 
 
 def sets_of_2006(folder):
     made = pair()
-    high = made._replace(**{name: np.tile(getattr(made, name), (10, 1) + (1,) * deeper)[:370]
-                            for name, deeper in (('left', 1), ('right', 1), ('truth', 0))})
-    write_images(folder / 'Moebius', high, 'view1.png', 'view5.png')
-    levels, truth = grey_truth(high.truth, 3)
+    write_images(folder / 'Moebius', made, 'view1.png', 'view5.png')
+    levels, truth = grey_truth(made.truth, 3)
     write_image(folder / 'Moebius' / 'disp1.png', levels)
     return expected(truth, {'nonocc': seen_by_both(truth), 'all': np.isfinite(truth)},
-                    name='Moebius')
+                    name='Moebius', scale=3)
 
 
 def of_2014_with_a_mask(folder):
@@ -131,16 +111,6 @@ def named_with_a_scale(folder):
                     source='info.txt')
 
 
-def named_by_its_group(folder):
-    made = pair()
-    place = folder / 'midd2006_third' / 'Aloe'
-    write_images(place, made, 'left.png', 'right.png')
-    levels, truth = grey_truth(made.truth, 3)
-    write_image(place / 'groundtruth.png', levels)
-    return expected(truth, {'nonocc': seen_by_both(truth), 'all': np.isfinite(truth)},
-                    disparities=72, source='the name of the scene', name='Aloe')
-
-
 def named_in_pixels(folder):
     made = pair()
     write_images(folder / 'scene', made, 'left.png', 'right.png')
@@ -172,17 +142,17 @@ def made_frame(folder):
 
 
 CASES = [
-    v2_with_masks, v2_of_whole_pixels, v2_without_masks, v2_of_2003, sets_of_2006,
+    v2_with_masks, v2_without_masks, sets_of_2006,
     of_2014_with_a_mask, of_2014_without_a_mask, of_2014_with_the_truth_of_the_right_image,
     kitti_2015, kitti_2012, kitti_2012_in_colour, kitti_without_hidden_pixels,
-    named_with_a_scale, named_by_its_group, named_in_pixels, named_like_kitti,
+    named_with_a_scale, named_in_pixels, named_like_kitti,
     one_numbered_frame, made_frame]
 
 
 @pytest.mark.parametrize('write', CASES)
 def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path):
     wanted = write(tmp_path)
-    found = search([tmp_path])
+    found = search([tmp_path], wanted.scale)
     (scene,) = found.scenes
     assert not found.sequences and not found.skipped
     assert (scene.name, scene.family) == (wanted.name, wanted.family)
@@ -193,7 +163,6 @@ def test_a_scene_is_recognised_and_read_as_its_data_set_means_it(write, tmp_path
     for name, mask in wanted.masks.items():
         np.testing.assert_array_equal(known.masks[name], mask, err_msg=name)
     assert known.left.shape[:2] == known.right.shape[:2] == known.truth.shape
-    assert known.whole_pixel == wanted.whole_pixel
 
 
 @pytest.mark.parametrize('ndisp', [0, 4097, 10**30])
@@ -208,6 +177,7 @@ def test_a_truth_of_8_bits_that_nothing_explains_takes_the_scale_that_is_given(t
     made = pair()
     truth = write_v2(tmp_path / 'mine', made, 5)
     write_v2(tmp_path / 'venus', made, 8)
+    (tmp_path / 'venus' / 'info.txt').write_text('8 19')
     with pytest.raises(ValueError, match='disp2.png has 8 bits and no known scale: give --tru'):
         search([tmp_path])
     mine, venus = search([tmp_path], truth_scale=5).scenes

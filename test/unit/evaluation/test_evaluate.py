@@ -77,7 +77,8 @@ def test_the_figures_are_those_of_scoring_each_map_in_each_mask(tmp_path, capsys
     truth = write_v2(tmp_path / 'venus', made, 8)
     masks = write_masks(tmp_path / 'venus', made)
     told = evaluated(capsys, tmp_path, '--disparities', DISPARITIES, '--matcher', 'ours',
-                     'opencv:sgbm', 'opencv:bm:tuned', 'ours:quality', '--seed', '5')
+                     'opencv:sgbm', 'opencv:bm:tuned', 'ours:quality', '--seed', '5',
+                     '--truth-scale', '8')
     maps = {'ours': ours(made, seed=5), 'ours:quality': ours(made, 'quality', seed=5),
             'opencv:sgbm': of_opencv(made, 'SGBM default'),
             'opencv:bm:tuned': of_opencv(made, 'BM tuned')}
@@ -192,24 +193,14 @@ def test_means_are_over_the_scenes_of_a_family_that_have_the_mask(tmp_path, caps
 
 def test_the_settings_say_what_the_figures_depend_on(tmp_path, capsys):
     write_v2(tmp_path / 'tsukuba', pair(), 16)
+    (tmp_path / 'tsukuba' / 'info.txt').write_text('16 15')
     write_2014(tmp_path / 'mine', pair(), ndisp=DISPARITIES)
     told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')['settings']
     assert told['disparities'] == (
-        'searched from 0; their number is from calib.txt (mine: 16); the name of the scene '
-        '(tsukuba: 16)')
+        'searched from 0; their number is from calib.txt (mine: 16); info.txt (tsukuba: 16)')
     assert told['nonocc'].startswith('derived from the truth where there is no mask (mine, tsuk')
-    assert told['rounded'] == 'tsukuba: the truth has whole pixels'
     assert told['scenes'] == '2 Middlebury'
     assert 'ours' not in told
-
-
-def test_a_truth_of_whole_pixels_has_the_maps_rounded(tmp_path, capsys):
-    made = pair()
-    truth = write_v2(tmp_path / 'tsukuba', made, 16)
-    told = evaluated(capsys, tmp_path, '--matcher', 'opencv:bm')
-    found = np.rint(of_opencv(made, 'BM default')[0])
-    assert_is_score(the_record(told['records'], kind='scene', mask='all', map=AS_IT_COMES),
-                    score(found, truth))
 
 
 # Sequences.
@@ -386,6 +377,8 @@ def test_what_exists_is_replaced_only_when_asked(written, capsys):
 
 def test_a_missing_library_is_named_with_its_extra(
         tmp_path, monkeypatch, capsys):
+    for name in ('summary', 'report'):      # imported anew
+        monkeypatch.delitem(sys.modules, f'fuzzy_stereo_ros.evaluation.{name}', raising=False)
     monkeypatch.setitem(sys.modules, 'pandas', None)
     assert main(['evaluate', str(tmp_path)]) == 2
     assert capsys.readouterr().err == (

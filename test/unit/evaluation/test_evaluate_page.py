@@ -7,6 +7,7 @@ import json
 
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
+from fuzzy_stereo_ros.evaluation import page
 from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair
 from fuzzy_stereo_ros.evaluation.page import (
     colour_error, data_uri, Gallery, NO_DISPARITY, UNKNOWN_GREY, WIDTH)
@@ -84,27 +85,23 @@ def evaluation(tmp_path_factory):
 
 def test_the_page_is_well_formed_and_points_nowhere(evaluation):
     text, _ = evaluation
-    page = Page(text)
-    assert page.open == []
-    assert len(page.links) == len(page.images)
-    assert all(link.startswith('data:image/webp;base64,') for link in page.links)
+    found = Page(text)
+    assert found.open == []
+    assert len(found.links) == len(found.images)
+    assert all(link.startswith('data:image/webp;base64,') for link in found.links)
     assert '<script' not in text and '@import' not in text and 'url(' not in text
     assert '://' not in text
 
 
-def test_the_best_and_the_worst_scene_stand_on_top_and_the_others_below(evaluation):
+def test_scenes_stand_below_the_figures_from_the_best_to_the_worst(evaluation):
     text, records = evaluation
     errors = {record['name']: record['bad_dense_1'] for record in records
               if record['kind'] == 'scene' and record['matcher'] == 'ours'
               and record['mask'] == 'nonocc' and record['map'] == 'filled'}
-    ranked = sorted(errors, key=errors.get)
     assert len(set(errors.values())) == 3
     headings = [heading.split(' left, right')[0] for heading in Page(text).headings]
-    start = headings.index('Best and worst scene')
-    assert headings[start + 1:start + 4] == [f'Best: {ranked[0]}', f'Worst: {ranked[2]}',
-                                             'Figures']
-    assert headings[-2:] == ['The other scenes', ranked[1]]
-    assert start == 1
+    assert headings[1] == 'Figures'
+    assert headings[-4:] == ['Scenes', *sorted(errors, key=errors.get)]
 
 
 def test_each_scene_has_image_truth_and_two_pictures_of_each_matcher(evaluation):
@@ -135,15 +132,15 @@ def test_the_pictures_show_image_truth_disparity_and_error(evaluation):
 
 def test_the_page_has_the_tables_and_the_figures_under_each_picture(evaluation):
     text, records = evaluation
-    page = Page(text)
+    found = Page(text)
     record = next(record for record in records if record['matcher'] == 'opencv:bm'
                   and record['kind'] == 'mean' and record['mask'] == 'nonocc'
                   and record['map'] == 'as it comes')
-    assert f"{record['bad_sparse_1']:.2f}" in page.cells
-    assert 'bad-0.5 [%]' in page.cells
+    assert f"{record['bad_sparse_1']:.2f}" in found.cells
+    assert 'bad-0.5 [%]' in found.cells
     for record in records:
         if (record['kind'], record['mask'], record['map']) == ('scene', 'nonocc', 'filled'):
-            assert f"bad-1: {record['bad_dense_1']:.2f} % dense" in page.words
+            assert f"bad-1: {record['bad_dense_1']:.2f} % dense" in found.words
     assert '<em>sparse</em>' in text
 
 
@@ -151,10 +148,9 @@ def test_of_a_single_scene_the_page_shows_that_one(tmp_path):
     write_named(tmp_path / 'only', pair())
     assert main(['evaluate', str(tmp_path / 'only'), '--matcher', 'opencv:bm', '--html',
                  str(tmp_path / 'page.html')]) == 0
-    page = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
-    assert page.headings[1:3] == ['Scenes', page.headings[2]]
-    assert page.headings[2].startswith('only ')
-    assert len(page.images) == 5
+    found = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
+    assert found.headings[-2] == 'Scenes' and found.headings[-1].startswith('only ')
+    assert len(found.images) == 5
 
 
 def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path):
@@ -164,26 +160,23 @@ def test_a_scene_of_which_nobody_has_a_result_is_shown_without_figures(tmp_path)
     write_disparity(tmp_path / 'mine' / 'a.pfm', pair(0).truth)
     assert main(['evaluate', str(tmp_path / 'data'), '--matcher', '--results',
                  str(tmp_path / 'mine'), '--html', str(tmp_path / 'page.html')]) == 0
-    page = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
-    with_result, without = (heading for heading in page.headings if 'left, right' in heading)
+    found = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
+    with_result, without = (heading for heading in found.headings if 'left, right' in heading)
     assert with_result.endswith('disparities, figures: nonocc')
     assert without.endswith('disparities')
-    assert [image['alt'] for image in page.images if image['under'] == without] == [
+    assert [image['alt'] for image in found.images if image['under'] == without] == [
         'left image', 'truth']
 
 
-@pytest.mark.parametrize(('limit', 'kept'), [(0, ''), (1, 'x'), (2, 'bw'), (3, 'bwx')])
-def test_of_many_scenes_the_page_shows_the_best_and_the_worst(tmp_path, limit, kept):
+def test_of_many_scenes_the_page_shows_the_best_and_the_worst(tmp_path, monkeypatch):
     for seed, name in enumerate('abc'):
         write_named(tmp_path / 'data' / name, pair(seed))
-    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', 'opencv:bm', '--pictures',
-                 str(limit), '--html', str(tmp_path / 'page.html')]) == 0
-    page = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
-    scenes = [heading for heading in page.headings if 'left, right' in heading]
-    assert len(scenes) == len(kept)
-    for scene, rank in zip(scenes, kept):
-        assert scene.startswith({'b': 'Best: ', 'w': 'Worst: ', 'x': ('a', 'b', 'c')}[rank])
-    assert ('1 in between have no pictures' in page.words) == (limit == 2)
+    monkeypatch.setattr(page, 'MOST_SCENES', 2)
+    assert main(['evaluate', str(tmp_path / 'data'), '--matcher', 'opencv:bm', '--html',
+                 str(tmp_path / 'page.html')]) == 0
+    found = Page((tmp_path / 'page.html').read_text(encoding='utf-8'))
+    assert len([heading for heading in found.headings if 'left, right' in heading]) == 2
+    assert '1 in between have no pictures' in found.words
 
 
 class Ranked:
@@ -198,14 +191,17 @@ class Ranked:
         return self._error
 
 
-def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the_middle():
+def test_a_gallery_that_is_full_lets_go_of_what_cannot_be_ranked_and_then_of_the_middle(
+        monkeypatch):
+    monkeypatch.setattr(page, 'MOST_SCENES', 4)
     known = GroundTruthPair(*(np.zeros((4, 5), np.uint8),) * 2, np.ones((4, 5), np.float32))
-    gallery = Gallery(4, 'ours')
+    gallery = Gallery('ours')
     for name, error in (('a', 3.0), ('b', None), ('c', 1.0), ('d', 9.0), ('e', 5.0), ('f', 4.0),
                         ('g', 0.5)):
         gallery.show(known, Ranked(name, error), {})
     assert {'g', 'd'} < set(gallery.shown)
     assert len(gallery.shown) == 4 and 'b' not in gallery.shown
+    assert (gallery.ranked()[0], gallery.ranked()[-1]) == ('g', 'd')
 
 
 # Pictures.
