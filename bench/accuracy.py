@@ -10,7 +10,9 @@ chosen on the other. Everything is repeated with camera noise, on the same image
 from dataclasses import replace
 from typing import NamedTuple
 
-from bench import presets
+from bench.confidence import (
+    CONFIDENCES, kept_and_wrong, kept_of, left_right_sureness, pairs_without_truth, reliability,
+    sparsification, table_with_truth, table_without_truth, wrong_and_confidence)
 from bench.page import (
     add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, LIGHT_GREY, LIGHT_ORANGE, MIDDLE_BLUE,
     ORANGE, titled)
@@ -19,8 +21,7 @@ from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, grey, STRICTES
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.evaluation.scores import (
-    BINS, left_right_sureness, reliability, score, sparsification)
+from fuzzy_stereo_ros.evaluation.scores import score
 import numpy as np
 import pandas as pd
 
@@ -33,7 +34,6 @@ FEWEST_NEARER = 100     # pixels beyond a range that is cut, of a scene that cou
 SURE = 0.5, 0.8         # confidence from which they would be a surface
 BESIDE = 'SGBM tuned', '3WAY tuned', 'HH4 tuned'
 NOISES = 0, 1.5, 3      # grey levels, standard deviation
-CONFIDENCES = [f'{low:g} to {high:g}' for low, high in zip(BINS, BINS[1:])]
 # {row of the table of a scene with whole-pixel truth: figure}
 OF_WHOLE_PIXELS = {'off by more than 1 px, rounded': 'bad',
                    'off by more than 1 px, as it comes': 'raw_bad',
@@ -69,9 +69,9 @@ def run(request):
     """Return the `Report` of our matcher and OpenCV's on the scenes of a `Request`."""
     scenes, skipped = request.scenes()
     several = request.each(scenes, 'accuracy', lambda scene: measure(scene, request))
-    pairs, missing = ([], []) if request.quick else presets.pairs_without_truth(
+    pairs, missing = ([], []) if request.quick else pairs_without_truth(
         request.data, request.only)
-    kept = request.each(pairs, 'presets', lambda scene: presets.kept_of(scene, request.ours))
+    kept = request.each(pairs, 'presets', lambda scene: kept_of(scene, request.ours))
     settings = {
         'ours': f'{request.ours.description}, filled, cold, images in colour where they are; the '
                 'output as it comes',
@@ -144,7 +144,7 @@ def _worth(known, scene, match, right):
                'area, ideal': ideal.area, 'wrong of all': own.at_100,
                'of the surest 80 %': own.at_80, 'by left-right difference': other.at_80}
     wrong, confidence = wrong_and_confidence(match, known, scene)
-    return {**figures, **presets.kept_and_wrong(confidence, wrong)}
+    return {**figures, **kept_and_wrong(confidence, wrong)}
 
 
 def _nearer(known, scene, request):
@@ -168,13 +168,6 @@ def _nearer(known, scene, request):
             found = baseline.matcher(scene.family, cut).match(*images)[nearer]
             figures[f'{baseline.name}, valid'] = 100 * float(np.isfinite(found).mean())
     yield figures
-
-
-def wrong_and_confidence(match, known, scene):
-    """Return which pixels with truth, occluded ones too, are wrong, and their confidence."""
-    valid = np.isfinite(known.truth)
-    error = abs(known.as_scored(match.disparity) - known.truth)[valid]
-    return ~(error <= scene.limit), match.confidence[valid]
 
 
 def with_camera_noise(known, sigma):
@@ -210,7 +203,7 @@ def matched(scene, known, request):
 
 
 def tables(several, kept=()):
-    """Return the tables of a list of `Measured`, one for each scene; kept: see presets.kept_of."""
+    """Return the tables of a list of `Measured`, one for each scene; kept: see `kept_of`."""
     figures, reliable, confidence, nearer = (
         pd.DataFrame([row for part in parts for row in part]) for parts in zip(*several))
     names = [OURS, OURS_GREY, FAST, FAST_GREY, QUALITY, QUALITY_GREY, *(
@@ -243,7 +236,7 @@ def tables(several, kept=()):
                'reject.'),
               ('Noise: percent of the pixels that are valid', 'density', ''))),
         *_confidence(confidence, reliable),
-        *([presets.table_without_truth(kept)] if kept else []),
+        *([table_without_truth(kept)] if kept else []),
         *([Table.of(
             'Range cut by a quarter: percent of the nearer pixels that become a surface',
             counted(nearer).groupby('group', sort=False).mean(numeric_only=True),
@@ -285,7 +278,7 @@ def _confidence(confidence, reliable):
             f'Confidence: percent of pixels that are right, by what it says, {name}',
             share[CONFIDENCES].loc[list(dict.fromkeys(sums.index.get_level_values(0)))],
             'Of all valid pixels with truth, also of those that one camera sees.'))
-    return [*made, presets.table_with_truth(worth)]
+    return [*made, table_with_truth(worth)]
 
 
 def _much_worse(scenes, tuned):

@@ -11,7 +11,7 @@ same algorithm over frames.
 from dataclasses import replace
 from functools import partial
 
-from bench.accuracy import CONFIDENCES, wrong_and_confidence
+from bench.confidence import CONFIDENCES, reliability, wrong_and_confidence
 from bench.datasets import available_scenes
 from bench.paper_frames import tables as tables_over_frames
 from bench.request import report_of
@@ -22,7 +22,6 @@ from fuzzy_stereo_ros.evaluation.ground_truth import (
     ALL, bad_percent, cross_checked, GroundTruthPair, MIDDLEBURY, read_truth, warped_to_right)
 from fuzzy_stereo_ros.evaluation.matchers import fastest
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.evaluation.scores import reliability
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np

@@ -19,11 +19,11 @@ from bench.cores import cores_table, UNMEASURED
 from bench.datasets import with_noise
 from bench.request import report_of
 import cv2
+from fuzzy_stereo_ros.commands.benchmark import take_turns
 from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.evaluation.turns import take_turns
 from fuzzy_stereo_ros.matching import MatcherConfig
 from fuzzy_stereo_ros.matching.realtime.still_scene import SETTLED
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of

@@ -18,6 +18,7 @@ import time
 from bench.demo.observed_node import (
     Listener, NODE, NodeFailed, ros_environment, ros_running, running_module)
 from bench.demo.phase import floats, MotorcycleWindow, Phase, play, table, TIMEOUT
+from bench.demo.picture import write_panel
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from fuzzy_stereo_ros.pairs.stereo_pair import number_of
@@ -26,7 +27,7 @@ from fuzzy_stereo_ros.parameters.options import (
 from fuzzy_stereo_ros.parameters.table import ros_name
 from fuzzy_stereo_ros.program import Parser, run_program
 from fuzzy_stereo_ros.progress import warm_matcher
-from fuzzy_stereo_ros.views.pictures import check_panel_suffix, write_panel
+from fuzzy_stereo_ros.views.pictures import check_panel_suffix
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from sensor_msgs.msg import Image

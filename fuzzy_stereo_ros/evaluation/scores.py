@@ -1,18 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Scores of disparity maps: errors against ground truth, flicker between frames.
-
-And scores of confidence: sparsification and reliability.
-"""
+"""Scores of disparity maps: errors against ground truth, flicker between frames."""
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 THRESHOLDS = (0.5, 1.0, 2.0, 3.0, 4.0)
 ERROR_LIMIT = 4.0       # px, from which on pictures of errors show all alike
-BINS = 0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1     # of confidence
 
 
 @dataclass(frozen=True)
@@ -102,64 +96,6 @@ def flicker(before, after, shift=(0, 0), threshold=1.0, still=None):
     change = abs(after[new].astype(np.float64) - before[old])
     counts = np.isfinite(change) if still is None else np.isfinite(change) & still[new]
     return _percent(change[counts] > threshold)
-
-
-class Sparsification(NamedTuple):
-    """
-    Errors that remain while the pixels of least confidence are removed first.
-
-    area: under the sparsification curve: the mean percentage of wrong pixels among those kept,
-    over all shares kept. at_80: percentage wrong of the 80 percent most confident. at_100: of all.
-    """
-
-    area: float
-    at_80: float
-    at_100: float
-
-
-def sparsification(wrong, sureness):
-    """
-    Return the `Sparsification` of pixels; pixels of equal confidence count in proportion.
-
-    wrong: bool (N,). sureness: float (N,), a confidence: higher is surer, NaN is the lowest.
-    """
-    if not wrong.size:
-        return Sparsification(*(float('nan'),) * 3)
-    ranks = np.where(np.isnan(sureness), -np.inf, sureness)
-    levels, level_of = np.unique(-ranks, return_inverse=True)
-    kept = np.cumsum(np.bincount(level_of, minlength=levels.size))
-    found = np.cumsum(np.bincount(level_of, weights=wrong, minlength=levels.size))
-    share = np.arange(1, wrong.size + 1)
-    curve = 100 * np.interp(share, np.r_[0, kept], np.r_[0, found]) / share
-    return Sparsification(float(curve.mean()), float(curve[int(0.8 * wrong.size) - 1]),
-                          float(curve[-1]))
-
-
-def left_right_sureness(left_map, right_map):
-    """
-    Return minus the left-right difference of two maps: float (R, C), NaN without a match.
-
-    left_map: float (R, C), pixels, of the left image. right_map: of the right image.
-    """
-    rows, columns = np.indices(left_map.shape)
-    place = columns - left_map
-    inside = np.isfinite(place) & (place >= -0.5) & (place < left_map.shape[1] - 0.5)
-    met = np.full(left_map.shape, np.nan)
-    met[inside] = right_map[rows[inside], np.rint(place[inside]).astype(np.intp)]
-    return -abs(left_map - met)
-
-
-def reliability(wrong, confidence):
-    """
-    Return the numbers of all and of correct pixels in each of the BINS: int64 (2, bins).
-
-    wrong: bool (N,); confidence: float (N,), 0 to 1. Pixels of confidence 0 are invalid and in no
-    bin.
-    """
-    valid = confidence > 0
-    place = np.digitize(confidence[valid], BINS[1:-1])
-    return np.array([np.bincount(place[chosen], minlength=len(BINS) - 1)
-                     for chosen in (slice(None), ~wrong[valid])])
 
 
 def _percent(which):

@@ -58,7 +58,8 @@ ROOMS = {
                    'synthetic', 'views'), frozenset({'cv2', 'numpy', 'pandas'}),
                   frozenset({'PIL', 'matplotlib', 'skimage'})),
     'bench/demo': Room(('bench/datasets', 'evaluation', 'flat', 'node', 'pairs', 'parameters',
-                        'views'), frozenset({'cv2', 'numpy', 'tqdm'}), ros=True),
+                        'views'), frozenset({'cv2', 'numpy', 'tqdm'}),
+                       frozenset({'matplotlib'}), ros=True),
     'bench/live': Room(('bench', 'evaluation', 'flat', 'node', 'pairs'),
                        frozenset({'cv2', 'numpy', 'psutil', 'tqdm'}), ros=True),
 }

@@ -5,8 +5,8 @@ import json
 from subprocess import check_output
 from sys import executable
 
+from fuzzy_stereo_ros.commands.benchmark import STATUS, take_turns
 from fuzzy_stereo_ros.commands.command_line import main
-from fuzzy_stereo_ros.evaluation.turns import STATUS, take_turns
 import pytest
 
 SMALL = ['--columns', '96', '--rows', '48', '--disparities', '16', '--repeats', '2']
@@ -44,7 +44,7 @@ def test_matchers_take_turns_and_the_first_turn_does_not_count():
 @pytest.mark.skipif(not STATUS.exists(), reason='needs Linux')
 def test_memory_is_counted_at_its_peak_although_it_is_freed():
     # in its own process: what other tests have left may be freed meanwhile
-    program = ('import numpy as np; from fuzzy_stereo_ros.evaluation.turns import peak_memory; '
+    program = ('import numpy as np; from fuzzy_stereo_ros.commands.benchmark import peak_memory; '
                'print(peak_memory(lambda: np.ones(40_000_000, np.uint8).sum()))')
     assert float(check_output([executable, '-c', program])) == pytest.approx(40, abs=5)
 
