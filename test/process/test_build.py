@@ -10,7 +10,6 @@ import tarfile
 from xml.etree import ElementTree
 import zipfile
 
-from aarch64 import compare
 from packaging.requirements import Requirement
 from packaging.version import Version
 from pages import commands, ROOT, text_of
@@ -65,16 +64,6 @@ def installed(wheel, folder):
     run('-m', 'pip', 'install', '--quiet', '--no-index', '--no-deps', '--no-compile',
         '--ignore-installed', '--prefix', str(folder), str(wheel))
     return folder
-
-
-def test_the_source_archive_has_what_the_package_is_built_of(archives):
-    with tarfile.open(archives[0]) as files:
-        names = {name.partition('/')[2] for name in files.getnames()}
-    for folder in ('config', 'launch', 'resource'):
-        here = {f'{folder}/{path.name}' for path in (ROOT / folder).iterdir() if path.is_file()}
-        assert here <= names
-    assert {'CHANGELOG.rst', 'LICENSE', 'README.md', 'SECURITY.md', 'package.xml', 'setup.py',
-            'fuzzy_stereo_ros/matching/kernels/simd.py'} <= names
 
 
 def test_the_wheel_has_every_module_and_nothing_else_of_python(archives):
@@ -164,23 +153,3 @@ def test_what_jazzy_has_is_within_the_bounds_and_the_oldest_of_it_at_them(name):
         assert version in allowed[library]
         least = next(one.version for one in allowed[library] if one.operator == '>=')
         assert library == 'numba' and name == '3.12-jazzy' or version.startswith(f'{least}.')
-
-
-@pytest.mark.quick
-def test_without_an_emulator_the_row_aarch64_is_skipped_and_says_what_it_needs(tmp_path):
-    program = ROOT / 'test' / 'support' / 'aarch64.py'
-    said = run(str(program), str(tmp_path), env={**os.environ, 'PATH': str(tmp_path)})
-    assert said.startswith('aarch64 is skipped: it needs qemu-aarch64 and mmdebstrap,')
-    assert said.count('\n') == 1
-
-
-@pytest.mark.quick
-@pytest.mark.parametrize('emulated, kept', [
-    ({'realtime': 'a', 'quality': 'b'}, True),
-    ({'realtime': 'a', 'quality': 'other'}, True),
-    ({'realtime': 'other', 'quality': 'b'}, False),
-    ({'realtime': 'a'}, False)])
-def test_the_row_aarch64_fails_where_realtime_differs_or_a_digest_is_missing(
-        emulated, kept, capsys):
-    assert compare({'realtime': 'a', 'quality': 'b'}, emulated.items()) is kept
-    assert ('differs' in capsys.readouterr().out) == ('other' in emulated.values())

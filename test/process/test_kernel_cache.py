@@ -13,7 +13,7 @@ import sys
 from fuzzed import is_long
 import fuzzy_stereo_ros.matching.kernels as kernels
 from fuzzy_stereo_ros.matching.kernels import compiled
-from mounted import as_stranger, mounting, READ_ONLY
+from mounted import as_stranger, mounting
 import numba
 import pytest
 
@@ -115,13 +115,6 @@ def test_processors_share_a_folder_but_no_kernel_and_get_the_same_bits(package):
         assert (told['result'], told['hits']) == (2.1, hits)
 
 
-def test_times_of_the_sources_which_an_image_of_a_container_changes_do_not_matter(package):
-    assert run(package)['hits'] == 0
-    for source in package.glob('*.py'):
-        os.utime(source, (1, 1))
-    assert run(package)['hits'] == 1
-
-
 @pytest.fixture
 def strange_home(package, tmp_path):
     """Return the home of a user who can only read what root has compiled beside the code."""
@@ -150,12 +143,6 @@ def test_what_another_user_compiled_is_read_without_a_folder_of_ones_own(package
     assert (told['result'], told['hits'], told['remarks']) == (2, 1, [])
 
 
-def test_what_is_compiled_beside_the_code_and_can_be_replaced_there_is_not_read_elsewhere(
-        package, tmp_path):
-    run(package)
-    assert run(package, NUMBA_CACHE_DIR=tmp_path / 'cache')['hits'] == 0
-
-
 @pytest.fixture
 def closed(package):
     """Return a package beside whose code nothing can be kept."""
@@ -177,44 +164,6 @@ def test_a_folder_of_the_users_choice_that_cannot_be_is_told_with_the_one_taken(
     assert told['remarks'] == [
         'compiled kernels cannot be kept in NUMBA_CACHE_DIR (/dev/null/fuzzy_stereo_ros: Not a '
         f"directory): they are kept in {package / '__pycache__'}"]
-
-
-def no_folder(told):
-    """Return the reasons that are told for no folder at all."""
-    assert (told['result'], told['hits'], told['folder']) == (2, 0, 'None')
-    (remark,) = told['remarks']
-    start, _, rest = remark.partition(' (')
-    reasons, _, end = rest.rpartition('): ')
-    assert start == 'no folder for compiled kernels can be written to'
-    assert end == ('they are compiled at each start, which takes up to 60 s; set NUMBA_CACHE_DIR '
-                   'to a folder that can be')
-    return reasons
-
-
-def test_without_a_folder_it_works_and_says_so_once(closed):
-    assert no_folder(run(closed, HOME='/dev/null')) == (
-        f'{closed}/__pycache__: Not a directory, '
-        '/dev/null/.cache/fuzzy_stereo_ros: Not a directory')
-
-
-def test_a_user_without_home_and_name_has_no_cache_and_no_folder_called_tilde(closed, tmp_path):
-    subprocess.run(['chmod', '-R', 'a+rX', tmp_path], check=True)
-    here = tmp_path / 'here'
-    here.mkdir(mode=0o777)
-    reasons = no_folder(run(closed, before=[*as_stranger(), 'env', '-C', str(here)], HOME=None))
-    assert reasons == f'{closed}/__pycache__: Not a directory'
-    assert [*here.iterdir()] == []
-
-
-@pytest.mark.parametrize('kind, reason', [
-    ('forbidden', 'Permission denied'), (READ_ONLY, 'Read-only file system'),
-    ('size=16k', 'No space left on device')])
-def test_a_home_that_cannot_be_written_to_is_no_folder(closed, tmp_path, kind, reason):
-    home = tmp_path / 'home'
-    home.mkdir()
-    before = as_stranger() if kind == 'forbidden' else mounting({home: kind})
-    reasons = no_folder(run(closed, before=before, HOME=home))
-    assert reasons.endswith(f'home/.cache/fuzzy_stereo_ros: {reason}')
 
 
 def test_a_disk_that_gets_full_is_told_once_and_kernels_are_kept_when_there_is_room(
