@@ -71,13 +71,6 @@ def read_all(path):
     return read
 
 
-@pytest.mark.parametrize('form', FORMATS)
-def test_a_whole_bag_is_read_to_its_end(bags, tmp_path, form):
-    path = tmp_path / FILES[form]
-    path.write_bytes(bags[form])
-    assert read_all(path) == 12
-
-
 @pytest.mark.parametrize('form', ['mcap', 'ros1'])
 @pytest.mark.parametrize('field', [b' encoding', b' height'])
 def test_pairs_of_types_that_the_bag_defines_otherwise_are_rejected(bags, tmp_path, form, field):

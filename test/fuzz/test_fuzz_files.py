@@ -195,15 +195,6 @@ def test_a_saved_pair_with_a_file_of_any_bytes_is_read_or_rejected(saved, place,
     rejected(read_saved_pair, place(name, content))
 
 
-@examples(150)
-@given(data=st.data())
-def test_a_saved_pair_with_any_value_in_a_record_is_read_or_rejected(saved, place, data):
-    name = data.draw(st.sampled_from(sorted(each for each in saved if each.endswith('.json'))))
-    record = json.loads(saved[name])
-    record[data.draw(st.sampled_from(sorted(record)))] = data.draw(PLAIN)
-    rejected(read_saved_pair, place(name, json.dumps(record).encode()))
-
-
 def places(record, path=()):
     """Return the paths to all values in a record of maps and lists."""
     items = (record.items() if isinstance(record, dict) else

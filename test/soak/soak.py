@@ -14,13 +14,12 @@ import time
 
 from node_process import own_domain, ros_environment
 from soak_bench import SoakBench
-from soak_figures import broken_sums, promises_of, Run, Waits
+from soak_figures import broken_sums, promises_of, Run
 from soak_script import DECK, events_of, TOPICS
-from soaked_node import FAULT, FAULTS
 
 SHOWN = 'pairs ', 'rejected: ', 'unmatched ', 'lost ', 'stamps went'
 FIRST = TOPICS[0]
-LIMITS = 'memory', 'resident', 'latency', 'work', 'wait'    # options of the same names
+LIMITS = 'memory', 'resident', 'work'     # options of the same names
 SMALL = 3       # samples, below which thirds of a run mean nothing
 
 
@@ -30,7 +29,7 @@ def soak(arguments, folder):
     samples, broken, happened, number = [], [], 0, 0
     with own_domain() as domain, closing(SoakBench(
             domain, folder, arguments.rows, arguments.columns, arguments.disparities,
-            arguments.rate, arguments.best_effort)) as stage:
+            arguments.rate)) as stage:
         stage.begin()
         end = None
         while end is None or time.monotonic() < end or len(samples) < SMALL:
@@ -42,8 +41,6 @@ def soak(arguments, folder):
             broken += [f'round {number}: {sentence}' for sentence in found]
             number += 1
             if number >= DECK:      # before that all was new: warming up
-                if end is None:
-                    stage.waits = Waits()
                 samples.append(stage.sample())
                 say(samples[-1])
                 end = end or time.monotonic() + 60 * arguments.minutes
@@ -51,7 +48,7 @@ def soak(arguments, folder):
         broken += broken_sums(counts, stage.sent)
         code = stage.node.finish()
         log = stage.node.log()
-    return Run(samples, counts, log, broken, code, stage.threads, stage.waits.longest), happened
+    return Run(samples, counts, log, broken, code, stage.threads), happened
 
 
 def table(run, happened, promises):
@@ -76,9 +73,7 @@ OPTIONS = {     # name: type, default, unit, what it is
     'between': (float, 3.0, 'SECONDS', 'for how long pairs come between what happens'),
     'memory': (float, 1.0, 'PERCENT', 'by less than which memory in use may grow'),
     'resident': (float, 5.0, 'PERCENT', 'by less than which resident memory may grow'),
-    'latency': (float, 50.0, 'PERCENT', 'by less than which latency may grow'),
-    'work': (float, 50.0, 'PERCENT', "by less than which a pair's processor time may grow"),
-    'wait': (float, 10.0, 'SECONDS', 'for how long nobody may wait for a pair or diagnostics')}
+    'work': (float, 50.0, 'PERCENT', "by less than which a pair's processor time may grow")}
 
 
 def parser():
@@ -87,10 +82,6 @@ def parser():
     for name, (kind, default, unit, sentence) in OPTIONS.items():
         made.add_argument(f'--{name}', type=kind, default=default, metavar=unit,
                           help=f'{sentence}; default: {default:g}')
-    made.add_argument('--best-effort', action='store_true',
-                      help='inputs as the node has them by default: the middleware may lose some')
-    made.add_argument('--fault', choices=FAULTS, default='',
-                      help='plant a fault in the node, to see that it is found')
     made.add_argument('--log', metavar='FILE', help='write what the node logged')
     made.add_argument('--verbose', action='store_true', help='say what happens')
     return made
@@ -100,7 +91,7 @@ def main(words=None):
     """Run a soak, print its table, and return 0, or 1 where a promise is broken."""
     arguments = parser().parse_args(words)
     with TemporaryDirectory(prefix='fuzzy_stereo_ros_soak_') as folder:
-        os.environ.update({**ros_environment(folder), FAULT: arguments.fault})
+        os.environ.update(ros_environment(folder))
         run, happened = soak(arguments, folder)
     if arguments.log is not None:
         with open(arguments.log, 'w', encoding='utf-8') as file:

@@ -5,18 +5,15 @@ from contextlib import contextmanager
 from functools import partial
 import json
 import signal
-from statistics import median
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray
-from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
 from node_process import NodeProcess, shifted_pair, SOON
 import psutil
 from ros_bench import BASELINE, Bench, FOCAL
 from sensor_msgs.msg import Image, PointCloud2
-from soak_figures import is_under_way, Sample, Threads, Waits, whole_numbers
+from soak_figures import Sample, Threads, whole_numbers
 from soak_script import CHANGES, LARGEST, OUTPUTS, TOPICS
 from soaked_node import SAID
 from stereo_msgs.msg import DisparityImage
@@ -29,13 +26,13 @@ PATIENCE = 5.0      # s for an answer that may have been lost, and for a thread 
 TYPES = {'disparity': DisparityImage, 'points2': PointCloud2}    # of what is no Image
 
 
-def node_arguments(disparities, folder, best_effort):
-    """Return the arguments of a node that is soaked; with queues for floods if reliable."""
+def node_arguments(disparities, folder):
+    """Return the arguments of a node that is soaked, with queues for floods."""
     depths = {f'qos_overrides./{topic}.subscription.depth': DEPTH for topic in TOPICS}
     values = {
         'disparity_range': disparities, 'save_directory': folder, 'no_pair_seconds': 0.5,
         'max_saved_pairs': 1_000_000,
-        'queue_size': QUEUE_SIZE, **({} if best_effort else depths)}
+        'queue_size': QUEUE_SIZE, **depths}
     return ['--ros-args', *(word for name, value in values.items()
                             for word in ('-p', f'{name}:={value}'))]
 
@@ -44,28 +41,22 @@ class SoakBench(Bench):
     """
     The node, a camera that counts what it sends, and a listener; a method for each kind of event.
 
-    sent: {topic: messages sent while the node was subscribed}. answers: {stamp: when heard}.
-    waits: Waits. threads: Threads.
+    sent: {topic: messages sent while the node was subscribed}. answers: set of stamps.
+    threads: Threads.
     """
 
     node_type = staticmethod(partial(NodeProcess, module='soaked_node'))
 
-    def __init__(self, domain, folder, rows, columns, disparities, rate, best_effort):
-        """Start the node; rate: pairs/s of a stream; best_effort: what is sent may be lost."""
-        super().__init__(domain, *node_arguments(disparities, folder, best_effort),
-                         best_effort=best_effort, depth=DEPTH)
-        self._best_effort = best_effort
+    def __init__(self, domain, folder, rows, columns, disparities, rate):
+        """Start the node; rate: pairs/s of a stream."""
+        super().__init__(domain, *node_arguments(disparities, folder), depth=DEPTH)
         self._size, self._shape, self._rate = (rows, columns), (rows, columns), rate
         self._domain, self._made, self._number = domain, {}, 0
         self._usual = {name: None for change in CHANGES for name in change}
         self._usual['confidence_threshold'] = None
         self._jump, self._listening = 0, None
-        self.sent, self.answers = dict.fromkeys(TOPICS, 0), {}
-        self.waits, self.threads = Waits(), Threads(self.node.identity)
-        self.listener.create_subscription(
-            DiagnosticArray, '/diagnostics',
-            lambda message, about: self.waits.diagnosed(about['source_timestamp']), 10)
-        self._yardstick = StereoMatcher(MatcherConfig(disparities=disparities))
+        self.sent, self.answers = dict.fromkeys(TOPICS, 0), set()
+        self.threads = Threads(self.node.identity)
 
     def begin(self):
         """
@@ -75,11 +66,9 @@ class SoakBench(Bench):
         each kind of matcher, and OpenCV its threads.
         """
         self.listen_anew()
-        self._yardstick.warm_up(*self._size)
         self.connect()
         self._usual = dict(zip(self._usual, self.parameters(*self._usual)))
         self._usual.pop('profile')
-        self.meet()
         self._shape = self.shape_of(LARGEST)
         every = {name: value for change in CHANGES for name, value in change.items()}
         for profile in ('quality', 'realtime'):
@@ -91,7 +80,7 @@ class SoakBench(Bench):
 
     def sample(self):
         """Return a Sample of the node as it was started, without what events have changed."""
-        self._shape, self._jump, self.waits.event = self._size, 0, 'a sample'
+        self._shape, self._jump = self._size, 0
         self.leave()        # with a subscription goes what the middleware keeps of floods
         self.arrive()
         self._change(confidence_threshold=0.5)      # so that the next one changes something:
@@ -99,29 +88,27 @@ class SoakBench(Bench):
         # Nothing is sent but probes, one at a time: the middleware keeps what waited at once.
         process = psutil.Process(self.node.identity)
         before = sum(process.cpu_times()[:2])
-        latencies, alone = zip(*(self._probe() for _ in range(PROBES)))
+        for _ in range(PROBES):
+            self._probe()
         work = 1000 * (sum(process.cpu_times()[:2]) - before) / PROBES
         self.answers.clear()
-        self.waits.forget()
         memory, held = process.memory_info(), self._held()
         resident = (memory.rss - memory.shared) / 1e6
         deadline = time.monotonic() + PATIENCE
         while self.threads.left_over(held['threads']) and time.monotonic() < deadline:
             self.settle()
             held = self._held()
-        return Sample(held['megabytes'], held['objects'], resident, median(latencies),
-                      min(latencies) / min(alone), work)
+        return Sample(held['megabytes'], held['objects'], resident, work)
 
     def settle(self):
         """Return the counts of diagnostics when all that was sent has come to something."""
         deadline = time.monotonic() + SOON
         while True:
             counts = whole_numbers(self.counts_now())
-            under_way = is_under_way(counts, self.sent)
+            under_way = any(counts[f'received {topic}'] + counts[f'lost {topic}'] < messages
+                            for topic, messages in self.sent.items())
             if time.monotonic() > deadline or not (under_way or counts['pairs waiting']):
                 return {**counts, 'queue_size': QUEUE_SIZE}
-            if under_way and self._best_effort:
-                self.send()    # that the last one is lost shows with the next one
 
     def leave_all(self):
         """Take back the subscription and return the counts when the node has done so, too."""
@@ -138,7 +125,6 @@ class SoakBench(Bench):
         """Subscribe again and wait for the node to do so."""
         self.listen_anew()
         self.until(self.rig.subscribed, 'the node subscribes again')
-        self.meet()
 
     def hear(self, topic):
         """Subscribe to one more output until something comes."""
@@ -162,20 +148,9 @@ class SoakBench(Bench):
 
     def listen_anew(self):
         """Subscribe to disparities; `leave` takes it back."""
-        def note(message, about):
-            stamp = stamp_of(message.header)
-            self.answers[stamp] = time.monotonic()
-            self.waits.answered(stamp, about['source_timestamp'])
-
         self._listening = self.listener.create_subscription(
-            DisparityImage, 'disparity', note, 10)
-
-    def meet(self):
-        """Where messages may be lost, leave those out that were while the two sides met."""
-        if self._best_effort:
-            heard = len(self.answers)
-            self.stream_until(lambda: len(self.answers) > heard, 'a disparity')
-            self.count_anew()
+            DisparityImage, 'disparity',
+            lambda message: self.answers.add(stamp_of(message.header)), 10)
 
     def count_anew(self):
         """Take as sent what has arrived or is known to be lost, when no more of it comes."""
@@ -195,7 +170,6 @@ class SoakBench(Bench):
 
         if stamp is None:
             stamp = self.rig.get_clock().now().nanoseconds + self._jump
-        self.waits.sent(stamp)
         return self.rig.publish(*(pair or self.next_pair()), stamp, count)
 
     def next_pair(self):
@@ -235,7 +209,7 @@ class SoakBench(Bench):
             self.listener.destroy_subscription(subscription)
 
     def _probe(self):
-        """Return ms of a pair through the node, and of the same match in this process."""
+        """Send a pair and wait for its disparity."""
         def answer():       # one that the node loses shows in the sums
             return stamp in self.answers or time.monotonic() > begun + PATIENCE
 
@@ -244,15 +218,11 @@ class SoakBench(Bench):
             begun = time.monotonic()
             stamp = self.send()
             self.until(answer, f'disparity of {stamp}')
-        again = time.monotonic()
-        self._yardstick.match(*self.next_pair())
-        return 1000 * (self.answers[stamp] - begun), 1000 * (time.monotonic() - again)
 
     # ---- what can happen ----
 
     def happen(self, event, seconds):
         """Have an Event happen, and a stream of pairs for a time after it."""
-        self.waits.event = event.kind
         getattr(self, event.kind)(**event.values)
         self.threads.note(event.kind)
         self.stream(round(self._rate * seconds))
@@ -269,19 +239,17 @@ class SoakBench(Bench):
         self.executor.remove_node(self.rig)
         self.rig.destroy_node()
         self.rig = SimulatedCameras(
-            f'rig_{self._domain}', FOCAL, BASELINE, reliable=not self._best_effort, depth=DEPTH,
+            f'rig_{self._domain}', FOCAL, BASELINE, reliable=True, depth=DEPTH,
             context=self.context)
         self.executor.add_node(self.rig)
         self.until(self.rig.subscribed, 'the node finds the camera again')
-        self.meet()
 
     def camera_is_killed(self):
         """Have another camera publish from a process of its own that ends without a word."""
         before = self.settle()
         camera = NodeProcess(
             self._domain, '--columns', str(self._size[1]), '--rows', str(self._size[0]),
-            '--frames', '4', '--rate', str(self._rate),
-            *([] if self._best_effort else ['--reliable']),
+            '--frames', '4', '--rate', str(self._rate), '--reliable',
             module='fuzzy_stereo_ros.node.simulated_cameras')
         try:
             enough = before['pairs matched'] + 4
@@ -289,9 +257,6 @@ class SoakBench(Bench):
                        'disparities of another camera')
         finally:
             camera.finish(9)
-        if self._best_effort:   # while there seem to be two cameras, gaps cannot be told
-            self.until(lambda: self.listener.count_publishers(TOPICS[0]) == 1,
-                       'the other camera is forgotten')
         self.count_anew()
 
     def stamps_jump(self, seconds):

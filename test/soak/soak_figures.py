@@ -5,7 +5,6 @@ from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 import re
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -22,15 +21,12 @@ class Sample(NamedTuple):
 
     megabytes: asked of the C library and not freed. objects: blocks in Python's memory.
     resident: MB of its process, without what the middleware shares; with what is free, but kept.
-    latency: ms of a pair, the median. share: the least latency by the least time of the same match
-    in another process, which a busy machine slows alike. work: ms of processor time for a pair.
+    work: ms of processor time for a pair.
     """
 
     megabytes: float
     objects: int
     resident: float
-    latency: float
-    share: float
     work: float
 
 
@@ -48,7 +44,7 @@ class Run(NamedTuple):
 
     samples: list of Sample after the warm-up. counts: as of `broken_sums`, of the last
     diagnostics, with nothing waiting. log: text of the node. broken: all that `broken_sums`
-    returned. code: the node's exit code. threads: Threads. waits: {what for: Wait}.
+    returned. code: the node's exit code. threads: Threads.
     """
 
     samples: list
@@ -57,7 +53,6 @@ class Run(NamedTuple):
     broken: list
     code: int
     threads: object
-    waits: dict
 
 
 def threads_of(process):
@@ -113,60 +108,10 @@ class Threads:
         return f"{len(self._first)}, up to {self.most} after events; left over: {left or 'none'}"
 
 
-class Wait(NamedTuple):
-    """A time in s, and during which kind of event it ended."""
-
-    seconds: float
-    event: str
-
-
-class Waits:
-    """
-    The longest waits so far.
-
-    event: what happens now. longest: {what for: Wait}. What is heard late, as the soak itself is
-    busy, is no wait: all times are of when something was sent.
-    """
-
-    def __init__(self):
-        """Begin with nothing sent."""
-        self.event = 'the start'
-        self.longest = dict.fromkeys(('a pair', 'diagnostics'), Wait(0.0, ''))
-        self._sent, self._diagnosed = {}, None
-
-    def sent(self, stamp):
-        """Note that a pair of a stamp is sent now; of several the first one counts."""
-        self._sent.setdefault(stamp, time.time())
-
-    def answered(self, stamp, when):
-        """Note that the answer to a stamp was sent at a time in ns since 1970."""
-        if stamp in self._sent:
-            self._note('a pair', when / 1e9 - self._sent.pop(stamp))
-
-    def diagnosed(self, when):
-        """Note that diagnostics were sent at a time in ns since 1970."""
-        if self._diagnosed is not None:
-            self._note('diagnostics', (when - self._diagnosed) / 1e9)
-        self._diagnosed = when
-
-    def forget(self):
-        """Wait no longer for the pairs that were sent so far: no answer is to come."""
-        self._sent.clear()
-
-    def _note(self, what, seconds):
-        self.longest[what] = max(self.longest[what], Wait(seconds, self.event))
-
-
 def growth(values):
     """Return by how many % the median of the last third is above that of the first."""
     third = -(-len(values) // 3)
     return 100 * (np.median(values[-third:]) / np.median(values[:third]) - 1)
-
-
-def spread(values, digits):
-    """Return the least and the most of values, and how far they usually are from the median."""
-    usual = np.median(np.abs(np.subtract(values, np.median(values))))
-    return f'{min(values):.{digits}f} to {max(values):.{digits}f} (+-{usual:.{digits}f})'
 
 
 def losses_told(log):
@@ -187,12 +132,6 @@ def losses_of(counts):
 def whole_numbers(diagnostics):
     """Return {key: number} of {key: text}, of those that are whole numbers."""
     return {key: int(text) for key, text in diagnostics.items() if text.isdecimal()}
-
-
-def is_under_way(counts, sent):
-    """Return whether messages that were sent have neither come nor been lost; as `broken_sums`."""
-    return any(counts[f'received {topic}'] + counts[f'lost {topic}'] < messages
-               for topic, messages in sent.items())
 
 
 def faults_of(log):
@@ -229,12 +168,10 @@ def promises_of(run, limits):
     """
     Return the Promises of a Run.
 
-    limits: {'memory': %, 'resident': %, 'latency': %, 'work': %, 'wait': s}.
+    limits: {'memory': %, 'resident': %, 'work': %}.
     """
-    held, objects, resident, latency, share, work = zip(*run.samples)
+    held, objects, resident, work = zip(*run.samples)
     counts, log, broken, code = run.counts, run.log, run.broken, run.code
-    waits = ', '.join(f'{what} {wait.seconds:.2f} s ({wait.event})'
-                      for what, wait in run.waits.items())
     told = losses_told(log)
     lost = losses_of(counts)
     faults = faults_of(log)
@@ -244,20 +181,15 @@ def promises_of(run, limits):
         Promise('every loss is in the log', f'{sum(told.values())} of {sum(lost.values())}',
                 dict(told) == lost),
         Promise(f"memory in use grows by less than {limits['memory']:g} %",
-                f'{growth(held):+.2f} % of {spread(held, 2)} MB, '
-                f'{growth(objects):+.2f} % of {spread(objects, 0)} objects',
+                f'{growth(held):+.2f} % of {held[0]:.2f} MB, '
+                f'{growth(objects):+.2f} % of {objects[0]} objects',
                 max(growth(held), growth(objects)) < limits['memory']),
         Promise(f"resident memory grows by less than {limits['resident']:g} %",
-                f'{growth(resident):+.2f} % of {spread(resident, 1)} MB',
+                f'{growth(resident):+.2f} % of {resident[0]:.1f} MB',
                 growth(resident) < limits['resident']),
-        Promise(f"latency grows by less than {limits['latency']:g} %, the machine aside",
-                f'{growth(share):+.0f} %: {latency[0]:.1f} to {latency[-1]:.1f} ms',
-                growth(share) < limits['latency']),
         Promise(f"a pair's processor time grows by less than {limits['work']:g} %",
-                f'{growth(work):+.0f} % of {spread(work, 1)} ms',
+                f'{growth(work):+.0f} % of {work[0]:.1f} ms',
                 growth(work) < limits['work']),
-        Promise(f"nobody waits for {limits['wait']:g} s", waits,
-                all(wait.seconds < limits['wait'] for wait in run.waits.values())),
         Promise('no thread is left over', str(run.threads), not run.threads.left),
         Promise('nothing is logged as a fault', faults[0] if faults else 'nothing', not faults),
         Promise('SIGINT ends the node with code 0', str(code), code == 0)]
