@@ -67,39 +67,6 @@ def test_the_demo_prints_the_table_of_the_real_node_and_writes_the_picture(tmp_p
     assert os.listdir(tmp_path) == ['seen.png']
 
 
-def test_the_paper_profile_can_be_tried_warm_and_cold(tmp_path):
-    code, out, err = run_demo(tmp_path, '--profile', 'paper', '--population', '4',
-                              '--generations', '2', '--frames', '2')
-    assert code == 0, err
-    rows = rows_of(out)
-    assert rows[''] == ('warm', 'cold') and rows['pairs lost'] == ('0', '0')
-    assert (tmp_path / 'demo.png').exists()
-
-
-def test_a_pair_that_is_lost_without_being_counted_makes_the_demo_fail(tmp_path):
-    """The right image of the fourth pair (two are probes) gets a stamp that no other has."""
-    before = """
-class TornRig(demo.SimulatedCameras):
-    def publish(self, left, right):
-        def tear(messages):
-            messages['right/image_rect'].header.stamp.sec += 1
-        return super().publish(left, right, change=tear if len(self.sent) == 3 else None)
-
-demo.SimulatedCameras, phase.TIMEOUT = TornRig, 1.0"""
-    code, out, err = run_demo(tmp_path, *QUICK, before=before)
-    assert code == 1
-    assert rows_of(out)['pairs lost'] == ('1', '0')
-    assert err.endswith('demo: 1 pair lost without being counted\n')
-
-
-def test_a_node_that_ends_makes_the_demo_fail_and_its_log_is_shown(tmp_path):
-    code, _, err = run_demo(tmp_path, before="demo.NODE = 'no_such_node'")
-    assert code == 1
-    assert 'demo: the node ended with code 1; its log:' in err
-    assert 'No module named no_such_node' in err
-    assert os.listdir(tmp_path) == []
-
-
 @pytest.mark.parametrize('number, expected', [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_the_demo_and_its_node_without_a_traceback(tmp_path, number, expected):
     process = start_demo(tmp_path, before="""
@@ -116,29 +83,6 @@ demo._play = tell_and_play""")
         os.kill(node, 0)
 
 
-@pytest.mark.parametrize('arguments, words', [
-    (['--frames', '0'], '--frames is 0; allowed are numbers above 0'),
-    (['--rate', 'nan'], '--rate is nan; allowed are numbers above 0'),
-    (['--picture', 'none/demo.png'], 'there is no such folder'),
-    (['--picture', 'demo.docx'], 'allowed are .png, .pdf, .svg'),
-    (['--profile', 'instant'], "invalid choice: 'instant'"),
-    (['--elite', '2'], 'elite is 2.0; allowed are numbers'),
-    (['--reference', 'right'], 'unrecognized arguments: --reference right'),
-])
-def test_bad_input_is_one_sentence_and_code_2(monkeypatch, capsys, arguments, words):
-    pytest.importorskip('rclpy', reason='rclpy is not importable: no ROS 2 here')
-    from bench.demo import __main__ as demo
-    monkeypatch.setattr(signal, 'signal', lambda *_: None)
-    monkeypatch.setattr(demo, 'MotorcycleWindow', None)
-    try:
-        code = demo.main(arguments)
-    except SystemExit as ended:
-        code = ended.code
-    told = capsys.readouterr()
-    assert (code, told.out, told.err.count('\n')) == (2, '', 1)
-    assert told.err.startswith('demo: ') and words in told.err
-
-
 def test_the_window_shows_both_images_and_the_truth_of_one_place(sequence):
     for number in (0, 7, 60):
         shown = sequence.frame(number)
@@ -149,18 +93,6 @@ def test_the_window_shows_both_images_and_the_truth_of_one_place(sequence):
         difference = abs(shown.left[rows, columns].astype(int)[inside]
                          - shown.right[rows, matching][inside])
         assert np.median(difference) < 8
-
-
-def test_the_window_moves_as_it_says_and_turns_round_at_the_borders(sequence):
-    places = [sequence.frame(number)[3:] for number in range(120)]
-    for (row, column), (next_row, next_column) in zip(places, places[1:]):
-        assert abs(next_row - row) <= 1 and abs(next_column - column) in (0, 1, 2)
-    whole = sequence.frame(0).truth
-    for row, column in set(places):
-        assert 0 <= row <= 500 - ROWS and 0 <= column <= 741 - COLUMNS
-    assert {column for _, column in places} >= {0, 50, 100}
-    shown = sequence.frame(9)
-    assert np.array_equal(shown.truth[:-4, :-18], whole[4:, 18:], equal_nan=True)
 
 
 class Flat:

@@ -3,11 +3,7 @@
 """The launch files with the real launch, one launch a case: what it starts does what it says."""
 from collections.abc import Callable
 from contextlib import ExitStack
-from importlib.util import find_spec
 import os
-from pathlib import Path
-import sys
-import tempfile
 import time
 from typing import NamedTuple
 import unittest
@@ -16,14 +12,12 @@ from fuzzy_stereo_ros.parameters.table import IGNORED_PARAMETERS
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import launched
 from launched import (
-    check_disparity, FOLDER, included, launch_ros, launch_testing, PAIR, PROFILES_FILE,
-    SHIFT, small, surroundings, written)
+    check_disparity, FOLDER, included, launch_testing, PAIR, PROFILES_FILE,
+    small, surroundings, written)
 from node_process import shifted_pair, START, values_of
 import numpy as np
 from pages import block, CAMERAS, text_of
 import pytest
-from real_pairs import DATA
-from repository import ROOT
 
 
 class Case(NamedTuple):
@@ -89,10 +83,6 @@ PEER_CAMERAS = [
         word for side, name in (('left', 'one'), ('right', 'two'))
         for topic, there in (('image_rect', 'image_raw'), ('camera_info', 'camera_info'))
         for word in ('-r', f'{side}/{topic}:={name}/{there}'))]
-ALOE = DATA / 'midd2006_third' / 'Aloe'
-# As in its own launch test, the names with which its topics are not called any more among them.
-OVERRIDES = {f'/{side}/image_rect{ending}': {'subscription': {'reliability': 'reliable'}}
-             for ending in ('', '_color') for side in ('left', 'right')}
 
 
 def rectifies_and_names_what_means_nothing_in_one_warning(test):
@@ -108,41 +98,6 @@ def matches_by_the_remappings_of_the_page(test):
     test.logged("stereo_image_proc's matchers are ignored: correlation_window_size, "
                 'stereo_algorithm, uniqueness_ratio')
     matches(test, disparities=32)
-
-
-def images():
-    """Return the paths of a pair: the peer's Aloe, a shifted texture where that is not here."""
-    if ALOE.is_dir():
-        return [str(ALOE / f'{side}.png') for side in ('left', 'right')]
-    from fuzzy_stereo_ros.pairs.image_files import write_image
-    folder = Path(launched.held.enter_context(tempfile.TemporaryDirectory()))
-    for side, image in zip(('left', 'right'), shifted_pair(SHIFT, rows=370, columns=427)):
-        write_image(folder / f'{side}.png', image)
-    return [str(folder / f'{side}.png') for side in ('left', 'right')]
-
-
-def peers_own_test():
-    """Return what stereo_image_proc's own launch test has, with this package's executable."""
-    from fuzzy_stereo_ros.node.launching import program
-    publisher = ROOT / 'test' / 'support' / 'stereo_image_publisher.py'
-    return launched.actions.GroupAction([
-        launch_ros.Node(executable=sys.executable, arguments=[str(publisher), *images()],
-                        output='screen'),
-        launch_ros.Node(**program('disparity_node'), name='disparity_node', output='screen',
-                        parameters=[{'qos_overrides': OVERRIDES}])])
-
-
-def gives_a_disparity_within_a_minute(test):
-    from stereo_msgs.msg import DisparityImage
-    messages = {}
-    test.around.collect(DisparityImage, '/disparity', messages, 1)
-    test.around.until(lambda: messages, 'a disparity')
-    message = next(iter(messages.values()))
-    assert (message.f, message.t) == (1.0, 0.0)
-    assert np.mean(values_of(message.image) >= message.min_disparity) > 0.7
-    assert test.printed().count('disparities are without metres (t is 0)') == 1
-    assert 'rejected' not in test.printed()
-    assert test.printed().count('QoS overrides for unknown topics are ignored') == 1
 
 
 # ---- several rigs, the demo ----
@@ -188,53 +143,6 @@ def shows_a_picture_in_colour_of_the_ground_truth_of_the_made_scene(test):
     assert max(np.mean(np.abs(values - frame.truth)[valid] < 0.5) for frame in frames) > 0.9
 
 
-# ---- launch files in other languages that include ours, and one that starts the executable ----
-
-REMAPPED = [f'{side}/{topic}' for side in ('left', 'right')
-            for topic in ('image_rect', 'camera_info')]
-GIVEN = {'namespace': 'included', 'node_name': 'stereo', 'left_namespace': '/left',
-         'right_namespace': '/right', 'disparity_range': '$(var disparities)', 'fill': 'true'}
-
-
-def in_xml():
-    arguments = ''.join(f'<arg name="{name}" value="{value}"/>' for name, value in GIVEN.items())
-    remaps = ''.join(f'<remap from="{name}" to="/{name}"/>' for name in REMAPPED)
-    return f"""<launch>
-  <arg name="disparities" default="16"/>
-  <include file="{FOLDER / 'fuzzy_stereo.launch.py'}">{arguments}</include>
-  <node pkg="fuzzy_stereo_ros" exec="disparity_node" namespace="plain">
-    <param name="disparity_range" value="$(var disparities)"/>
-    <param name="fill" value="true"/>{remaps}
-  </node>
-</launch>
-"""
-
-
-def in_yaml():
-    arguments = ', '.join(f"{{name: {name}, value: '{value}'}}" for name, value in GIVEN.items())
-    remaps = ', '.join(f'{{from: {name}, to: /{name}}}' for name in REMAPPED)
-    return f"""launch:
-- arg: {{name: disparities, default: '16'}}
-- include: {{file: {FOLDER / 'fuzzy_stereo.launch.py'}, arg: [{arguments}]}}
-- node:
-    pkg: fuzzy_stereo_ros
-    exec: disparity_node
-    namespace: plain
-    param:
-    - {{name: disparity_range, value: $(var disparities)}}
-    - {{name: fill, value: true}}
-    remap: [{remaps}]
-"""
-
-
-def both_nodes_match_with_what_they_were_given(test):
-    for namespace, name in (('included', 'stereo'), ('plain', 'disparity_node')):
-        test.around.listen(namespace=f'/{namespace}/')
-        check_disparity(test.around.first_match(*PAIR))
-        test.around.leave()
-        assert test.parameters(f'/{namespace}/{name}', 'disparity_range', 'fill') == [16, True]
-
-
 def in_namespace(name):
     return {'cli_args': ['--ros-args', '-r', f'__ns:={name}']}
 
@@ -257,21 +165,13 @@ CASES = {
         lambda: included(written('stereo.launch.py', block('python'))),
         matches_by_the_remappings_of_the_page, {'cli_args': ['--ros-args', *CAMERAS]},
         '/stereo/'),
-    "the peer's own test": Case(peers_own_test, gives_a_disparity_within_a_minute,
-                                in_namespace('/unused')),
     'two rigs': Case(
         two_rigs, each_node_matches_its_own_cameras_in_a_process_with_its_own_parameters,
         in_namespace('/front'), '/front/'),
     'the demo': Case(
         lambda: included('demo.launch.py', rows=str(ROWS), columns=str(COLUMNS),
                          disparities=str(DISPARITIES), rate='10', viewer='False'),
-        shows_a_picture_in_colour_of_the_ground_truth_of_the_made_scene, in_namespace('/unused')),
-    **{language: Case(
-        lambda language=language, text=text: included(
-            written(f'stereo.launch.{language}', text())),
-        both_nodes_match_with_what_they_were_given)
-       for language, text in (('xml', in_xml), ('yaml', in_yaml))
-       if find_spec(f'launch_{language}')}}
+        shows_a_picture_in_colour_of_the_ground_truth_of_the_made_scene, in_namespace('/unused'))}
 
 
 @pytest.mark.launch_test

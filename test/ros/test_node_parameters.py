@@ -131,19 +131,10 @@ def test_a_request_that_rclpy_cannot_read_is_logged_and_survived(bench):
     assert bench.match(*PAIR).max_disparity == 15.0
 
 
-@pytest.mark.parametrize('argument, sentence', [
-    ('disparity_range:=0', 'disparity_range is 0; allowed are whole numbers from 1 to 4096'),
-    ('image_transport:=pigeon', "image_transport is 'pigeon'; allowed are raw, compressed"),
-    ('approximate_sync:=1', 'approximate_sync is 1; allowed are values like False'),
-    ('outputs:=disparity mesh',
-     "outputs is 'disparity mesh'; allowed are disparity, confidence, depth, depth_compressed, "
-     'points2, preview, preview_compressed'),
-])
-def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(
-        start_node, argument, sentence):
-    node = start_node('--ros-args', '-p', argument)
+def test_a_start_with_a_bad_parameter_ends_with_code_2_and_a_sentence(start_node):
+    node = start_node('--ros-args', '-p', 'image_transport:=pigeon')
     assert node.finish(number=None) == 2
-    assert sentence in node.log()
+    assert "image_transport is 'pigeon'; allowed are raw, compressed" in node.log()
     assert 'Traceback' not in node.log()
 
 

@@ -56,7 +56,9 @@ def written(name, text):
 def description(*entities):
     """Return the LaunchDescription of a launch test in surroundings of its own."""
     hold_surroundings()
-    return launch.LaunchDescription([*entities, launch_testing.actions.ReadyToTest()])
+    patience = actions.SetLaunchConfiguration('sigterm_timeout', '60')  # s to end; 5 is launch's
+    return launch.LaunchDescription([
+        patience, *entities, launch_testing.actions.ReadyToTest()])
 
 
 def small(**arguments):
