@@ -26,28 +26,14 @@ REPEATS, QUICK_REPEATS = 60, 2
 DECIDED = ('disparities', 'min_disparity', 'reference', 'fill', 'threads', 'warm_start')
 
 LEFT_BEHIND = 'the page has the sections of finished benchmarks, the others are as before'
-DESCRIPTION = (
-    'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n\n'
-    '  accuracy  errors on every scene, dense, against OpenCV default and tuned; confidence\n'
-    '  conditions  errors on pictures as cameras give them: rows that do not fit, exposures that\n'
-    '            differ, dark corners, JPEG, noise, little light\n'
-    '  speed     milliseconds at 640x480 and 1280x720, cold and warm, one and two threads;\n'
-    '            what a pixel costs up to 2560x1440; more cores, reckoned; deadlines kept;\n'
-    '            memory, first start\n'
-    '  warm      with and without the previous frame: error and flicker on sequences; error\n'
-    '            over 30 frames that stay or pan\n'
-    '  paper     the tables and figure of the paper beside the results of this package\n'
-    '  truth     fitness of the ground truth, and where evolution from it ends (quality)\n'
-    '  ablation  each profile without population, crossover, mutation, previous best; each\n'
-    '            part removed or replaced: error, fitness, time; rank correlation of fitness\n'
-    '            and error\n'
-    '  drift     detection of a misaligned calibration, and its cost\n'
-    "  tuning    settings of OpenCV's matchers with the smallest error on half of the scenes\n"
-    '  all       all of these, one after the other\n\n'
-    'With --output pictures of the figures are written beside the page.\n\n'
-    'Synthetic scenes and the pair of scikit-image need no data. Scenes of Middlebury and KITTI\n'
-    'are read from --data; the report names those that are missing there.\n\n'
-    'The node is measured by python -m bench.live.')
+DESCRIPTION = '\n'.join((
+    'Measure the matcher side by side with OpenCV, and print tables as Markdown.\n',
+    *(f'  {name:<11}{suite.__doc__.strip().splitlines()[0]}' for name, suite in SUITES.items()),
+    f'  {ALL:<11}all of these, one after the other\n',
+    'With --output pictures of the figures are written beside the page.\n',
+    'Synthetic scenes and the pair of scikit-image need no data. Scenes of Middlebury and KITTI',
+    'are read from --data; the report names those that are missing there.\n',
+    'The node is measured by python -m bench.live.'))
 EXAMPLE = ('examples:\n'
            '  python -m bench accuracy paper --data ../shared/data --output docs/benchmarks.md\n'
            '  python -m bench all --quick --output /tmp/page.md')

@@ -50,11 +50,6 @@ class Evolution(NamedTuple):
     scene: Scene
     frames: int = 1
 
-    @property
-    def path(self):
-        """Profile, scene and frames, as progress shows them."""
-        return f'{self.profile}, {self.scene.path}' + f', {self.frames} frames' * (self.frames > 1)
-
 
 def run(request):
     """Return the `Report` of the contribution of each part of each profile."""

@@ -48,11 +48,6 @@ class Course(NamedTuple):
     skipped: int = 0
     compared: bool = True
 
-    @property
-    def path(self):
-        """Kind and name, as progress shows them."""
-        return f'{self.kind}, {self.name}'
-
 
 def courses(pairs, sequences, quick=False):
     """Return the courses over some scenes, and the drives among some sequences."""
@@ -169,8 +164,8 @@ def confidence_table(measured):
                     'Of the pixels that both cameras see; a dash where none is so sure.')
 
 
-def ablate(request, variant, some):
-    """Return the figures of a variant: variant, and by kind the mean error of the last frame."""
+def ablate(some, variant):
+    """Return the figures of a `Variant` on some courses: its name, and mean errors by kind."""
     rows = [{'kind': course.kind, **follow(course, 0, changes=variant.changes,
                                            stages=variant.stages)} for course in some]
     found = pd.DataFrame(rows).groupby('kind', sort=False).mean(numeric_only=True)
@@ -192,17 +187,5 @@ def tables(request, pairs):
     found = courses(pairs, request.sequences(pairs)[0], request.quick)
     measured = request.each(found, 'paper over frames', partial(measure, request))
     some = [course for course in found if course.kind in (STILL, PANS, 'made, drive')]
-    ablated = request.each([_Named(one) for one in PAPER_OVER_FRAMES], 'what parts earn',
-                           lambda one: ablate(request, one.variant, some))
+    ablated = request.each(PAPER_OVER_FRAMES, 'what parts earn', partial(ablate, some))
     return [frames_table(measured), confidence_table(measured), ablation_table(ablated)]
-
-
-class _Named(NamedTuple):
-    """A `Variant` with the path that progress shows."""
-
-    variant: object
-
-    @property
-    def path(self):
-        """Its name."""
-        return self.variant.name

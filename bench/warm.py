@@ -50,11 +50,6 @@ class Walk(NamedTuple):
     scene: Scene
     kind: str
 
-    @property
-    def path(self):
-        """Kind and scene, as progress shows them."""
-        return f'{self.kind}, {self.scene.name}'
-
 
 def run(request):
     """Return the `Report` of cold against warm on the sequences of a request."""
@@ -139,11 +134,6 @@ class Approach(NamedTuple):
     seed: int
 
     @property
-    def path(self):
-        """Contrast, speed and seed, as progress shows them."""
-        return f'{self.kind}, seed {self.seed}'
-
-    @property
     def kind(self):
         """The line of the table."""
         return f'contrast {self.contrast}, {self.speed:g} px a frame'
@@ -156,7 +146,7 @@ def slow_ones(request):
 
 
 def approach(one, request):
-    """Return the figures of an `Approach`: kind, path, and bias of each frame by matcher, px."""
+    """Return the figures of an `Approach`: kind, seed, and bias of each frame by matcher, px."""
     matchers = {name: request.ours.matcher(MADE['disparities'], warm_start=True)
                 for name in (COLD, WARM)}
     biases = {name: [] for name in matchers}
@@ -167,14 +157,14 @@ def approach(one, request):
             off = matcher.match(made.left, made.right).disparity - made.truth
             counts = made.visible & (made.truth > BACKGROUND) & (abs(off) < OUTLIER)
             biases[name].append(off[counts].mean())
-    return {'kind': one.kind, 'path': one.path,
+    return {'kind': one.kind, 'seed': one.seed,
             **{name: np.array(found[SLOW_SCORED:]) for name, found in biases.items()}}
 
 
 def slow_table(measured):
     """Return the table of a list of figures of `approach`."""
     rows = {}
-    for kind, group in counted(pd.DataFrame(measured), 'kind', 'path').groupby('kind', sort=False):
+    for kind, group in counted(pd.DataFrame(measured), 'kind', 'seed').groupby('kind', sort=False):
         found = {name: np.stack(list(group[name])) for name in (COLD, WARM)}
         rows[kind] = {name: of_matcher.mean() for name, of_matcher in found.items()}
         rows[kind]['warm, worst sequence'] = found[WARM].mean(axis=1).min()
