@@ -33,7 +33,7 @@ DESCRIPTION = (
     "          cameras: calib.txt as Middlebury 2014's, left.yaml and right.yaml for ROS\n"
     '  bag     a ROS 2 bag (mcap): image_rect and camera_info of /left and of /right')
 EXAMPLE = ('examples:\n'
-           '  fuzzy-stereo synthesise --output scene --frames 20 --poles 3 --fence 12\n'
+           '  fuzzy-stereo synthesise --output scene --frames 20 --poles 3\n'
            '  fuzzy-stereo synthesise --output scene_bag --format bag --noise 6 --flicker 0.2')
 
 

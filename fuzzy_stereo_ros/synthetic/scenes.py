@@ -19,7 +19,7 @@ import numpy as np
 FOCAL = 0.9         # focal length in widths of the image
 BASELINE = 0.12     # m
 CAMERA = 'rate', 'offset'       # parameters that are no options of make_sequence
-NOT_IN_STREET = 'min_disparity', 'poles', 'fence'       # options that need a scene of planes
+NOT_IN_STREET = 'min_disparity', 'poles'     # options that need a scene of planes
 
 
 class SceneOptions(NamedTuple):
@@ -28,7 +28,6 @@ class SceneOptions(NamedTuple):
     min_disparity: int = 0
     objects: int = 4
     poles: int = 0
-    fence: int = 0
     pan: float = 0.0
     drive: float = 0.0
     motion: float = 0.0
@@ -132,7 +131,6 @@ SCENE_PARAMETERS = {row.name: row for row in (
     _scene_option('objects', 'number of slanted planes before a slanted background: poles, '
                   'ellipses and boxes in turn', 0, 1000),
     _scene_option('poles', 'number of additional poles of 1 to 3 px', 0, 1000),
-    _scene_option('fence', 'number of bars of a slanted fence; 0 is no fence', 0, 1000),
     Parameter('pan', 2.0, 'rotation of the cameras to the right in each frame', -1000.0, 1000.0,
               'px'),
     _scene_option('drive', 'distance that the cameras move ahead in each frame, through a street; '

@@ -15,8 +15,6 @@ import numpy as np
 SHAPES = ('pole', 'ellipse', 'box')
 STEEPEST = 0.2      # largest change of disparity per pixel in x; at 1 the right image has no width
 THIN = 0.5, 1.5     # smallest and largest half width of a thin pole, px
-BAR = 1.0           # half the width of a bar and of a rail of the fence, px
-RAIL = 0.6          # distance of the rails from the centre of the fence, in half heights
 
 
 class Surface(NamedTuple):
@@ -30,7 +28,6 @@ class Surface(NamedTuple):
     slope: tuple  # b, c: change of disparity per pixel in x and in y
     velocity: tuple  # pixels per frame in x and y
     texture: np.ndarray
-    bars: int = 0  # number of bars of a fence
 
 
 class World(NamedTuple):
@@ -49,15 +46,13 @@ class World(NamedTuple):
 
 
 def surfaces_of(world, seed):
-    """Return the surfaces of a scene: background, objects, poles, fence."""
+    """Return the surfaces of a scene: background, objects, poles."""
     options = world.options
     random, random_of_thin = (np.random.default_rng([seed, word]) for word in (0, 2))
     return [background(random, world),
             *(standing_object(random, SHAPES[index % 3], world)
               for index in range(options.objects)),
-            *(thin_pole(random_of_thin, world) for _ in range(options.poles)),
-            *([fence_of(np.random.default_rng([seed, 3]), world, options.fence)]
-              if options.fence else [])]
+            *(thin_pole(random_of_thin, world) for _ in range(options.poles))]
 
 
 def background(random, world):
@@ -103,16 +98,6 @@ def _upright(random, shape, half, world):
                    half, tilt, random.uniform(low + slack, high - slack), slope,
                    tuple(random.uniform(-world.options.motion, world.options.motion, 2)),
                    _texture(random, (extent, half[1]), world))
-
-
-def fence_of(random, world, bars):
-    """Return a slanted fence of bars on two rails, which does not move."""
-    half = (0.35 * world.columns, 0.25 * world.rows)
-    slope = min(STEEPEST, 0.25 * (world.disparities - 1) / half[0])
-    return Surface('fence', (np.mean(world.span), 0.6 * world.rows), half, 0.0,
-                   world.options.min_disparity + 0.7 * (world.disparities - 1),
-                   (random.choice((-1, 1)) * slope, 0.0), (0.0, 0.0),
-                   _texture(random, half, world), bars)
 
 
 def _texture(random, half, world):
@@ -165,11 +150,4 @@ def _is_inside(surface, across, along):
         return np.ones(across.shape, bool)
     if surface.shape == 'ellipse':
         return across**2 + along**2 <= 1
-    inside = (abs(across) <= 1) & (abs(along) <= 1)
-    if surface.shape != 'fence':
-        return inside
-    phase = (across + 1) / 2 * surface.bars % 1
-    pitch = 2 * surface.half[0] / surface.bars
-    bar = abs(phase - 0.5) * pitch <= BAR
-    rail = abs(abs(along) - RAIL) * surface.half[1] <= BAR
-    return inside & (bar | rail)
+    return (abs(across) <= 1) & (abs(along) <= 1)

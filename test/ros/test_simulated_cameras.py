@@ -20,7 +20,7 @@ def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_op
     with own_domain() as domain:
         around = Surroundings(domain)
         rig = NodeProcess(domain, '--columns=90', '--rows=60', '--disparities=24', '--frames=3',
-                          '--seed=5', '--poles=2', '--fence=4', '--pan=3', '--noise=1',
+                          '--seed=5', '--poles=2', '--pan=3', '--noise=1',
                           '--exposure=0.8', '--colour', '--offset=-7', '--reliable',
                           '--rate=20', module=MODULE)
         try:
@@ -37,7 +37,7 @@ def test_what_is_published_is_the_scene_of_the_options_seen_by_cameras_of_the_op
             around.close()
             code = rig.finish()
     assert code == 0
-    made = make_sequence(60, 90, 24, 3, 5, poles=2, fence=4, pan=3.0, noise=1.0, exposure=0.8,
+    made = make_sequence(60, 90, 24, 3, 5, poles=2, pan=3.0, noise=1.0, exposure=0.8,
                          colour=True)
     known = {(pair.left.tobytes(), pair.right.tobytes()) for pair in made}
     published = {tuple(np.ascontiguousarray(read_image(image)).tobytes() for image in pair)

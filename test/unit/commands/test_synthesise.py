@@ -22,11 +22,11 @@ import numpy as np
 import pytest
 
 SMALL = ['--columns', '70', '--rows', '40', '--disparities', '16']
-SEQUENCE = [*SMALL, '--frames', '3', '--seed', '4', '--poles', '2', '--fence', '5', '--pan', '3',
-            '--motion', '2', '--noise', '1', '--exposure', '0.9', '--flicker', '0.1',
+SEQUENCE = [*SMALL, '--frames', '3', '--seed', '4', '--poles', '2', '--pan', '3', '--motion', '2',
+            '--noise', '1', '--exposure', '0.9', '--flicker', '0.1',
             '--min-disparity', '2', '--offset', '-5']
 MADE = {'rows': 40, 'columns': 70, 'disparities': 16, 'frames': 3, 'seed': 4, 'poles': 2,
-        'fence': 5, 'pan': 3.0, 'motion': 2.0, 'noise': 1.0, 'exposure': 0.9, 'flicker': 0.1,
+        'pan': 3.0, 'motion': 2.0, 'noise': 1.0, 'exposure': 0.9, 'flicker': 0.1,
         'min_disparity': 2}
 
 

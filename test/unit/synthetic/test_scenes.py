@@ -33,10 +33,9 @@ def test_the_right_image_moved_by_the_truth_and_by_no_other_is_the_left_image_wh
     assert 0.6 < pair.visible.mean() < 0.99
 
 
-@pytest.mark.parametrize('options', [{'poles': 6}, {'fence': 9}])
-def test_the_right_image_moved_by_the_truth_shows_the_thin_objects_too(options):
+def test_the_right_image_moved_by_the_truth_shows_the_thin_objects_too():
     plain = make_pair(150, 201, 40, 2, objects=0, colour=True)
-    pair = make_pair(150, 201, 40, 2, objects=0, colour=True, **options)
+    pair = make_pair(150, 201, 40, 2, objects=0, colour=True, poles=6)
     thin = (pair.truth != plain.truth) & pair.visible
     assert thin.sum() > 500
     right, wrong = (np.median(
@@ -66,7 +65,7 @@ def test_visible_is_what_a_count_over_the_right_image_says():
 def test_any_size_gives_what_was_asked_for(rows, columns, share, low, seed, bits, colour, thin):
     disparities = 1 + int(share * (columns - 1))
     pair = make_pair(rows, columns, disparities, seed, min_disparity=low, bits=bits,
-                     colour=colour, poles=thin, fence=thin)
+                     colour=colour, poles=thin)
     shape = (rows, columns, 3) if colour else (rows, columns)
     for image in (pair.left, pair.right):
         assert image.shape == shape
@@ -101,8 +100,7 @@ def test_objects_move_by_themselves_and_the_background_stays():
 def test_thin_objects_leave_the_rest_of_the_scene_bit_for_bit_as_it_is():
     options = {'pan': 2.0, 'motion': 2, 'noise': 3, 'colour': True}
     plain = make_sequence(60, 90, 24, 3, 3, **options)
-    for without, with_thin in zip(plain, make_sequence(60, 90, 24, 3, 3, poles=3, fence=5,
-                                                       **options)):
+    for without, with_thin in zip(plain, make_sequence(60, 90, 24, 3, 3, poles=9, **options)):
         same = with_thin.truth == without.truth
         assert 0.5 < same.mean() < 0.98
         assert np.array_equal(with_thin.left[same], without.left[same])
@@ -121,16 +119,6 @@ def test_a_pole_is_one_to_three_pixels_wide(seed):
     assert len(widths) > 40
     assert set(widths) <= {1, 2, 3}
     assert np.unique(widths).size <= 2
-
-
-def test_a_fence_has_its_bars_and_comes_nearer_from_one_side_to_the_other():
-    plain, pair = (make_pair(120, 300, 64, 4, objects=0, fence=bars) for bars in (0, 11))
-    between_rails = 72
-    bars = pair.truth[between_rails] != plain.truth[between_rails]
-    assert len(runs(bars)) == 11
-    steps = np.diff(pair.truth[between_rails][bars])
-    assert (steps > 0).all() or (steps < 0).all()
-    assert abs(steps.sum()) > 20
 
 
 def test_noise_is_as_strong_as_asked_and_fresh_in_every_image():
@@ -196,7 +184,7 @@ def test_objects_beside_the_way_move_only_where_asked():
     ((10, 10, 11), {}, 'disparities is 11; allowed are 1 to the 10 columns'),
     ((10, 10, 4), {'bits': 17}, 'bits is 17; allowed are 8 to 16'),
     *(((10, 10, 4), {name: value, 'drive': 0.1}, f'{name} is {value} and drive is 0.1; a street '
-       f'has no {name}') for name, value in (('poles', 2), ('fence', 5), ('min_disparity', -3)))])
+       f'has no {name}') for name, value in (('poles', 2), ('min_disparity', -3)))])
 def test_what_cannot_be_made_is_rejected_with_a_sentence(arguments, options, words):
     with pytest.raises(ValueError, match=words):
         make_pair(*arguments, **options)
