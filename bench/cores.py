@@ -30,8 +30,8 @@ class TimedPool(ThreadPool):
     """
     A pool of one thread.
 
-    joins: [[(ms, need)]], of each part of each call of `each`: its processor time, and the first
-    part that it needs and the one behind the last
+    joins: [[(ms, need)]], of each part of each call of `each`: its processor time, and how many of
+    the first parts it needs
     """
 
     def __init__(self):
@@ -48,20 +48,21 @@ class TimedPool(ThreadPool):
             work(item)
             times.append(1000 * (time.thread_time() - begun))
         super().each(timed, items)
-        self.joins.append(list(zip(times, needs or [(0, 0)] * len(times))))
+        self.joins.append(list(zip(times, needs or [0] * len(times))))
 
 
 def scheduled(parts, cores):
     """
     Return when the last of some parts ends, each of which the first free core takes: ms.
 
-    parts: [(ms, (first, last))]; a part begins once the parts first .. last - 1 have ended
+    parts: [(ms, need)]; a part begins once the first `need` parts have ended
     """
-    free, ends = [0.0] * cores, []
-    for milliseconds, (first, last) in parts:
-        ends.append(max(free[0], *ends[first:last], 0.0) + milliseconds)
-        heapreplace(free, ends[-1])
-    return max(ends, default=0.0)
+    free, ended = [0.0] * cores, [0.0]      # when cores are; when all of the first parts have
+    for milliseconds, need in parts:
+        end = max(free[0], ended[need]) + milliseconds
+        heapreplace(free, end)
+        ended.append(max(ended[-1], end))
+    return ended[-1]
 
 
 def speed_up(joins, alone, cores, cost):

@@ -4,7 +4,6 @@
 from collections import deque
 from contextlib import suppress
 import ctypes
-from functools import partial
 import os
 from queue import SimpleQueue
 from statistics import median
@@ -97,8 +96,8 @@ class ThreadPool:
         """
         Call work(item) for every item and return when all are done; errors are raised here.
 
-        needs: for each item, the first of the items that must be done before it begins, and the
-        one behind the last, all of which come before it; None if the items are independent
+        needs: for each item, how many of the first items must be done before it begins, all of
+        which come before it; None if the items are independent
         """
         if needs is not None:
             work, items = _Ordered(work, items, needs), range(len(items))
@@ -159,7 +158,7 @@ class _Ordered:
     def __init__(self, work, items, needs):
         """Take what `each` takes."""
         self._work, self._items, self._needs = work, items, needs
-        self._done, self._waiting = bytearray(len(items)), 0
+        self._done, self._first, self._waiting = bytearray(len(items)), 0, 0
         self._changed = Condition()
 
     def __call__(self, index):
@@ -178,26 +177,10 @@ class _Ordered:
 
     def _may_begin(self, index):
         """Return whether what an item needs is done."""
-        return self._done.find(0, *self._needs[index]) < 0
-
-
-def call(function):
-    """Call a function: the work of `each` where the items themselves say what is to be done."""
-    function()
-
-
-def in_turn(bands, *stages):
-    """
-    Return functions of stages of bands, and what each needs, as `ThreadPool.each` takes both.
-
-    A band of a stage begins once the stage before has done it and the bands beside it. stages:
-    each called with a band
-    """
-    number = len(bands)
-    return ([partial(stage, band) for stage in stages for band in bands],
-            [(max(index - 1, 0) + first, min(index + 2, number) + first) if stage else (0, 0)
-             for stage in range(len(stages)) for first in [(stage - 1) * number]
-             for index in range(number)])
+        if self._needs[index] > self._first:
+            first = self._done.find(0, self._first)
+            self._first = len(self._done) if first < 0 else first
+        return self._needs[index] <= self._first
 
 
 def widened(band, reach, rows):
@@ -259,12 +242,6 @@ def cut_parts(rows, height=1):
     or runs slowly go to the others.
     """
     return _cut(rows, height, 2 * len(cut_bands(rows)) if rows >= _FEWEST_ROWS else 1)
-
-
-def cut_rows(rows, height):
-    """Return bands of `height` rows, the last of fewer, in the form of `cut_bands`."""
-    return [(index, first, min(first + height, rows))
-            for index, first in enumerate(range(0, rows, height))]
 
 
 def _cut(rows, height, count):

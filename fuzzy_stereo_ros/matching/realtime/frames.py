@@ -15,7 +15,7 @@ which inherited genes are no longer fitter return to that map.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import call, cut_bands, widened
+from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
@@ -241,13 +241,12 @@ class FrameEvolution:
             self._accept(self._regions, random, False)
 
     def _grown(self, random):
-        """Return the regions of random thresholds, as `GreyRegions.grown`."""
+        """Return the regions of random thresholds, as `GreyRegions.grow` does."""
         draws = random.uniform(2)
         step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
         apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
-        self._pool.each(call, *self._grey_regions.growing(
-            self._half_luminance, self._everywhere, step, apart, OVERLAP, SMALLEST))
-        return self._grey_regions.grown
+        return self._grey_regions.grow(self._pool, self._half_luminance, self._everywhere, step,
+                                       apart, OVERLAP, SMALLEST)
 
     def _measure(self):
         """Write the costs of the matches of the genes and of the proposal, where selected."""

@@ -85,6 +85,7 @@ class HalfSize:
         rows, prior = len(self._labels), self._prior
 
         def finish(band):
+            self._scanlines.finish(band)
             check_consistency(chosen.labels, chosen.target, self._half_disparities, half_range,
                               self._validity, band[1], band[2])
             self._speckles.find(chosen.labels, self._validity, 1, band)
@@ -103,9 +104,9 @@ class HalfSize:
             disparity_ranges.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins), self._validity,
                 self.weak, self._smooth, CLEAR, prior.labels, prior.weights, first, last)
-        self._scanlines.search(
-            pool, finish=finish,
-            join=lambda band: self._speckles.join(chosen.labels, 1, band))
+        self._scanlines.search(pool)
+        pool.each(finish, self._scanlines.bands)
+        self._speckles.join(chosen.labels, 1)
         pool.each(fill, self._scanlines.bands)
         pool.each(write_limits, cut_parts(rows))
         return HalfSizeResult(self._labels, self._validity, chosen, prior)

@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.bands import call, in_turn, ThreadPool
+from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Random, Stopwatch
 from fuzzy_stereo_ros.matching.match import Match
@@ -26,7 +26,7 @@ from fuzzy_stereo_ros.matching.realtime.plain_regions import PlainRegions
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from fuzzy_stereo_ros.matching.realtime.propagation import Propagation
 from fuzzy_stereo_ros.matching.realtime.refinement import Refinement
-from fuzzy_stereo_ros.matching.realtime.scanlines import NOTHING, Scanlines
+from fuzzy_stereo_ros.matching.realtime.scanlines import Scanlines
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from fuzzy_stereo_ros.matching.realtime.warm_start import RealtimeState, WarmStart
 
@@ -137,15 +137,15 @@ class RealtimeMatcher:
         self._search.limit(half.labels)
         previous_prior = self._stages.previous_best(warm, pool, previous, half)
         watch.lap('coarse')
-        chosen = self._search.search(
-            pool, half.prior, previous_prior,
-            lambda band: self._refinement.check(
-                self._search.chosen, views.target_range, config, band),
-            lambda band: self._refinement.join_speckles(self._search.chosen, config, band),
-            NOTHING if self._stages.mutation is None else self._regions.growing(
-                views.half.left.luminance, self._half_size.weak))
+        chosen = self._search.search(pool, half.prior, previous_prior)
+
+        def finish(band):
+            self._search.finish(band)
+            self._refinement.check(chosen, views.target_range, config, band)
+        pool.each(finish, self._search.bands)
         watch.lap(self._search.stage)
         validity = self._refinement.validity
+        self._refinement.join_speckles(chosen, config)
 
         def fill(band):
             self._refinement.reject_speckles(config, band)
@@ -168,16 +168,15 @@ class RealtimeMatcher:
             history += [replace(row, number=row.number + len(history)) for row in planes]
             watch.lap('evolution')
         before = sum(watch.times.values())
-        smoothing = self._refinement.smoothing(chosen.labels, best, views.full.left.grey)
-        writing, disparity, confidence = self._refinement.writing(
-            chosen, warm.prior_margins, config)
-        pool.each(call, *in_turn(self._refinement.parts, *smoothing, *writing))
+        labels = self._refinement.smooth(pool, chosen.labels, best, views.full.left.grey)
+        disparity, confidence = self._refinement.write(
+            pool, labels, chosen, warm.prior_margins, config)
         watch.lap('refinement')
         match = Match(disparity, confidence, history, watch.times,
                       previous_prior is not None or inherited, warm.motion)
         if config.warm_start:
             state = warm.next_state(
-                pool, self._refinement, self.frames.carried, config, match, previous)
+                pool, labels, self._refinement, self.frames.carried, config, match, previous)
             watch.lap('handing_on')
         self._durations.record(REFINING, sum(watch.times.values()) - before)
         return match, state
@@ -198,8 +197,10 @@ class RealtimeMatcher:
 
     def _mutate(self, population, random):
         """Propose planes to the regions of weak texture, and take those that are fitter."""
+        half = self._views.half.left
+        grown = self._regions.grow(self.pool, half.luminance, self._half_size.weak)
         mutant = self._regions.mutant(
-            self.pool, self._search.chosen, self._refinement.validity,
+            self.pool, grown, self._search.chosen, self._refinement.validity,
             self._config.disparities, self._views.target_range, population.genes[population.best],
             Random((self._config.seed,)))
         population.accept(self.pool, self._crossover, random, mutant)

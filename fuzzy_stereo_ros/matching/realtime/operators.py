@@ -8,7 +8,6 @@ plain walls, whose matches are ambiguous: a region of similar grey takes the pla
 of its consistent matches, as the segments of `quality` do (Bleyer and Gelautz, 2005). Crossover
 with the mutant takes the regions that are fitter.
 """
-from functools import partial
 from itertools import pairwise
 
 from fuzzy_stereo_ros.matching.arrays import zeros
@@ -72,33 +71,21 @@ class GreyRegions:
             zeros(rows * columns, np.int32) for _ in range(5))
         self._row_runs = zeros((rows, 2), np.int32)
         self._sums = zeros((len(self._bands), 2, columns + 1), np.int32)
-        self.number = 0
 
-    @property
-    def grown(self):
-        """The runs of rows with their regions, as kernels take them, and how many regions."""
-        return (self._begin, self._end, self._row_runs, self._region), self.number
-
-    def growing(self, luminance, weak, step, apart, overlap, least):
+    def grow(self, pool, luminance, weak, step, apart, overlap, least):
         """
-        Return functions that grow regions, and what each needs, as `ThreadPool.each` takes both.
+        Return the runs of rows with their regions, as kernels take them, and how many regions.
 
         luminance: uint16, the picture with a margin; weak: uint8 (r, c), where regions may lie;
         step, apart, overlap: see find_runs; least: pixels of a region
         """
         runs = self._begin, self._end, self._parent, self._row_runs
-
-        def find(index, first, last):
-            segments.find_runs(luminance, MARGIN, weak, step, apart, overlap, *runs,
-                               self._sums[index], first, last)
-
-        def join():
-            segments.join_runs(luminance, MARGIN, apart, overlap, *runs, self._sums[0],
-                               self._edges)
-            self.number = segments.number_regions(*runs, least, self._size, self._region)
-        number = len(self._bands)
-        return ([*(partial(find, *band) for band in self._bands), join],
-                [*[(0, 0)] * number, (0, number)])
+        pool.each(lambda band: segments.find_runs(
+            luminance, MARGIN, weak, step, apart, overlap, *runs, self._sums[band[0]], band[1],
+            band[2]), self._bands)
+        segments.join_runs(luminance, MARGIN, apart, overlap, *runs, self._sums[0], self._edges)
+        number = segments.number_regions(*runs, least, self._size, self._region)
+        return (self._begin, self._end, self._row_runs, self._region), number
 
 
 class WeakRegions:
@@ -113,23 +100,24 @@ class WeakRegions:
         self._planes = zeros((most, 3), np.float32)
         self._mutant = zeros((rows, columns), labels_type)
 
-    def growing(self, luminance, weak):
+    def grow(self, pool, luminance, weak):
         """
-        Return what grows the regions of a picture, as `GreyRegions.growing` does.
+        Return the regions of a picture, as `GreyRegions.grow` does.
 
         luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c), where texture
         is weak
         """
-        return self._regions.growing(luminance, weak, STEP, APART, OVERLAP, LEAST)
+        return self._regions.grow(pool, luminance, weak, STEP, APART, OVERLAP, LEAST)
 
-    def mutant(self, pool, chosen, validity, disparities, target_range, parent, random):
+    def mutant(self, pool, grown, chosen, validity, disparities, target_range, parent, random):
         """
-        Return a chromosome whose regions, once grown, lie in planes: (R, C) labels.
+        Return a chromosome whose regions lie in planes: (R, C) labels.
 
-        chosen, validity: the `SearchResult`, and which of its labels are consistent;
-        target_range: first and last column of the target that exist; parent: the other genes
+        grown: the regions; chosen, validity: the `SearchResult`, and which of its labels are
+        consistent; target_range: first and last column of the target that exist; parent: the
+        other genes
         """
-        regions, number = self._regions.grown
+        regions, number = grown
         planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]
         segments.gather_points(
             *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],

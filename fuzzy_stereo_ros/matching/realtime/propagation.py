@@ -9,7 +9,7 @@ searched at full size is only what the half-size search has found nearby, see th
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.scanlines import propagation as kernels
-from fuzzy_stereo_ros.matching.realtime.scanlines import new_result, NOTHING, nothing, PAGE
+from fuzzy_stereo_ros.matching.realtime.scanlines import new_result, PAGE
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 import numpy as np
 
@@ -30,13 +30,12 @@ class Propagation:
     def limit(self, half_labels):
         """Do nothing: only the labels of the parent are searched."""
 
-    def search(self, pool, half_prior, previous_prior=None, finish=nothing, join=nothing,
-               beside=NOTHING):
+    def search(self, pool, half_prior, previous_prior=None):
         """
         Return the `SearchResult`, memory that the next search overwrites.
 
-        half_prior: the `Prior` of the half-size chromosome, the parent; finish, join: as
-        `Scanlines.search` takes them; previous_prior, beside: not used
+        It is complete once each of the `bands` is finished. half_prior: the `Prior` of the
+        half-size chromosome, the parent; pool, previous_prior: not used
         """
         grey, features = self._possibility.left.grey, self._possibility.features
         self._parent = half_prior       # kept alive: the kernels have only its addresses
@@ -45,14 +44,11 @@ class Propagation:
             address_of(half_prior.labels), address_of(half_prior.weights),
             half_prior.labels.itemsize, self._last_parent, self.chosen.target.shape[1],
             *map(address_of, self.chosen)))
-
-        def work(band):
-            kernels.propagate(self._pair, tuple(self._tiles[band[0]]), *band[1:])
-            finish(band)
-        pool.each(work, self.bands)
-        for band in self.bands:
-            join(band)
         return self.chosen
+
+    def finish(self, band):
+        """Propagate the genes of a band."""
+        kernels.propagate(self._pair, tuple(self._tiles[band[0]]), *band[1:])
 
 
 def _tile(sizes):

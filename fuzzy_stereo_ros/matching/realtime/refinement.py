@@ -10,7 +10,7 @@ from functools import partial
 
 import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_bands, cut_rows, filter_band
+from fuzzy_stereo_ros.matching.bands import cut_bands, cut_parts, filter_band, widened
 from fuzzy_stereo_ros.matching.kernels.refinement import filling, subpixel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import (
     check_consistency, find_components, join_components, reject_changed, reject_small)
@@ -19,7 +19,6 @@ import numpy as np
 
 ALIKE = 20           # grey levels within which neighbours belong to a pixel's class
 AROUND = 9           # side of the square whose mean certainty a pixel's confidence is made of
-PART = 48            # rows of a part
 MEDIAN = 5           # side of the square of the last median of labels
 # Share of right pixels, in steps of 0.1 of mean certainty times the share of agreeing neighbours.
 # Calibrated on every other Middlebury scene and synthetic ones, colour and grey, with noise of 0,
@@ -31,8 +30,6 @@ RIGHT = 0, 0.536, 0.692, 0.809, 0.905, 0.955, 0.986, 0.999, 1, 1, 1     # concav
 class Speckles:
     """
     The components of a map of one image size: `find` those of each band, `join`, then `reject`.
-
-    Each band is joined to that before it, in their order, once both are found.
 
     labels: whole numbers (R, C); validity: uint8 (R, C); step: neighbours whose labels differ by
     at most this are connected; smallest: pixels of a component that stays; band: one of `bands`
@@ -52,11 +49,10 @@ class Speckles:
         find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, *self._runs,
                         self._marks[index], first, last)
 
-    def join(self, labels, step, band):
-        """Join the components of a band to those of the band before."""
-        pair = slice(max(band[0] - 1, 0), band[0] + 1)
-        join_components(labels.reshape(-1), self._columns, step, *self._runs, self._marks[pair],
-                        self._edges[pair])
+    def join(self, labels, step):
+        """Join the components of all bands where they touch."""
+        join_components(labels.reshape(-1), self._columns, step, *self._runs, self._marks,
+                        self._edges)
 
     def reject(self, validity, smallest, band):
         """Reject the pixels of a band that belong to small components."""
@@ -70,8 +66,7 @@ def reject_speckles(pool, labels, validity, step, smallest):
     bands = cut_bands(len(labels))
     speckles = Speckles(labels.shape[1], bands)
     pool.each(lambda band: speckles.find(labels, validity, step, band), bands)
-    for band in bands:
-        speckles.join(labels, step, band)
+    speckles.join(labels, step)
     pool.each(lambda band: speckles.reject(validity, smallest, band), bands)
 
 
@@ -80,8 +75,7 @@ class Refinement:
     The steps of one image size, in order, and their memory.
 
     validity: uint8 (R, C), which labels of the scanlines are consistent; final_validity: the same
-    of the best chromosome; labels: (R, C), of it, smooth; parts: bands of rows of `smoothing` and
-    `writing`
+    of the best chromosome
     """
 
     def __init__(self, columns, disparities, labels_type, bands, by_membership=True):
@@ -93,14 +87,14 @@ class Refinement:
         self._by_membership = by_membership
         rows = bands[-1][2]
         around = rows + 2 * filling.RADIUS, columns + 2 * filling.RADIUS + 2 * LANES
-        self.parts, self._disparities = cut_rows(rows, PART), disparities
+        self._parts, self._disparities = cut_parts(rows), disparities
         self.validity, self.final_validity = (
             zeros((rows, columns), np.uint8) for _ in range(2))
         self._speckles = Speckles(columns, bands)
         self._padded, self._padded_grey = (zeros(around, labels_type) for _ in range(2))
-        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self.parts]
+        self._members = [zeros(filling.NEIGHBOURS * LANES, labels_type) for _ in self._parts]
         self._median = zeros((rows, columns + 2 * LANES), labels_type)
-        self.labels = zeros((rows, columns), labels_type)
+        self._labels = zeros((rows, columns), labels_type)
         fine_type = np.int16 if disparities < 2000 else np.int32
         self._fitted = zeros((rows, columns + 2 * subpixel.RADIUS + LANES), fine_type)
         self._fine = zeros((rows, columns + LANES), fine_type)
@@ -111,12 +105,12 @@ class Refinement:
             RIGHT[:-1] - np.arange(10) * slopes,
             10 * slopes / (AROUND**2 * subpixel.CERTAIN * subpixel.NEIGHBOURS))).astype(np.float32)
         self._agreeing = zeros((rows, columns), np.uint8)
-        self._rows = [zeros((2, columns + LANES), fine_type) for _ in self.parts]
+        self._rows = [zeros((2, columns + LANES), fine_type) for _ in self._parts]
 
     @property
     def fine_labels(self):
         """The sub-pixel labels of the last frame: (R, C), in 1 / STEPS of a label."""
-        return self._fine[:, :self.labels.shape[1]]
+        return self._fine[:, :self._labels.shape[1]]
 
     def check(self, chosen, target_range, config, band):
         """Write the validity of the pixels of a band: left-right consistency."""
@@ -125,66 +119,66 @@ class Refinement:
         if config.speckle_size > 1:
             self._speckles.find(chosen.labels, self.validity, config.speckle_range, band)
 
-    def join_speckles(self, chosen, config, band):
-        """Join the speckles of a band to those before, once both are checked."""
+    def join_speckles(self, chosen, config):
+        """Join the speckles of bands that touch, once all bands are checked."""
         if config.speckle_size > 1:
-            self._speckles.join(chosen.labels, config.speckle_range, band)
+            self._speckles.join(chosen.labels, config.speckle_range)
 
     def reject_speckles(self, config, band):
         """Set the validity of the speckles of a band, once all are joined."""
         if config.speckle_size > 1:
             self._speckles.reject(self.validity, config.speckle_size, band)
 
-    def smoothing(self, labels, chromosome, grey):
+    def smooth(self, pool, labels, chromosome, grey):
         """
-        Return the stages of the membership median, if any, then of a 5 x 5 median.
+        Return the membership median, if any, then a 5 x 5 median, of a chromosome: (R, C) labels.
 
-        They work on the bands of `parts`, write the `labels` of a chromosome, (R, C), and reject
-        genes that evolution has changed from labels, (R, C), which `validity` belongs to: they are
-        not measured matches, and like filled ones have no confidence.
+        labels: (R, C), which `validity` belongs to. Genes that evolution has changed are not
+        measured matches: like filled ones they have no confidence.
         """
         columns = chromosome.shape[1]
-        bits, median = max(int(self._disparities - 1).bit_length(), 1), self._median
-        found = median[:, :columns] if self._by_membership else chromosome
+        bits = max(int(self._disparities - 1).bit_length(), 1)
 
-        def prepare(band):
-            reject_changed(labels, chromosome, self.validity, self.final_validity, *band[1:])
+        def smooth_band(band):
+            rows, median = len(labels), self._median
+            first, last = widened(band, MEDIAN // 2 + filling.RADIUS, rows)
+            reject_changed(labels, chromosome, self.validity, self.final_validity, first, last)
+            found = chromosome
             if self._by_membership:
-                filling.pad_map(chromosome, columns, self._padded, *band[1:])
-                filling.pad_map(grey, columns, self._padded_grey, *band[1:])
-
-        def take_members(band):
-            filling.membership_median(self._padded, self._padded_grey, ALIKE, bits, columns,
-                                      median, self._members[band[0]], *band[1:])
-
-        def take_median(band):
-            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self.labels,
+                filling.pad_map(chromosome, columns, self._padded, first, last)
+                filling.pad_map(grey, columns, self._padded_grey, first, last)
+                filling.membership_median(
+                    self._padded, self._padded_grey, ALIKE, bits, columns, median,
+                    self._members[band[0]], *widened(band, MEDIAN // 2, rows))
+                found = median[:, :columns]
+            filter_band(partial(cv2.medianBlur, ksize=MEDIAN), MEDIAN // 2, found, self._labels,
                         band)
-        return prepare, *((take_members,) if self._by_membership else ()), take_median
+        pool.each(smooth_band, self._parts)
+        return self._labels
 
-    def writing(self, chosen, prior_margins, config):
+    def write(self, pool, labels, chosen, prior_margins, config):
         """
-        Return the stages that write the result, and its disparity and confidence.
+        Return the disparity and the confidence of the result.
 
-        They work on the bands of `parts`, once the `labels` are there. chosen: the `SearchResult`,
-        with sub-pixel offsets and margins; prior_margins: see WarmStart.prior_margins; disparity:
-        float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
+        labels: (R, C), smooth; chosen: the `SearchResult`, with sub-pixel offsets and margins;
+        prior_margins: see WarmStart.prior_margins.
+        disparity: float32 (R, C), px, NaN = invalid; confidence: float32 (R, C), 0 to 1
         """
-        disparity, confidence = (np.empty(self.labels.shape, np.float32) for _ in range(2))
+        disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
+
         blur = partial(cv2.boxFilter, ddepth=cv2.CV_32S, ksize=(AROUND, AROUND), normalize=False)
 
-        def fit(band):
-            subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted,
-                         *band[1:])
+        def write_band(band):
+            rows = widened(band, AROUND // 2, len(labels))
+            subpixel.fit(chosen.labels, chosen.offsets, self.final_validity, self._fitted, *rows)
             subpixel.certainty(chosen.sums, chosen.margins, *prior_margins, self.final_validity,
-                               self._certain, *band[1:])
-
-        def write(band):
+                               self._certain, *rows)
             filter_band(blur, AROUND // 2, self._certain, self._around, band)
-            subpixel.smooth_offsets(self.labels, self._fitted, *self._rows[band[0]], self._fine,
+            subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
                 self._fine, self.final_validity, self._around, self._agreeing, self._lines,
                 config.min_disparity, config.disparities, config.fill,
                 np.float32(config.confidence_threshold), disparity, confidence, *band[1:])
-        return (fit, write), disparity, confidence
+        pool.each(write_band, self._parts)
+        return disparity, confidence

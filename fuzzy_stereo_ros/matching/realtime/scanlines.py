@@ -7,13 +7,12 @@ Not in the paper, whose random population does not converge in the time of a fra
 passes (Hirschmueller, 2008) take its place, a memetic step on all rows and columns.
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.bands import cut_rows
+from fuzzy_stereo_ros.matching.bands import cut_parts
 from fuzzy_stereo_ros.matching.kernels.addresses import address_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Prior
 from fuzzy_stereo_ros.matching.kernels.scanlines.column_paths import (
     choose_of_targets, down_and_up)
-from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
-    pack_windows, tile_windows)
+from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import tile_windows
 from fuzzy_stereo_ros.matching.kernels.scanlines.row_paths import across
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import ROWS_AT_ONCE
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
@@ -27,15 +26,9 @@ _SLACK = 64          # bytes behind an array that a vector may read or write
 PAGE = 4096          # bytes
 SHIFT = 448          # bytes
 OVERLAP = 16         # rows by which paths from below start early
-PART = 16            # rows that a thread begins at a time,
-FINISHED = 32        # and finishes
-NOTHING = (), ()     # to do beside a search
+PART = 16            # rows that a thread begins at a time
 GROW, MARGIN = 8, 4  # px around a tile whose labels it searches too; labels around its range
 STEP = 4 << 20       # bytes of costs of the rows of tiles that are completed at a time, if several
-
-
-def nothing(band):
-    """Do nothing with a band."""
 
 
 def gene_type(disparities):
@@ -85,7 +78,7 @@ class Scanlines:
         are kept for as many rows of tiles only as are worked on at a time.
         """
         rows, columns = possibility.rows, possibility.columns
-        self.possibility, self.tile, self.bands = possibility, tile, cut_rows(rows, FINISHED)
+        self.possibility, self.tile, self.bands = possibility, tile, cut_parts(rows)
         self.most_blocks = blocks_of(possibility.disparities)
         self.chosen = new_result(possibility)
         tiles = -(-rows // tile), -(-columns // tile)
@@ -98,7 +91,7 @@ class Scanlines:
                          'words': columns + LANES}
         self._shared, self._shared_memory = _placed(
             {'costs': kept * strip, 'sums': kept * strip, 'down': row})
-        self._free, self._memory, self._half_labels = [], [], None
+        self._free, self._memory = [], []
         self.windows = Windows(*(zeros(tiles, np.int64) for _ in range(3)),
                                zeros(tiles[0], np.int64))
         self.windows.blocks[:] = self.most_blocks
@@ -107,116 +100,80 @@ class Scanlines:
             zeros((rows, columns), np.uint8), possibility.disparities)
 
     def limit(self, half_labels):
-        """Limit the labels of each tile of searches by a half-size map: (R / 2, C / 2)."""
-        self._half_labels = half_labels
+        """Limit the labels of each tile by a half-size map of the pair: (R / 2, C / 2)."""
+        # in one thread: starting helpers would take longer
+        disparities = self.possibility.disparities
+        tile_windows(half_labels, half_disparities(disparities), disparities, self.tile, GROW,
+                     MARGIN, self.windows.low, self.windows.blocks)
 
-    def search(self, pool, half_prior=None, previous_prior=None, finish=nothing, join=nothing,
-               beside=NOTHING):
+    def search(self, pool, half_prior=None, previous_prior=None):
         """
         Run the passes; return the `SearchResult`, memory that the next search overwrites.
 
-        Priors: None for none. finish: called with each of the `bands` once it is complete; join:
-        called with each in their order, once it and those before are finished; beside: functions,
-        and what each needs of them, as `ThreadPool.each` takes both: they are called meanwhile
+        It is complete once each of the `bands` is finished. Priors: None for none.
         """
+        self._pack()
         # Kept alive: the kernels have only their addresses.
         self._priors = half_prior or self.no_prior, previous_prior or self.no_prior
         self._search = tuple(self.search_by(*self._priors))
         self._reserve(pool.threads)
-        functions, needs = beside
-        before = len(functions)
-        self._finish, self._join = finish, join
-        try:
-            pool.each(self._work, [*((function,) for function in functions), *self._items],
-                      [*needs, *((before + first, before + last) for first, last in self._needs)])
-        finally:        # they may have what has this search, which would not be freed at once
-            self._finish = self._join = nothing
+        pool.each(self._work, self._items, self._needs)
         return self.chosen
 
+    def finish(self, band):
+        """Choose the labels of the target pixels of a band."""
+        self._work((choose_of_targets, *band[1:]))
+
     def _work(self, item):
-        """Call the function of an item, a method with working memory if it has a place."""
+        """Call a function of an item with the search, working memory and the rest of the item."""
         function, *place = item
-        if not place:
-            function()
-            return
         scratch = self._free.pop()
         try:
-            function(self, scratch, *place)
+            function(self._search, scratch, *place)
         finally:
             self._free.append(scratch)
 
     def _cut(self, rows, tile_rows, tile_columns, at_a_time, kept):
         """
-        Return the items of a search, and what each needs, as `ThreadPool.each` takes both.
+        Return the items of a search, and how many of the first items each needs, see `each`.
 
-        An item is a method, called with a Scratch and the rest of it. Some rows of
-        tiles are completed, column by column, while the next ones are begun and those before are
-        finished: all is still in the cache, and hardly any item waits for those just before it.
+        An item is a function, called with the Search, a Scratch and the rest of it. Some rows of
+        tiles are completed, column by column, while the next ones are begun: what is completed is
+        still in the cache, and hardly any item waits for those just before it.
         """
-        items = [(Scanlines._limit, tile_row) for tile_row in range(tile_rows)]
-        needs = [(0, 0)] * tile_rows
         parts = [(top, min(top + PART, rows)) for top in range(0, rows, PART)]
         ends = *range(at_a_time, tile_rows, at_a_time), tile_rows
-        begun = done = number = 0       # parts, rows of tiles, finished bands
-        before, completed = tile_rows, [0] * tile_rows     # after how many items
-        to_join, block = (0, 0), (0, 0)
-        for end, ahead in zip((0, *ends, tile_rows), (*ends, tile_rows, tile_rows)):
+        items, needs, begun, done, before = [], [], 0, 0, 0
+        completed = [0] * tile_rows     # after how many items
+        for end, ahead in zip((0, *ends), (*ends, tile_rows)):
             first, begun = begun, -(-min(ahead * self.tile + OVERLAP, rows) // PART)
             for part in parts[first:begun]:
                 overwritten = (part[1] - 1) // self.tile - kept
-                items.append((Scanlines._begin, *part))
-                needs.append((0, completed[overwritten] if overwritten >= 0
-                              else (part[1] - 1) // self.tile + 1))
+                items.append((across, *part))
+                needs.append(completed[overwritten] if overwritten >= 0 else 0)
             start = len(items)
             if end > done:
-                items += ((Scanlines._complete, tile, done, end)
-                          for tile in range(tile_columns))
-                needs += ((0, before + (tile + 1 if done > 0 else 0))
-                          for tile in range(tile_columns))
+                items += ((self._complete, tile, done, end) for tile in range(tile_columns))
+                needs += (before + (tile + 1 if done > 0 else 0) for tile in range(tile_columns))
             completed[done:end] = [len(items)] * (end - done)
-            first_band, number = number, len(self.bands) if done == tile_rows else (
-                done * self.tile // FINISHED)
-            finished = len(items)
-            items += ((Scanlines._finish_band, band) for band in self.bands[first_band:number])
-            needs += [(0, completed[done - 1])] * (number - first_band)
-            items.append((Scanlines._join_bands, *to_join))
-            needs.append(block)
-            to_join, block = (first_band, number), (finished, len(items))
             done, before = end, start
-        items.append((Scanlines._join_bands, *to_join))
-        needs.append(block)
         return items, needs
 
-    def _limit(self, scratch, tile_row):
-        """Choose the labels that the tiles of a row search, and place their costs."""
-        windows, rows = self.windows, (tile_row, tile_row + 1)
-        disparities = self.possibility.disparities
-        if self._half_labels is not None:
-            tile_windows(self._half_labels, half_disparities(disparities), disparities, self.tile,
-                         GROW, MARGIN, windows.low, windows.blocks, *rows)
-        pack_windows(windows.blocks, self.tile, self.possibility.columns, SHIFT, PAGE,
-                     windows.offset, windows.row_size, *rows)
-
-    def _begin(self, scratch, first, last):
-        """Compute the costs and the horizontal paths of the rows first .. last - 1."""
-        across(self._search, scratch, first, last)
-
-    def _finish_band(self, scratch, band):
-        """Choose the labels of the target pixels of a band, and call what finishes it."""
-        choose_of_targets(self._search, scratch, *band[1:])
-        self._finish(band)
-
-    def _join_bands(self, scratch, first, last):
-        """Call what joins each of the bands first .. last - 1 to those before."""
-        for band in self.bands[first:last]:
-            self._join(band)
-
-    def _complete(self, scratch, tile, first, last):
+    def _complete(self, search, scratch, tile, first, last):
         """Choose the labels of a column of tiles in the rows of tiles first .. last - 1."""
         rows = len(self.chosen.labels)
         for tile_row in range(first, last):
             start = min((tile_row + 1) * self.tile + OVERLAP, rows) - 1
-            down_and_up(self._search, scratch, tile, tile_row, start)
+            down_and_up(search, scratch, tile, tile_row, start)
+
+    def _pack(self):
+        """Place the costs of the tiles one behind the other in a row of pixels."""
+        columns, windows = self.chosen.labels.shape[1], self.windows
+        widths = np.minimum(self.tile, columns - np.arange(0, columns, self.tile))
+        sizes = windows.blocks * LANES * widths
+        windows.offset[:] = np.cumsum(sizes, axis=1) - sizes
+        used = sizes.sum(axis=1)
+        windows.row_size[:] = used + (SHIFT - used) % PAGE
 
     def _reserve(self, threads):
         """Have working memory for so many threads."""

@@ -229,13 +229,13 @@ class WarmStart:
                                   ages=self._averaging.ages, drifts=self._averaging.drifts,
                                   own=state.own._replace(**result._asdict()))
 
-    def next_state(self, pool, refinement, genes, config, match, before=None):
+    def next_state(self, pool, labels, refinement, genes, config, match, before=None):
         """
         Return the FrameState of this frame, a copy.
 
-        refinement: the `Refinement` that has made the match of the best chromosome; genes: its
-        `Genes`; config: the MatcherConfig; match: the `Match`; before: the FrameState of the
-        previous frame
+        labels: (R, C), of the best chromosome; refinement: the `Refinement` that has made the
+        match of it; genes: its `Genes`; config: the MatcherConfig; match: the `Match`; before: the
+        FrameState of the previous frame
         """
         validity = refinement.final_validity
         cells, *seen = self._moved_prior.note(
@@ -245,5 +245,4 @@ class WarmStart:
         return FrameState(
             averaging.pictures, averaging.ages, averaging.drifts, NO_COLOURS,
             self._moving.state(cells, validity),
-            RealtimeState(refinement.labels.copy(), validity.copy(), *genes, *seen, *result),
-            None, 0, config)
+            RealtimeState(labels.copy(), validity.copy(), *genes, *seen, *result), None, 0, config)

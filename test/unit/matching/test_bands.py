@@ -6,7 +6,7 @@ from queue import SimpleQueue
 import threading
 
 from fuzzy_stereo_ros.matching.bands import (
-    cut_bands, cut_parts, filter_band, HelperPlaces, in_turn, ThreadPool, widened)
+    cut_bands, cut_parts, filter_band, HelperPlaces, ThreadPool, widened)
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -231,30 +231,17 @@ def test_more_helpers_than_items_are_not_started():
 
 
 @pytest.mark.parametrize('threads', [1, 2, 5])
-@given(st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1)), max_size=60))
+@given(st.lists(st.floats(0, 1), max_size=60))
 def test_an_item_begins_once_the_items_it_needs_are_done(threads, shares):
-    needs = [sorted(round(share * index) for share in pair) for index, pair in enumerate(shares)]
+    needs = [round(share * index) for index, share in enumerate(shares)]
     pool, done = ThreadPool(threads), set()
 
     def work(item):
-        assert done.issuperset(range(*needs[item - 100]))
+        assert done.issuperset(range(needs[item - 100]))
         done.add(item - 100)
     pool.each(work, range(100, 100 + len(needs)), needs)
     pool.close()
     assert done == set(range(len(needs)))
-
-
-@given(st.integers(1, 9), st.integers(1, 4))
-def test_a_band_of_a_stage_needs_those_beside_it_of_the_stage_before(number, stages):
-    done, bands = [], range(number)
-    works = [lambda band, stage=stage: done.append((stage, band)) for stage in range(stages)]
-    functions, needs = in_turn(bands, *works)
-    for function in functions:
-        function()
-    assert sorted(done) == [(stage, band) for stage in range(stages) for band in bands]
-    for (stage, band), need in zip(done, needs):
-        assert done[slice(*need)] == [(stage - 1, beside) for beside in (band - 1, band, band + 1)
-                                      if beside in bands and stage > 0]
 
 
 def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
@@ -266,21 +253,9 @@ def test_an_item_that_waits_begins_as_soon_as_what_it_needs_is_done():
         if item == 2:
             third.set()
         done.append(item)
-    pool.each(work, range(4), [(0, 0), (0, 0), (0, 0), (0, 3)])
+    pool.each(work, range(4), [0, 0, 0, 3])
     pool.close()
     assert done[2:] == [0, 3]
-
-
-def test_an_item_waits_for_none_but_those_it_needs():
-    pool, last = ThreadPool(2), threading.Event()
-
-    def work(item):
-        if item == 0:
-            assert last.wait(20)        # which the other thread does meanwhile
-        if item == 3:
-            last.set()
-    pool.each(work, range(4), [(0, 0), (0, 0), (1, 2), (1, 3)])
-    pool.close()
 
 
 def test_nobody_waits_for_ever_for_an_item_of_a_helper_that_fails():
@@ -293,7 +268,7 @@ def test_nobody_waits_for_ever_for_an_item_of_a_helper_that_fails():
             if threading.get_ident() != caller:
                 raise ZeroDivisionError
     with pytest.raises(ZeroDivisionError):
-        pool.each(work, range(3), [(0, 0), (0, 0), (0, 2)])
+        pool.each(work, range(3), [0, 0, 2])
     pool.close()
 
 

@@ -4,7 +4,7 @@
 from census_scene import random_map, read_moved, small_pair
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines.disparity_ranges import (
-    flat, half_prior, pack_windows, texture_steps, tile_windows, weak_texture)
+    flat, half_prior, texture_steps, tile_windows, weak_texture)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
@@ -28,9 +28,7 @@ def windows_of(half, shape, disparities, tile, grow, margin, half_disparities=No
     half_disparities = half_disparities or -(-disparities // 2)
     tiles = -(-shape[0] // tile), -(-shape[1] // tile)
     low, blocks = np.full(tiles, -1), np.full(tiles, -1)
-    for first, last in ((0, 1), (1, tiles[0])):
-        tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, first,
-                     last)
+    tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks)
     return low, blocks
 
 
@@ -62,20 +60,6 @@ def test_a_window_stands_in_the_middle_of_what_it_must_hold():
     low, blocks = windows_of(half, (16, 16), 256, 16, 0, 4)
     assert blocks.tolist() == [[1]]
     assert low.tolist() == [[96 - (32 - 10) // 2]]       # 96 .. 105 are wanted
-
-
-@given(st.integers(1, 9), st.integers(1, 300), st.integers(1, 70), st.integers(0, 99))
-def test_the_costs_of_the_tiles_of_a_row_lie_one_behind_the_other(rows, columns, tile, seed):
-    tiles = rows, -(-columns // tile)
-    blocks = random_map(tiles, 9, seed, np.int64) + 1
-    offset, row_size = np.full(tiles, -1), np.full(rows, -1)
-    for first, last in ((0, 1), (1, rows)):
-        pack_windows(blocks, tile, columns, 448, 4096, offset, row_size, first, last)
-    sizes = blocks * LANES * np.minimum(tile, columns - np.arange(0, columns, tile))
-    np.testing.assert_array_equal(offset, np.cumsum(sizes, axis=1) - sizes)
-    assert np.all(row_size % 4096 == 448)
-    spare = row_size - sizes.sum(axis=1)
-    assert np.all((spare >= 0) & (spare < 4096))
 
 
 @pytest.mark.parametrize('nearest, last', [(28, 64), (29, 64), (30, 72), (31, 72)])

@@ -2,19 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Left-right consistency, speckles, fills, medians, sub-pixel disparities, and confidence."""
 from types import SimpleNamespace
-from unittest.mock import patch
 
 from census_scene import random_map
-from fuzzy_stereo_ros.matching.bands import call, cut_bands, in_turn, ThreadPool
+from fuzzy_stereo_ros.matching.bands import cut_bands, ThreadPool
 from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import check_consistency
 from fuzzy_stereo_ros.matching.kernels.refinement.filling import fill_rows
 from fuzzy_stereo_ros.matching.kernels.refinement.subpixel import CLEAR_MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
-from fuzzy_stereo_ros.matching.realtime import refinement as refinements
 from fuzzy_stereo_ros.matching.realtime.possibility import extra_columns
 from fuzzy_stereo_ros.matching.realtime.refinement import (
-    ALIKE, AROUND, Refinement, reject_speckles, RIGHT)
+    ALIKE, Refinement, reject_speckles, RIGHT)
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 import numpy as np
@@ -118,43 +116,27 @@ def test_rows_are_filled_as_by_the_twin(given_maps):
 def test_smoothing_is_both_medians_one_after_the_other(shape, dtype, disparities):
     labels, grey = random_map(shape, disparities, 7, dtype), random_map(shape, 50, 8)
     refinement = Refinement(shape[1], disparities, dtype, cut_bands(shape[0]))
-    smooth(refinement, labels, labels, grey)
     np.testing.assert_array_equal(
-        refinement.labels,
+        refinement.smooth(ThreadPool(1), labels, labels, grey),
         twins.median_of_25(twins.membership_median(labels, grey, ALIKE)))
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(1, 40), st.integers(1, 30), st.integers(AROUND // 2, 12), st.integers(0, 99))
+@given(st.integers(1, 40), st.integers(1, 30), st.integers(1, 12), st.integers(0, 99))
 def test_bands_change_nothing(rows, columns, height, seed):
-    """A band has at least the rows that a stage needs of it for those beside it."""
     shape = rows, columns
     chosen, validity, final = chosen_at_random(shape, 30, seed)
     grey, prior_weight = random_map(shape, 256, seed + 7), random_map(shape, 3, seed + 8)
+    edges = [*range(0, rows, height), rows]
     found = []
-    for part in (rows, height):
-        with patch.object(refinements, 'PART', part):
-            refinement = Refinement(columns, 30, final.dtype, cut_bands(rows))
+    for bands in ([(0, 0, rows)], list(zip(range(len(edges)), edges, edges[1:]))):
+        refinement = Refinement(columns, 30, final.dtype, bands)
         refinement.validity[:] = validity
-        smooth(refinement, chosen.labels, final, grey)
-        found.append((refinement.labels, *write(
-            refinement, chosen, (prior_weight, MARGINS), MatcherConfig(disparities=30))))
+        labels = refinement.smooth(POOL, chosen.labels, final, grey)
+        found.append((labels, *refinement.write(
+            POOL, labels, chosen, (prior_weight, MARGINS), MatcherConfig(disparities=30))))
     for whole, parts in zip(*found):
         np.testing.assert_array_equal(whole, parts)
-
-
-def smooth(refinement, labels, chromosome, grey):
-    POOL.each(call, *in_turn(
-        refinement.parts, *refinement.smoothing(labels, chromosome, grey)))
-
-
-def write(refinement, *of_writing, labels=None):
-    """Return disparity and confidence; labels: smooth ones, None for those that are there."""
-    if labels is not None:
-        refinement.labels[:] = labels
-    stages, *result = refinement.writing(*of_writing)
-    POOL.each(call, *in_turn(refinement.parts, *stages))
-    return result
 
 
 POOL = ThreadPool(1)
@@ -186,8 +168,7 @@ def written(shape, disparities, seed=0, validity=None, **changes):
     refinement = Refinement(shape[1], disparities, final.dtype, cut_bands(shape[0]))
     refinement.final_validity[:] = validity
     prior_weight = random_map(shape, 3, seed + 6)
-    disparity, confidence = write(
-        refinement, chosen, (prior_weight, MARGINS), config, labels=final)
+    disparity, confidence = refinement.write(POOL, final, chosen, (prior_weight, MARGINS), config)
     fine, agreeing = twins.fine_disparities(final, chosen.labels, chosen.offsets, validity)
     sure = twins.confidence(twins.certainty(
         chosen.sums, np.maximum(chosen.margins.astype(int) - MARGINS[prior_weight], 0), validity),
@@ -231,12 +212,12 @@ def half_certain(shape):
 def test_a_pixel_as_sure_as_the_threshold_stays_valid():
     chosen, refinement = half_certain((5, 5))
     labels, prior_weight = chosen.labels, no_prior((5, 5))
-    confidence = float(write(
-        refinement, chosen, prior_weight, MatcherConfig(), labels=labels)[1][2, 2])
+    confidence = float(refinement.write(
+        POOL, labels, chosen, prior_weight, MatcherConfig())[1][2, 2])
     assert confidence == pytest.approx(RIGHT[5], abs=1e-6)
     for threshold, known in ((confidence, True), (confidence + 1e-4, False)):
-        disparity, _ = write(
-            refinement, chosen, prior_weight, MatcherConfig(confidence_threshold=threshold))
+        disparity, _ = refinement.write(
+            POOL, labels, chosen, prior_weight, MatcherConfig(confidence_threshold=threshold))
         assert np.isfinite(disparity[2, 2]) == known
 
 

@@ -55,6 +55,7 @@ class Scanned:
             memory[:] = np.random.default_rng(1).integers(0, 256, memory.size)
         before = self._unused()
         chosen = self.scanlines.search(self.pool, *self.priors)
+        self.pool.each(self.scanlines.finish, self.scanlines.bands)
         assert chosen is self.scanlines.chosen
         assert self._unused() == before
         for whole in self._guarded:
@@ -174,40 +175,22 @@ def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_tak
     made = Scanlines(seen(*small_pair(rows, 130), 5), tile)
     tiles, kept = -(-130 // tile), made._numbers['kept']
     begun, completed = [0], [[0] * tiles]     # rows, and rows of tiles, after each item
-    limited, finished, joined = [], [], []      # items of rows of tiles, of bands, and of joins
     for index, (work, *place) in enumerate(made._items):
-        first, need = made._needs[index]
-        assert first <= need <= index
-        assert first == 0 or work == Scanlines._join_bands
-        rows_begun, after = begun[-1], completed[-1].copy()
-        if work == Scanlines._limit:
-            assert place == [len(limited)]
-            limited.append(index)
-        elif work == Scanlines._begin:
+        need = made._needs[index]
+        assert need <= index
+        after = completed[-1].copy()
+        if work == made._complete:
+            column, first, last = place
+            assert begun[need] >= min(tile * last + OVERLAP, rows)
+            assert first == completed[-1][column] == completed[need][column]
+            after[column] = last
+        else:
             assert place[0] == begun[-1]
             assert (place[1] - 1) // tile - min(completed[need]) < kept
-            assert need > limited[(place[1] - 1) // tile]
-            rows_begun = place[1]
-        elif work == Scanlines._complete:
-            column, top, bottom = place
-            assert begun[need] >= min(tile * bottom + OVERLAP, rows)
-            assert top == completed[-1][column] == completed[need][column]
-            after[column] = bottom
-        elif work == Scanlines._finish_band:
-            assert place == [made.bands[len(finished)]]
-            assert min(min(completed[need]) * tile, rows) >= place[0][2]
-            finished.append(index)
-        else:
-            assert work == Scanlines._join_bands
-            assert place[0] == (joined[-1][1][1] if joined else 0)
-            before = [item for item, bands in joined if bands[1] > 0][-1:]
-            assert all(first <= item < need for item in (*before, *finished[slice(*place)]))
-            joined.append((index, place))
-        begun.append(rows_begun)
+        begun.append(begun[-1] if work == made._complete else place[1])
         completed.append(after)
     assert begun[-1] == rows
     assert completed[-1] == [-(-rows // tile)] * tiles
-    assert len(finished) == joined[-1][1][1] == len(made.bands)
 
 
 @pytest.mark.parametrize('disparities', [40, 300])

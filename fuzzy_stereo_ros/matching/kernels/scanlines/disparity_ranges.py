@@ -10,17 +10,15 @@ import numpy as np
 
 
 @kernel
-def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks, first,
-                 last):
+def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, blocks):
     """
     Write the label range that each tile searches: that of the half map around it, and a margin.
 
     half: (r, c) labels at half size, of half_disparities; tile, grow: pixels of the full image,
-    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32;
-    first, last: rows of tiles.
+    even; low, blocks: int64 (tile rows, tile columns), first label and number of blocks of 32.
     """
     rows, columns = half.shape
-    for tile_row in range(first, last):
+    for tile_row in range(low.shape[0]):
         for tile_column in range(low.shape[1]):
             least, largest = disparities, 0
             top, left = tile_row * tile, tile_column * tile
@@ -41,26 +39,9 @@ def tile_windows(half, half_disparities, disparities, tile, grow, margin, low, b
             largest = disparities - 1 if beyond else min(largest + margin, disparities - 1)
             number = blocks_of(largest - least + 1)
             spare = LANES * number - (largest - least + 1)
-            begin = min(least - spare // 2, disparities - LANES * number)
-            low[tile_row, tile_column] = max(begin, 0)
+            first = min(least - spare // 2, disparities - LANES * number)
+            low[tile_row, tile_column] = max(first, 0)
             blocks[tile_row, tile_column] = number
-
-
-@kernel
-def pack_windows(blocks, tile, columns, apart, multiple, offset, row_size, first, last):
-    """
-    Place the costs of the tiles of a row one behind the other.
-
-    blocks: of tile_windows; tile, columns: pixels; offset: int64, like blocks, and row_size: int64
-    (tile rows,), see Windows, written; a row is `apart` bytes longer than a multiple of `multiple`
-    """
-    for tile_row in range(first, last):
-        used = 0
-        for tile_column in range(blocks.shape[1]):
-            offset[tile_row, tile_column] = used
-            width = min(tile, columns - tile * tile_column)
-            used += LANES * blocks[tile_row, tile_column] * width
-        row_size[tile_row] = used + (apart - used) % multiple
 
 
 @kernel
