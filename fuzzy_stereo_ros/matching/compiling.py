@@ -3,36 +3,36 @@
 """
 Compile the kernels that a matcher needs, in as many processes as there are cores.
 
-A dry run of the warm-up, in a process of its own, finds which kernels are called with which types:
-a recorder, which computes nothing, replaces each kernel. In some rounds recorders write random
-numbers into the arrays that they get, so that the matcher takes all of its branches. A kernel that
-the dry run misses is compiled by the warm-up itself.
+A process of its own makes a dry run of the warm-up, in which kernels are not compiled but note
+the types that they are called with. In some rounds they write random numbers into the arrays that
+they get, so that the matcher takes all of its branches. Then it forks, and all of its copies
+compile. A kernel that the dry run misses is compiled by the warm-up itself.
 """
-from concurrent.futures import as_completed, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict, replace
+from functools import partial
+import gc
 import json
 import os
-from queue import SimpleQueue
 import subprocess
 import sys
 import threading
 import time
+from types import FunctionType
 from typing import NamedTuple
 import warnings
 
 from fuzzy_stereo_ros.matching.config import MatcherConfig
-from fuzzy_stereo_ros.matching.kernels.compiled import before_compiling, FOLDER
+from fuzzy_stereo_ros.matching.kernels import compiled
 from fuzzy_stereo_ros.matching.matcher import warm_up_camera, warm_up_pairs
-from numba.core.dispatcher import Dispatcher
 import numpy as np
 
-PACKAGE = __name__.rpartition('.')[0]
-# of a dry run: the seed of what recorders write, None for nothing; whether a camera is followed
+# of a dry run: the seed of what kernels write, None for nothing; whether a camera is followed
 ROUNDS = (None, True), *((seed, follows) for seed in range(2) for follows in (True, False))
 # level of LLVM, unless the user sets it: kernels are as fast as at 3, and compiled sooner
 OPTIMISATION = {'NUMBA_OPT': '2'}
-START = 'import sys; sys.path[:] = {!r}; from {} import serve; serve()'
+START = ('import json, sys; sys.path[:], config = json.loads(sys.argv[1]); '
+         f'from {__name__} import serve; serve(config)')
 
 
 class Progress(NamedTuple):
@@ -49,174 +49,99 @@ def warm_up(matcher, rows, columns, report=None):
     report(Progress): called in the thread of this call, and only where something is compiled.
     Raises ValueError for a size that cannot be matched.
     """
-    if FOLDER is None:
+    if compiled.FOLDER:
+        compiled.before_first[:] = [partial(compile_kernels, matcher.config, report)]
+    try:
         matcher.warm_up(rows, columns)
-        return
-    with before_compiling(lambda: compile_kernels(matcher.config, report)):
-        matcher.warm_up(rows, columns)
+    finally:
+        compiled.before_first.clear()
 
 
 def compile_kernels(config, report=None):
-    """Compile into FOLDER what matchers of a MatcherConfig need; report: as in `warm_up`."""
+    """Compile and keep what matchers of a MatcherConfig need; report: as in `warm_up`."""
     report = report or (lambda progress: None)
     report(Progress(0.0, None))
-    with Workers(len(os.sched_getaffinity(0)), config) as workers:
-        sizes = {call: _size(_kernel(*call[:2]), set())
-                 for call in map(tuple, workers.request(None) or ())}
-        begun, done, threads = time.monotonic(), 0, ThreadPoolExecutor(workers.number)
-        futures = {threads.submit(workers.request, call): call
-                   for call in sorted(sizes, key=sizes.get, reverse=True)}
-        try:
-            for future in as_completed(futures):
-                done += sizes[futures[future]]
-                share = done / sum(sizes.values())
+    begun, share = None, 0.0
+    # In a session of its own Ctrl-C does not reach it: it ends with its standard input.
+    with subprocess.Popen(
+            [sys.executable, '-c', START, json.dumps([sys.path, asdict(config)])], text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
+            env=OPTIMISATION | os.environ) as process:
+        for line in process.stdout:
+            begun, share = begun or time.monotonic(), share + float(line)
+            if share:
                 report(Progress(share, (time.monotonic() - begun) * (1 / share - 1)))
-        finally:
-            threads.shutdown(wait=False, cancel_futures=True)
     report(Progress(1.0, 0.0))
 
 
+def serve(config):
+    """
+    Note the calls of a warm-up, and compile them in as many processes as there are cores.
+
+    Write to standard output a line for each, the share of the code that it is, 0 at the start.
+    """
+    answers = os.dup(1)
+    os.dup2(2, 1)       # prints go to stderr, not among the answers
+    sizes = {call: _size(call[0], set()) for call in record_calls(MatcherConfig(**config))}
+    calls, (tickets, filled) = sorted(sizes, key=sizes.get, reverse=True), os.pipe()
+    os.write(answers, b'0\n')
+    os.write(filled, b''.join(number.to_bytes(2, 'big') for number in range(len(calls))))
+    os.close(filled)
+    gc.disable()        # looking for garbage meanwhile is a fifth of the time
+    forked = []
+    while len(forked) < len(os.sched_getaffinity(0)) - 1 and 0 not in forked:
+        forked.append(os.fork())
+    # A compilation cannot be interrupted.
+    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
+    while ticket := os.read(tickets, 2):
+        call = calls[int.from_bytes(ticket, 'big')]
+        with suppress(Exception):       # the warm-up meets the same error and raises it
+            call[0].compile(call[1])
+        gc.collect(0)
+        os.write(answers, f'{sizes[call] / sum(sizes.values())}\n'.encode())
+    if 0 in forked:
+        os._exit(0)
+    for process in forked:
+        os.waitpid(process, 0)
+
+
 def record_calls(config):
-    """Return the calls of a warm-up: {(module, name, types of arguments in words): the types}."""
+    """Return the calls of a warm-up: {(kernel, types of its arguments)}."""
     noted, config = {}, replace(config, threads=1)
     for seed, follows in ROUNDS:
-        with _recording(noted, seed), warnings.catch_warnings(), np.errstate(all='ignore'):
+        random = None if seed is None else np.random.default_rng(seed)
+        for kernel in compiled.kernels:
+            kernel.compile = partial(_note, noted, kernel, random)
+        with warnings.catch_warnings(), np.errstate(all='ignore'):
             warnings.simplefilter('ignore')
             for matcher, left, right in warm_up_pairs(config):
                 with suppress(Exception):       # random numbers may break what follows
                     matcher.match(left, right, camera=warm_up_camera(left) if follows else None)
-    return noted
+    for kernel in compiled.kernels:
+        del kernel.compile
+    return list(noted)
 
 
-def compile_call(call, types):
-    """Compile a kernel for a call of `record_calls`, and keep it."""
-    _kernel(*call[:2]).compile(types)
+def _note(noted, kernel, random, types):
+    """Take the place of `kernel.compile`: note the types, and return what is called instead."""
+    noted[kernel, types] = None
 
-
-def serve():
-    """
-    Run a process of Workers: record the calls, then compile on request, until stdin ends.
-
-    It reads lines of JSON: a MatcherConfig, then requests. It answers null with the recorded
-    calls, and a call with whether it is compiled.
-    """
-    requests, answers = SimpleQueue(), os.fdopen(os.dup(1), 'w')
-    os.dup2(2, 1)       # prints go to stderr, not among the answers
-
-    def read():
-        for line in sys.stdin:
-            requests.put(json.loads(line))
-        os._exit(0)     # the requesting process has ended: a compilation cannot be interrupted
-
-    threading.Thread(target=read, daemon=True).start()
-    calls = record_calls(MatcherConfig(**requests.get()))
-    while True:
-        call, answer = requests.get(), list(calls)
-        if call is not None:
-            try:
-                compile_call(call, calls[tuple(call)])
-                answer = True
-            except Exception:       # noqa: B902  the warm-up meets the same error and raises it
-                answer = False
-        answers.write(json.dumps(answer) + '\n')
-        answers.flush()
-
-
-class Workers:
-    """Processes that compile kernels; a context manager that ends them."""
-
-    def __init__(self, number, config):
-        """Start a number of processes for what a MatcherConfig needs."""
-        self.number, self._config, self._ended = number, json.dumps(asdict(config)), False
-        self._processes, self._free = [self._started() for _ in range(number)], SimpleQueue()
-        for place in range(number):
-            self._free.put(place)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        self._ended = True
-        for process in self._processes:
-            _end(process)
-
-    def request(self, call):
-        """
-        Return whether a free process compiled a call; for None the list of recorded calls.
-
-        Return None where the process ends; another one then takes its place.
-        """
-        place = self._free.get()
-        process = self._processes[place]
-        try:
-            process.stdin.write(json.dumps(call) + '\n')
-            process.stdin.flush()
-            return json.loads(process.stdout.readline())
-        except (OSError, ValueError):
-            if not self._ended:
-                _end(process)
-                self._processes[place] = self._started()
-            return None
-        finally:
-            self._free.put(place)
-
-    def _started(self):
-        """Start a process, in a session of its own so that Ctrl-C does not reach it."""
-        process = subprocess.Popen(
-            [sys.executable, '-c', START.format(sys.path, __name__)], text=True,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
-            env=OPTIMISATION | os.environ)
-        process.stdin.write(self._config + '\n')
-        process.stdin.flush()
-        return process
-
-
-def _end(process):
-    process.kill()
-    with suppress(OSError), process:    # closing flushes a pipe that nobody reads
-        pass
-
-
-@contextmanager
-def _recording(noted, seed):
-    """Replace each kernel that a module of the matcher imports by a recorder."""
-    numbers = None if seed is None else np.random.default_rng(seed)
-    replaced = [(module, name, value) for module in list(sys.modules.values())
-                if module.__name__.startswith(PACKAGE)
-                for name, value in vars(module).items() if isinstance(value, Dispatcher)]
-    for module, name, value in replaced:
-        setattr(module, name, _Recorder(value, noted, numbers))
-    try:
-        yield
-    finally:
-        for module, name, value in replaced:
-            setattr(module, name, value)
-
-
-class _Recorder:
-    """Takes the place of a kernel: records the types of arguments, returns 1 or a random bit."""
-
-    def __init__(self, kernel, noted, numbers):
-        self._kernel, self._noted, self._numbers = kernel, noted, numbers
-
-    def __call__(self, *arguments):
-        function = self._kernel.py_func
-        types = tuple(map(self._kernel.typeof_pyval, arguments))
-        self._noted[function.__module__, function.__qualname__, repr(types)] = types
-        if self._numbers is None:
+    def answer(*arguments):
+        if random is None:
             return _Answer(1)
-        self._fill(arguments)
-        return _Answer(self._numbers.integers(4) > 0)
+        _fill(arguments, random)
+        return _Answer(random.integers(4) > 0)
+    return answer
 
-    def _fill(self, arguments):
-        """Write random numbers into the arrays among the arguments, small or large ones."""
-        for one in arguments:
-            if isinstance(one, tuple):
-                self._fill(one)
-            elif isinstance(one, np.ndarray) and one.flags.writeable:
-                most = 4.0**self._numbers.integers(1, 3)
-                one[...] = (self._numbers.integers(0, 32, one.shape) if one.dtype.kind in 'iub'
-                            else self._numbers.uniform(0, most, one.shape))
+
+def _fill(arguments, random):
+    """Write random numbers into the arrays among the arguments, small or large ones."""
+    for one in arguments:
+        if isinstance(one, tuple):
+            _fill(one, random)
+        elif isinstance(one, np.ndarray) and one.flags.writeable:
+            one[...] = (random.integers(0, 32, one.shape) if one.dtype.kind in 'iub'
+                        else random.uniform(0, 4.0**random.integers(1, 3), one.shape))
 
 
 class _Answer(int):
@@ -226,14 +151,11 @@ class _Answer(int):
         return iter((self, self))
 
 
-def _kernel(module, name):
-    """Return a kernel by its module and name."""
-    return getattr(sys.modules[module], name)
-
-
-def _size(kernel, seen):
-    """Return the size of a kernel's code in bytes, with that of all that it calls."""
-    seen.add(kernel)
-    code, names = kernel.py_func.__code__, kernel.py_func.__globals__
-    called = {one for one in map(names.get, code.co_names) if isinstance(one, Dispatcher)} - seen
-    return len(code.co_code) + sum(_size(one, seen) for one in called if one not in seen)
+def _size(function, seen):
+    """Return the size of a function's code in bytes, with that of all that it calls."""
+    function = getattr(function, 'py_func', function)
+    if not isinstance(function, FunctionType) or function in seen:
+        return 0
+    seen.add(function)
+    code, names = function.__code__, function.__globals__
+    return len(code.co_code) + sum(_size(names.get(name), seen) for name in code.co_names)

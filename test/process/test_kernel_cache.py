@@ -213,16 +213,18 @@ def test_kernels_with_checked_bounds_and_without_are_kept_apart(tmp_path, monkey
     folders = set()
     for checked in (None, 1, None):
         monkeypatch.setattr(numba.config, 'BOUNDSCHECK', checked)
-        folders.add(compiled.choose_folders().writable)
+        folders.add(compiled.choose_folders()[0])
     assert len(folders) == 2
 
 
 @pytest.mark.parametrize('allocates', [False, True])
-def test_only_kernels_that_make_arrays_count_who_uses_one(allocates):
+def test_only_kernels_that_make_arrays_count_who_uses_one(allocates, monkeypatch):
     def second(numbers):
         rest = numbers[1:]
         return rest[0]
-    dispatcher = compiled._Kernel(second, allocates=allocates)
+    monkeypatch.setattr(compiled, 'FOLDER', None)
+    monkeypatch.setattr(compiled, 'kernels', [])
+    dispatcher = compiled.kernel(second, allocates=allocates)
     dispatcher.compile((numba.uint8[::1],))
     [code] = dispatcher.inspect_llvm().values()
     assert ('NRT_' in code) == allocates
@@ -230,14 +232,14 @@ def test_only_kernels_that_make_arrays_count_who_uses_one(allocates):
 
 def test_folders_not_used_for_long_are_removed_and_nothing_else(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path))
-    used = compiled.choose_folders().writable
+    used = compiled.choose_folders()[0]
     others = [used.with_name(f'kernels_{number:016x}') for number in range(10)]
     foreign = used.with_name('unknown')
     for age, folder in enumerate([*others, foreign]):
         (folder / 'kernels').mkdir(parents=True)
         os.utime(folder, (age, age))
     os.utime(used, (0, 0))
-    assert compiled.choose_folders().writable == used
+    assert compiled.choose_folders()[0] == used
     assert {*used.parent.iterdir()} == {used, *others[-compiled.MOST_FOLDERS + 1:], foreign}
 
 

@@ -8,8 +8,8 @@ import signal
 import subprocess
 import sys
 
-from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.compiling import compile_kernels, Workers
+from fuzzy_stereo_ros.matching import compiling, MatcherConfig
+from fuzzy_stereo_ros.matching.compiling import compile_kernels, record_calls
 from fuzzy_stereo_ros.matching.kernels import compiled
 from mounted import mounting
 from node_process import ROOT, START
@@ -20,7 +20,7 @@ CODE = compiled.SOURCES / '__pycache__'
 MATCH = """
 import gc, sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from fuzzy_stereo_ros.matching.compiling import compile_call, record_calls
+from fuzzy_stereo_ros.matching.compiling import record_calls
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 from numba.core.dispatcher import Dispatcher
 import numpy as np
@@ -32,8 +32,8 @@ def compiled():
 config = MatcherConfig.from_profile(sys.argv[1], disparities=24)
 matcher = StereoMatcher(config)
 if sys.argv[2] == 'dry run':
-    for call in record_calls(config).items():
-        compile_call(*call)
+    for kernel, types in record_calls(config):
+        kernel.compile(types)
 if sys.argv[2] == 'warm-up':
     matcher.warm_up(120, 160)
 before = compiled()
@@ -110,23 +110,24 @@ def test_nobody_compiles_on_after_the_command_has_ended(tmp_path, number):
     assert psutil.wait_procs(children, timeout=START)[1] == []
 
 
-def test_a_worker_that_ends_costs_its_answer_alone():
-    with Workers(1, MatcherConfig.from_profile('paper')) as workers:
-        call = workers.request(None)[0]
-        worker = max(psutil.Process().children(), key=psutil.Process.create_time)
-        worker.kill()
-        assert workers.request(call) is None
-        assert workers.request(['no module', 'no kernel', 'no types']) is False
-        assert workers.request(call) is True
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one process compiles')
+def test_a_process_that_ends_costs_the_kernel_that_it_compiles_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+    config, killed = MatcherConfig.from_profile('paper'), []
+
+    def kill_one(progress):
+        if progress.share and not killed:
+            killed.append(psutil.Process().children(recursive=True)[-1])
+            killed[0].kill()
+    compile_kernels(config, kill_one)
+    assert len(killed) == 1
+    kept = len([*tmp_path.rglob('*.nbi')])
+    assert len(record_calls(config)) - len(os.sched_getaffinity(0)) < kept
 
 
 def test_what_is_reported_goes_from_nothing_to_all(monkeypatch):
-    monkeypatch.setattr(Workers, 'request', lambda self, call: [
-        ('fuzzy_stereo_ros.matching.kernels.scanlines.row_paths', 'across', '()'),
-        ('fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut', 'unload', '()')])
+    monkeypatch.setattr(compiling, 'START', 'print(0); print(0.25); print(0.75)')
     told = []
     compile_kernels(MatcherConfig(), told.append)
-    shares = [progress.share for progress in told]
-    assert shares[0] == 0 and shares[-1] == 1 and len(shares) == 4
-    assert shares == sorted(shares)
+    assert [progress.share for progress in told] == [0, 0.25, 1, 1]
     assert told[0].left is None and told[-1].left == 0

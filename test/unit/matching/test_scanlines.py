@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.matching.realtime.possibility import FULL_SIZE, HALF_SIZE
 from fuzzy_stereo_ros.matching.realtime.scanlines import (
     gene_type, OVERLAP, prior_of, Scanlines, SHIFT)
 from hypothesis import given, settings, strategies as st
+import numba
 import numpy as np
 import pytest
 import reference_census as twins
@@ -229,8 +230,9 @@ def check_target(labels, sums, extra=0):
     """Check a row against the twin; nothing else may change."""
     columns, size = labels.size, extra + labels.size
     target, rivals = np.full(size + 6, 99, np.uint8), np.full(size + 6, 999, np.uint16)
-    choose_of_target(labels.ctypes.data, labels.itemsize, sums.ctypes.data, columns,
-                     rivals.ctypes.data + 2 * 3, target.ctypes.data + 3, size)
+    numba.njit(choose_of_target)(
+        labels.ctypes.data, labels.itemsize, sums.ctypes.data, columns, rivals.ctypes.data + 2 * 3,
+        target.ctypes.data + 3, size)
     expected = twins.chosen_by_target(labels[None], sums[None], extra)[0]
     assert target.tolist() == [99] * 3 + expected.tolist() + [99] * 3
     assert np.all(rivals[:3] == 999)

@@ -7,7 +7,7 @@ An exchange: see crossover.Exchange. Partition crossover takes connected regions
 not at all (Whitley et al., Partition crossover for pseudo-Boolean optimization, 2009 and 2015).
 Regions meet only where the parents agree, so that the gain is the sum over the regions taken.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
 import numpy as np
@@ -159,7 +159,7 @@ def take_regions(cells, alone, pairs, columns, advantage, taken, places, region,
     return total
 
 
-@kernel
+@called
 def _choose(parent, change, size, known, advantage):
     """Let `change` be negative for regions to take, 0 for others; return the sum of the former."""
     total = np.int64(0)

@@ -9,7 +9,7 @@ the target shows, which is a contradiction.
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
@@ -29,7 +29,7 @@ class Scene(NamedTuple):
 SMOOTHNESS = 4       # divides the penalties of the scanlines, which sum four paths
 
 
-@kernel
+@called
 def jump_cost(one, other, small, jump):
     """Return what a change of labels costs: 0, P1 for one, P2 beyond, of Penalties."""
     difference = abs(one - other)

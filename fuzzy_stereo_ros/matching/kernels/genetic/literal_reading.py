@@ -5,7 +5,7 @@ The paper read literally: fitness by Eq. 3 and Eq. 4, row by row, in whole numbe
 
 Mutation places uniform patches on the least possible cells.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed, unit
 import numpy as np
 
@@ -64,21 +64,21 @@ def fill_row_fitness(chosen, chromosome, reference_gradient, target_gradient, ne
                                     target_gradient[row])
 
 
-@kernel
+@called
 def add(total, more):
     """Add whole numbers to int32 ones, cell by cell."""
     for column in range(total.size):
         total[column] += np.int32(more[column])
 
 
-@kernel
+@called
 def subtract(total, less):
     """Subtract whole numbers from int32 ones, cell by cell."""
     for column in range(total.size):
         total[column] -= np.int32(less[column])
 
 
-@kernel
+@called
 def weighted(support, genes, reference_gradient, target_gradient):
     """
     Return the sum along one row of support weighted by S: Eq. 4.

@@ -13,7 +13,7 @@ algorithms for energy minimization in vision, 2004. A node is its place in a gri
 direction d leads to the node at `offsets[d]`, and d ^ 1 back. Capacities are symmetric at first:
 int32 (nodes, D).
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
 
@@ -35,7 +35,7 @@ def _after(queue, begin):
     return begin + 1 if begin + 1 < queue.size else 0
 
 
-@kernel
+@called
 def _narrowest(offsets, capacity, supply, parent, node, side):
     """Return the least capacity from the root of the source to a node, or from it to the sink."""
     least = np.int64(_FAR) * 4
@@ -50,7 +50,7 @@ def _narrowest(offsets, capacity, supply, parent, node, side):
     return min(least, abs(np.int64(supply[node])))
 
 
-@kernel
+@called
 def _push(offsets, capacity, supply, parent, node, side, flow, orphans, begin):
     """Send flow along that way; put nodes cut off in front of the orphans; return their begin."""
     while parent[node] != ROOT:
@@ -101,7 +101,7 @@ def _distance_to_root(offsets, parent, stamp, distance, node, now):
     return far
 
 
-@kernel
+@called
 def _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waiting, end, orphans,
            begin, stop):
     """Find new parents for the orphans, or free them; return the new end of the active nodes."""
@@ -139,7 +139,7 @@ def _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waitin
     return end
 
 
-@kernel
+@called
 def _gather(nodes, offsets, capacity, supply):
     """
     Send as much supply as fits from each node to earlier neighbours, from the last node on.

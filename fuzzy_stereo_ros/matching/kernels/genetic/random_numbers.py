@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Random numbers as a function of a counter: the same with any threads."""
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 import numpy as np
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -32,7 +32,7 @@ def below(bits, limit):
     return ((bits >> np.uint64(32)) * limit) >> np.uint64(32)
 
 
-@kernel
+@called
 def unit(bits):
     """Return a number from 0 up to but not including 1 made of 64 random bits, uint64."""
     return (bits >> np.uint64(11)) * 2.0**-53

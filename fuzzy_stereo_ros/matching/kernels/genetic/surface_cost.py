@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The cost of the genes of a map with sub-pixel disparities."""
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
 
@@ -32,7 +32,7 @@ def gene_costs(costs, disparities, surface, trust, result, first, last):
                 costs, row, column, surface[row, column], disparities)
 
 
-@kernel
+@called
 def step_cost(one, other, slope, free, jump):
     """Return what a step of disparity costs: nothing up to `free` px, in the end `jump`."""
     return min(max(abs(one - other) - free, np.float32(0)) * slope, jump)
@@ -57,7 +57,7 @@ def _parts(cost):
     return np.int64(np.rint(np.float64(cost) * PARTS))
 
 
-@kernel
+@called
 def _step_parts(one, other, weight, slope, free, jump):
     return _parts(weight * step_cost(one, other, slope, free, jump))
 

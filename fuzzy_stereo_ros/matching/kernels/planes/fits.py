@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Planes (a, b, c), of disparity a x + b y + c, fitted around pixels and to regions."""
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
 from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
 import numpy as np
@@ -113,7 +113,7 @@ def list_regions(labels, starts, pixels):
     starts[0] = 0
 
 
-@kernel
+@called
 def _points_of(flat, known, begin, end, pixels, columns, points):
     """Write x, y and disparity of a region's trusted pixels, or of all if few are trusted."""
     for few in range(2):

@@ -6,7 +6,7 @@ From plane genes on a grid, see grid.py, to the labels of all pixels around its 
 Few pixels change in a frame: SIMD finds these candidates; a scalar loop handles them.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
@@ -49,7 +49,7 @@ def _is_far(lines, place, right, down, label):
     return abs(disparity - label) > lines[3, place]
 
 
-@kernel
+@called
 def _doubted(upper, lower, down, side, labels, begin, doubted):
     """
     Write which pixels are far from the plane of a cell around them.

@@ -7,7 +7,7 @@ The evidence is a curve over the disparities for each cell, see plain_regions.py
 is measured in standard deviations of the evidence of the other disparities, so that no estimate of
 noise is needed.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED
 import numpy as np
 
@@ -111,7 +111,7 @@ def _around(values, places, start, row, column):
     return total
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def spread_around(values, places, start, result):
     """Write the sums over the 3 x 3 cells of a region around each: float64 (cells,)."""
     for row in range(places.shape[0]):
@@ -120,7 +120,7 @@ def spread_around(values, places, start, result):
                 result[places[row, column] - start] = _around(values, places, start, row, column)
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def sum_cells(curves, counts, cells, places, start, power, totals, seen, floors):
     """
     Sum the cells of a region, all of them and each half, chequered.
@@ -149,7 +149,7 @@ def sum_cells(curves, counts, cells, places, start, power, totals, seen, floors)
         floors[band] = np.sqrt(floors[band] / (2 * pixels) * power[band])
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def weigh(curves, counts, start, spreads, weighted, seen):
     """Write the curves of cells, in deviations of the region, and counts: float64 (cells, d)."""
     for place in range(len(seen)):
@@ -160,7 +160,7 @@ def weigh(curves, counts, start, spreads, weighted, seen):
                 weighted[place, label] += curves[start + place, band, label] / spreads[band]
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def centres(cells, start, right, down):
     """Write where the cells of a region lie, -1 to 1; return its centre and half its sides."""
     x = y = pixels = 0.0
@@ -176,7 +176,7 @@ def centres(cells, start, right, down):
     return x, y, wide, high
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def evidence_of_map(cells, places, start, nearest, weighted, seen, found):
     """
     Return the evidence for a map, in deviations from none; write the part of each cell.
@@ -198,7 +198,7 @@ def evidence_of_map(cells, places, start, nearest, weighted, seen, found):
     return total / np.sqrt(max(number, 1.0))
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def evidence_of_plane(weighted, seen, right, down, plane, found):
     """Return the evidence for a plane, in deviations from none; write the part of each cell."""
     total = number = 0.0
@@ -210,7 +210,7 @@ def evidence_of_plane(weighted, seen, right, down, plane, found):
     return total / np.sqrt(max(number, 1.0))
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def climb(weighted, seen, right, down, plane, found):
     """
     Tilt a plane to where it has the most evidence, if it gains much; return its deviations.
@@ -236,7 +236,7 @@ def climb(weighted, seen, right, down, plane, found):
     return evidence_of_plane(weighted, seen, right, down, plane, found)
 
 
-@kernel(allocates=True)
+@called(allocates=True)
 def by_chance(weighted, valid, places, start, nearest, best):
     """Return the median evidence of 3 x 3 cells at some wrong disparities, in deviations."""
     labels, number = valid.size, len(weighted)

@@ -8,7 +8,7 @@ Segments are those of Felzenszwalb and Huttenlocher, Efficient graph-based image
 edges are sorted, and noise joins no regions across an edge. Their coordinates are those of the
 half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, least_squares, random_plane
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
@@ -54,7 +54,7 @@ def sort_edges(values, differences, starts, order):
     return number
 
 
-@kernel
+@called
 def _neighbour(edge, columns):
     """Return the pixel that an edge leads to from pixel edge // 2."""
     return edge // 2 - (columns if edge % 2 else 1)

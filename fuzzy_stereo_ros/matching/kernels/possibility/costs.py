@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, load_word, repeat_bytes, splat_word, store_word)
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, lanes_of,
     load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store, subtract)
@@ -113,7 +113,7 @@ def _prior_rows(labels, label_bytes, weights, reach, first, width, low, priors, 
                        - load_short(labels, first + index))
 
 
-@kernel
+@called
 def prepare_costs(search, row, count, begin, end, low, codes, priors):
     """
     Gather the inputs of the costs of some rows of a tile.

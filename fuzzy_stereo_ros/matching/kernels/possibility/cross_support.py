@@ -8,7 +8,7 @@ possibility is more reliable when averaged over similar neighbours. Sums over ar
 differences of running sums, so that long arms cost no more than short ones. Running sums may
 overflow: their differences do not.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, high_product, LANES, load, splat, store, subtract)
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 LEFT, RIGHT, UP, DOWN = range(4)
 
 
-@kernel
+@called
 def _unlike(colours, row, column, other_row, other_column):
     """Return the largest difference of two pixels in any channel."""
     largest = 0

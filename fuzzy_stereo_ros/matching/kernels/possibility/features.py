@@ -6,7 +6,7 @@ Features of an image: 16-bit luminance, 8-bit grey, census, gradient, penalties 
 Images of the target are mirrored: its column c, from -extra on, lies at index `columns - 1 - c`,
 so that the candidates of a pixel, disparities upwards, are one contiguous load.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, place_of,
     reversed_lanes, shift_left, shift_right, shuffled, splat, store, VECTOR)
@@ -100,14 +100,14 @@ def luminance_of_mono(image, shift, left_shift, mirrored, luminance, grey, first
         pad_row(luminance, row, columns)
 
 
-@kernel
+@called
 def copy_row(source, target):
     """Copy len(target) elements; faster, and compiled sooner, than to assign a slice."""
     for column in range(len(target)):
         target[column] = source[column]
 
 
-@kernel
+@called
 def pad_row(luminance, row, columns):
     """Repeat the border pixels of a row into its margin and slack, border rows above and below."""
     rows = luminance.shape[0] - 2 * MARGIN
@@ -136,7 +136,7 @@ def spread(luminance, grey, columns, begin, wide_luminance, wide_grey, wide_colu
         _spread_row(grey[row, :columns], begin, wide_grey[row, :wide_columns])
 
 
-@kernel
+@called
 def _spread_row(line, begin, wide):
     inside = max(min(len(line), len(wide) - begin), 0)
     wide[:begin] = line[0]

@@ -6,7 +6,7 @@ Possibilities of single matches by fuzzy classes, and their means over the unifo
 Classes are of grey levels, and of gradients as well; cells around are along rows and columns.
 """
 from fuzzy_stereo_ros.matching.kernels import simd
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 import numpy as np
 
@@ -134,7 +134,7 @@ def average_over_uniform(possibility, colours, weights, along_columns, first, la
                 simd.store(flat_average, block, simd.narrow(simd.shift_right(total, WHOLE_BITS)))
 
 
-@kernel
+@called
 def _add_squares(here, there, distances):
     """Add the squares of the differences of two rows of bytes."""
     for column in range(len(here)):
@@ -142,7 +142,7 @@ def _add_squares(here, there, distances):
         distances[column] += np.int32(step * step)
 
 
-@kernel
+@called
 def _add_degrees(distances, weights, degrees, whole):
     """Write the weights of cells at squared distances of colours, and add them to a sum."""
     last = np.int32(weights.size - 1)
@@ -152,7 +152,7 @@ def _add_degrees(distances, weights, degrees, whole):
         whole[column] += weight
 
 
-@kernel
+@called
 def _cut_into_parts(degrees, whole, parts):
     """Write weights, float32 (n, C), of a sum (C,), as whole parts of WHOLE: uint16 (n, C)."""
     middle = parts[len(parts) // 2]

@@ -9,7 +9,7 @@ stays between the same two rows for most of it, so that the inner loop is a few 
 """
 from math import ceil, floor
 
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
 import numpy as np
 
@@ -80,7 +80,7 @@ def shift_rows(image, channels, offsets, largest, moved, first_row, last_row):
             first = end
 
 
-@kernel
+@called
 def _blend_rows(above, here, below, last, begin, slope, largest, moved):
     """Write pixels between `here` and `below`; begin: place of the first, in px below `here`."""
     for index in range(len(moved)):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels to reject: left-right consistency and small components (speckles)."""
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     bit_or, equal_bits, first_set, LANES, load, saturating_subtract, splat, splat_like)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
@@ -96,7 +96,7 @@ def reject_changed(labels, genes, validity, final_validity, first, last):
             final_validity[row, column] = np.uint8(INVALID) if away > 1 else before
 
 
-@kernel
+@called
 def root(parent, run):
     """Return the representative of a set, halving the way to it (union-find)."""
     while parent[run] != run:
@@ -105,7 +105,7 @@ def root(parent, run):
     return run
 
 
-@kernel
+@called
 def _near(labels, one, two, step):
     return abs(np.int64(labels[one]) - np.int64(labels[two])) <= step
 
@@ -120,7 +120,7 @@ def _end_run(validity, place, open_at, begin, end, known):
     return known, place if validity[place] != INVALID else np.int64(-1)
 
 
-@kernel
+@called
 def _runs_of_row(labels, validity, begin, end, first, stop, step, known):
     """
     Append the runs of a row: neighbours not rejected whose steps are at most `step`.
@@ -153,7 +153,7 @@ def _runs_of_row(labels, validity, begin, end, first, stop, step, known):
     return known
 
 
-@kernel
+@called
 def _touch(labels, begin, end, columns, step):
     """Return whether some pixel of begin .. end is within step of the one above it."""
     place = begin

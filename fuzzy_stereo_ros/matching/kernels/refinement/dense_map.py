@@ -5,13 +5,13 @@ Sub-pixel maps: a median weighted by colour for unknown pixels, and planes fitte
 
 Not in the paper, whose maps are whole-pixel.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 import numpy as np
 
 BINS = 4             # of the weighted median, a pixel
 
 
-@kernel
+@called
 def _apart(colours, row, column, other_row, other_column):
     """Return the sum over the channels of the differences of two pixels."""
     total = 0

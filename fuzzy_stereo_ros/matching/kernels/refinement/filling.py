@@ -9,7 +9,7 @@ of disparity the membership median is the median of the neighbours of similar gr
 the fuzzy class of a pixel in its 7 x 7 neighbours.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
@@ -72,7 +72,7 @@ def pad_map(values, columns, padded, first, last):
                 copy_row(inside, padded[rows + RADIUS + edge])
 
 
-@kernel
+@called
 def _median(labels, count, span, bits):
     """Return the median of the `count` smallest of NEIGHBOURS, at most `span`, bit by bit."""
     half = shift_right(count, 1)

@@ -9,7 +9,7 @@ Semi-global stereo matching with surface orientation priors, 2017): slanted surf
 Four directions are summed on the way down the rows, the others on the way up, where the labels
 are chosen at once. Sums are uint16: a path costs at most FULL + P2.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, choose, equal_bits, first_set, LANES, load, lowest, minimum, splat, store,
     subtract)
@@ -22,7 +22,7 @@ ACROSS, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)     # planes of grey steps
 _RIGHTWARDS = 1, 1, 0, -1     # columns that a path steps on the way down, by plane
 
 
-@kernel
+@called
 def _begin(costs, cell, labels, paths, place):
     """Begin a path: it costs what the match does. Returns the least."""
     least = splat(np.uint16(FAR))
@@ -33,7 +33,7 @@ def _begin(costs, cell, labels, paths, place):
     return lowest(least)
 
 
-@kernel
+@called
 def _step(costs, cell, labels, path, least, small, jump, paths, place):
     """
     Continue a path by a pixel. Returns the least.
@@ -52,7 +52,7 @@ def _step(costs, cell, labels, path, least, small, jump, paths, place):
     return lowest(smallest)
 
 
-@kernel
+@called
 def _row_of_paths(costs, parent, steepest, steps, small, jump, row, other, begins, upwards,
                   paths, least):
     """
@@ -84,7 +84,7 @@ def _row_of_paths(costs, parent, steepest, steps, small, jump, row, other, begin
                 flat_paths, place)
 
 
-@kernel
+@called
 def _add_paths(paths, parity, columns, labels, sums, place):
     """Add the four paths of a row to sums from an index on."""
     flat, stride = paths.reshape(-1), labels + 2 * PAD
@@ -125,7 +125,7 @@ def sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, begin,
             _add_paths(paths, row & 1, columns, labels, flat, (row - first) * columns * labels)
 
 
-@kernel
+@called
 def _least(sums, place, labels):
     smallest = splat(np.uint16(65535))
     for block in range(0, labels, LANES):
@@ -133,7 +133,7 @@ def _least(sums, place, labels):
     return lowest(smallest)
 
 
-@kernel
+@called
 def _first_equal(sums, place, labels, value):
     wanted = splat(value)
     for block in range(0, labels, LANES):
@@ -143,7 +143,7 @@ def _first_equal(sums, place, labels, value):
     return 0
 
 
-@kernel
+@called
 def _stretched(offset):
     """Return an offset moved away from whole pixels, to which costs of supports bias it."""
     size = np.float32(0.5) * np.float32(2 * abs(offset))**np.float32(STRETCH)

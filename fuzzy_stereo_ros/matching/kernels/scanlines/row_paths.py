@@ -6,7 +6,7 @@ Costs of some rows, then the paths that come from left and right: rows are indep
 Up to four rows at once, so that their paths are in step.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import load_long, repeat_bytes
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, cost_rows, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import carry, clear, in_registers
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import (
@@ -17,7 +17,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 
 
-@kernel
+@called
 def _fill_box_costs(search, scratch, row, is_start):
     """Write a row of sums of 3 x 3 pixels / 2**box, without priors, all tiles alike."""
     ring, blocks = scratch.ring, window_of(search, 0, 0)[1]

@@ -8,7 +8,7 @@ With windows of one, two or four blocks, four rows go at once and stay in regist
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import splat_word
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import (
     beyond, cost_of_block, cuts_of, prepare_costs)
 from fuzzy_stereo_ros.matching.kernels.scanlines.four import (
@@ -107,7 +107,7 @@ def rightwards_four(penalty, rows):
     return rows.end - rows.begin
 
 
-@kernel
+@called
 def leftwards(rows, blocks, count):
     """Run the paths from the right through `count` rows of a tile and add them to the sums."""
     penalty = splat(np.uint8(rows.small))

@@ -7,7 +7,7 @@ Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 1
 """
 from typing import NamedTuple
 
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
 import numpy as np
 
@@ -80,7 +80,7 @@ def compare_tiles(now, before, down, right, differences, first, last):
         _sum_up(of_columns, max(below - above, 0), begin, end, differences[:, tile_row])
 
 
-@kernel
+@called
 def _add_differences(here, there, signed, sizes):
     """Add the differences of two rows, and their sizes, in 1 / UNITS grey level."""
     for column in range(len(here)):
@@ -90,14 +90,14 @@ def _add_differences(here, there, signed, sizes):
         sizes[column] += np.int16(abs(difference))
 
 
-@kernel
+@called
 def _add_brightness(line, sums):
     """Add a row of grey levels, in 1 / UNITS: sums of BLOCK rows fit 16 bits."""
     for column in range(len(line)):
         sums[column] += np.int16(line[column] >> np.uint16(DROPPED_BITS))
 
 
-@kernel
+@called
 def _add_products(signed, bright, products, variances):
     """Add differences times slopes and their squares, by column."""
     for column in range(len(signed)):
@@ -118,7 +118,7 @@ def _slope(bright, column):
     return _cut(np.int32(bright[column + 2]) - np.int32(bright[column]))
 
 
-@kernel
+@called
 def _add_slopes(signed, bright, differences, slopes, squares):
     """Add differences, slopes and the squares of slopes, by column."""
     for column in range(len(signed)):
@@ -128,14 +128,14 @@ def _add_slopes(signed, bright, differences, slopes, squares):
         squares[column] += slope * slope
 
 
-@kernel
+@called
 def _add_columns(line, sums):
     """Add a line of sums of BLOCK rows."""
     for column in range(len(line)):
         sums[column] += np.int32(line[column])
 
 
-@kernel
+@called
 def _add_blocks(line, totals, largest):
     """
     Add the sums of the BLOCK columns from each column on; only every BLOCK-th is read.
@@ -149,7 +149,7 @@ def _add_blocks(line, totals, largest):
         largest[column] = max(largest[column], block)
 
 
-@kernel
+@called
 def _sum_up(of_columns, height, begin, end, found):
     """Write the differences of a row of tiles that lies inside by `height` rows."""
     unit = np.float32(1 / UNITS)
@@ -333,7 +333,7 @@ def blend(luminance, grey, before, shifts, choices, ages, limits, after, first, 
             copy_row(luminance[row + MARGIN, MARGIN:], after[row])
 
 
-@kernel
+@called
 def _blend_row(here, grey, there, weight, limit):
     """
     Move a row towards that of the picture before, by no more than the limit allows.

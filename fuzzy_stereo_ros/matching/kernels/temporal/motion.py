@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Estimate how the picture moved as a whole, and move maps with it."""
-from fuzzy_stereo_ros.matching.kernels.compiled import kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 import numpy as np
@@ -42,7 +42,7 @@ def best_shift(now, before, down, right, reach, every):
     return best
 
 
-@kernel
+@called
 def _mismatch(now, before, down, right, every):
     """Return the mean difference of a picture and the one before, moved."""
     rows, columns = before.shape
