@@ -54,7 +54,7 @@ def shuffled(builder, one, other, order):
         ir.VectorType(ir.IntType(32), len(order)), order))
 
 
-def called(builder, name, result, arguments):
+def llvm_call(builder, name, result, arguments):
     """Return what a function of LLVM returns; result: its type."""
     kind = ir.FunctionType(result, [argument.type for argument in arguments])
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), arguments)
@@ -122,7 +122,7 @@ def prefetch(typing, address, index):
         place = place_of(context, builder, signature.args[0], *arguments, ir.IntType(8))
         # to read, into all caches, data
         how = [context.get_constant(types.uint32, number) for number in (0, 3, 1)]
-        called(builder, 'llvm.prefetch.p0i8', ir.VoidType(), [place, *how])
+        llvm_call(builder, 'llvm.prefetch.p0i8', ir.VoidType(), [place, *how])
         return context.get_dummy_value()
     return types.void(types.intp, types.intp), generate
 
@@ -175,7 +175,7 @@ def _pairwise(generate_value):
 
 
 def _library(name):
-    return _pairwise(lambda builder, a, b: called(
+    return _pairwise(lambda builder, a, b: llvm_call(
         builder, f'llvm.{name}.v{a.type.count}i{a.type.element.width}', a.type, [a, b]))
 
 
@@ -247,7 +247,7 @@ def total(typing, vector):
 
     def generate(context, builder, signature, arguments):
         wide = builder.zext(arguments[0], lanes_in_llvm(32))
-        sum_of_lanes = called(
+        sum_of_lanes = llvm_call(
             builder, f'llvm.vector.reduce.add.v{LANES}i32', ir.IntType(32), [wide])
         return builder.zext(sum_of_lanes, ir.IntType(64))
     return signature, generate
@@ -271,7 +271,7 @@ def first_equal(typing, a, b):
     def generate(context, builder, signature, arguments):
         kind, place = ir.IntType(a.lanes), ir.IntType(64)
         bits = builder.bitcast(builder.icmp_unsigned('==', *arguments), kind)
-        index = called(builder, f'llvm.cttz.i{a.lanes}', kind, [bits, ir.IntType(1)(1)])
+        index = llvm_call(builder, f'llvm.cttz.i{a.lanes}', kind, [bits, ir.IntType(1)(1)])
         return builder.trunc(index, place) if a.lanes > 64 else builder.zext(index, place)
     return signature, generate
 
@@ -294,8 +294,8 @@ def count_bits(typing, vector):
     signature = vector(vector)
 
     def generate(context, builder, signature, arguments):
-        return called(builder, f'llvm.ctpop.v{vector.lanes}i{vector.bits}', arguments[0].type,
-                      [arguments[0]])
+        return llvm_call(builder, f'llvm.ctpop.v{vector.lanes}i{vector.bits}', arguments[0].type,
+                         [arguments[0]])
     return signature, generate
 
 
@@ -305,7 +305,7 @@ def count_bits_of_word(typing, word):
     signature = types.int64(types.uint32)
 
     def generate(context, builder, signature, arguments):
-        count = called(builder, 'llvm.ctpop.i32', ir.IntType(32), [arguments[0]])
+        count = llvm_call(builder, 'llvm.ctpop.i32', ir.IntType(32), [arguments[0]])
         return builder.zext(count, ir.IntType(64))
     return signature, generate
 
@@ -317,8 +317,8 @@ def lowest(typing, vector):
     signature = (types.uint8 if bits == 8 else types.uint16)(vector)
 
     def generate(context, builder, signature, arguments):
-        return called(builder, f'llvm.vector.reduce.umin.v{vector.lanes}i{bits}', ir.IntType(bits),
-                      [arguments[0]])
+        return llvm_call(builder, f'llvm.vector.reduce.umin.v{vector.lanes}i{bits}',
+                         ir.IntType(bits), [arguments[0]])
     return signature, generate
 
 
@@ -329,7 +329,7 @@ def first_set(typing, bits):
 
     def generate(context, builder, signature, arguments):
         kind, false = arguments[0].type, ir.Constant(ir.IntType(1), 0)
-        index = called(builder, f'llvm.cttz.i{kind.width}', kind, [arguments[0], false])
+        index = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [arguments[0], false])
         return index if kind.width == 64 else builder.zext(index, ir.IntType(64))
     return signature, generate
 

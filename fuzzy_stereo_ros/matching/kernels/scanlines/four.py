@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.addresses import splat_word
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import advance
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, called, first_equal, LANES, load_like, place_of, saturating_add, shuffled, store,
+    bit_or, first_equal, LANES, llvm_call, load_like, place_of, saturating_add, shuffled, store,
     subtract, VECTOR)
 from numba import types
 from numba.core import cgutils
@@ -86,7 +86,7 @@ _FOUR = 0, LANES // 2, LANES // 4, 3 * LANES // 4
 
 
 def _least(builder, one, other):
-    return called(builder, f'llvm.umin.v{LANES}i8', one.type, [one, other])
+    return llvm_call(builder, f'llvm.umin.v{LANES}i8', one.type, [one, other])
 
 
 def _one_block(builder, vector):
