@@ -18,16 +18,15 @@ import pytest
 
 CODE = compiled.SOURCES / '__pycache__'
 MATCH = """
-import gc, sys
+import sys
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.compiling import record_calls
+from fuzzy_stereo_ros.matching.kernels.compiled import kernels
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
-from numba.core.dispatcher import Dispatcher
 import numpy as np
 
 def compiled():
-    return {(one.py_func.__name__, str(kinds)) for one in gc.get_objects()
-            if isinstance(one, Dispatcher) for kinds in one.overloads}
+    return {(one.py_func.__name__, str(kinds)) for one in kernels for kinds in one.overloads}
 
 config = MatcherConfig.from_profile(sys.argv[1], disparities=24)
 matcher = StereoMatcher(config)
