@@ -64,6 +64,7 @@ class StereoMatcher:
         shape = left.shape[:2]
         wider = searched(self.config, shape[1])
         algorithm, aligning = self._algorithm_of(shape, wider), time.perf_counter_ns()
+        algorithm.pool.begin_frame()
         aligned, rows = self._alignment.align(algorithm.pool, self.rows, left, right, camera)
         align_ms = (time.perf_counter_ns() - aligning) / 1e6
         previous = self._previous(shape, stamp)

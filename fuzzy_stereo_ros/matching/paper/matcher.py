@@ -126,7 +126,6 @@ class PaperMatcher:
         that may have moved, or None
         """
         watch, inheritance, inherited = Stopwatch(), self._inheritance, False
-        self.pool.begin_frame()
         inheritance.read(self.pool, left, right)
         if self._config.warm_start:
             inherited = inheritance.average(self.pool, previous, camera)

@@ -112,7 +112,6 @@ class QualityMatcher:
         """
         watch, inheritance, inherited = Stopwatch(), self._inheritance, False
         self.population = None
-        self.pool.begin_frame()
         inheritance.read(self.pool, left, right)
         if self._config.warm_start:
             inherited = (inheritance.average(self.pool, previous, camera)

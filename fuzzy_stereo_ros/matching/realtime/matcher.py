@@ -113,7 +113,6 @@ class RealtimeMatcher:
         """
         config, pool, views, warm = self._config, self.pool, self._views, self._warm_start
         watch = Stopwatch()
-        pool.begin_frame()
         views.read(pool, left, right)
         if config.warm_start:
             warm.average(pool, previous, views)
