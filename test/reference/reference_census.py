@@ -80,19 +80,19 @@ def halved(values, rounded):
     return np.floor(mean + 0.5 * rounded).astype(np.int64)
 
 
-def census(luminance):
+def census(luminance, least_step=0):
     """
-    Return a code of 24 bits a pixel: a bit is set where a neighbour in 5 x 5 is darker.
+    Return a code of 24 bits a pixel, set where a neighbour in 5 x 5 is darker by > least_step.
 
     The nearest eight neighbours have the lowest bits; both kinds come row by row.
     """
-    around = np.pad(luminance, 2, 'edge')
+    around, limit = np.pad(luminance, 2, 'edge'), luminance - least_step
     rows, columns = luminance.shape
     codes = np.zeros(luminance.shape, np.int64)
     near = [(down, right) for down in (1, 2, 3) for right in (1, 2, 3) if (down, right) != (2, 2)]
     places = near + [place for place in np.ndindex(5, 5) if place not in [(2, 2), *near]]
     for bit, (down, right) in enumerate(places):
-        codes += (around[down:down + rows, right:right + columns] < luminance) * 2**bit
+        codes += (around[down:down + rows, right:right + columns] < limit) * 2**bit
     return codes
 
 

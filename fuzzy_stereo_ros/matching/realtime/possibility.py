@@ -28,6 +28,7 @@ class Model(NamedTuple):
     small: int              # P1, a change of disparity by one
     jump: int               # P2, a jump, where grey is flat
     jump_at_edge: int       # P2 where grey steps by EDGE or more
+    least_step: int         # of a darker pixel in the census, more than so many 1/256 grey level
 
     @property
     def largest(self):
@@ -36,11 +37,12 @@ class Model(NamedTuple):
 
 
 FULL_SIZE = Model(near_weight=2, census_cut=14, slope_cut=4, box=0, small=16, jump=83,
-                  jump_at_edge=26)
-# Of pictures that JPEG quantised coarsely: it rounds differences of neighbours most.
-COARSE_SIZE = FULL_SIZE._replace(near_weight=1, census_cut=10, jump=104)
+                  jump_at_edge=26, least_step=0)
+# Of pictures that JPEG quantised, and quantised coarsely: smaller steps are those of its blocks.
+JPEG_SIZE = FULL_SIZE._replace(least_step=128)
+COARSE_SIZE = FULL_SIZE._replace(least_step=320, jump=104)
 HALF_SIZE = Model(near_weight=1, census_cut=10, slope_cut=4, box=2, small=22, jump=105,
-                  jump_at_edge=34)
+                  jump_at_edge=34, least_step=0)
 EDGE = 20           # grey levels of 8 bits
 
 
@@ -48,8 +50,8 @@ class CensusPicture(Picture):
     """
     A picture with its census and gradient, allocated once.
 
-    denoised: the luminance in which the census compares the farther pixels; edges: the grey whose
-    steps make a jump cheaper
+    denoised: the luminance in which the census compares the farther pixels; least_step: see
+    `Model`; edges: the grey whose steps make a jump cheaper
     """
 
     def __init__(self, rows, columns, mirrored, reach):
@@ -58,7 +60,7 @@ class CensusPicture(Picture):
         stride = columns + reach + features.SLACK
         self.denoised, self._denoised = self.luminance, zeros(self.luminance.shape, np.uint16)
         self._smoothed = zeros(self.luminance.shape, np.uint16), zeros(self.grey.shape, np.uint8)
-        self.edges = self.grey
+        self.edges, self.least_step = self.grey, 0
         self.census = zeros((rows, 3, stride), np.uint8)
         self.slopes = zeros((rows, stride), np.uint8)
 
@@ -80,8 +82,8 @@ class CensusPicture(Picture):
 
     def describe(self, first, last):
         """Fill census and gradient of some rows."""
-        features.census(self.luminance, self.denoised, self.mirrored, self.columns, self.census,
-                        first, last)
+        features.census(self.luminance, self.denoised, self.least_step, self.mirrored,
+                        self.columns, self.census, first, last)
         features.gradient(self.grey, self.mirrored, self.columns, self.slopes, first, last)
 
 
@@ -107,11 +109,9 @@ class CensusPossibility:
                                    zeros((rows, columns), np.uint8))
 
     def use(self, model):
-        """Use the numbers of a model, of the same box, from now on."""
+        """Use a model from now on, which differs from the one before in jumps and steps alone."""
         self.model = model
-        self.features = self.features._replace(
-            near_weight=model.near_weight, census_cut=model.census_cut, slope_cut=model.slope_cut)
-        self.penalties = self.penalties._replace(small=model.small)
+        self.left.least_step = self.right.least_step = model.least_step
 
     def denoise(self, tolerance, first, last):
         """Fill the rows of both denoised images, once both views are read."""

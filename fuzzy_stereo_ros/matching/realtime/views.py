@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.kernels.scanlines.volume import blocks_of
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPicture, CensusPossibility, COARSE_SIZE, extra_columns, FULL_SIZE, HALF_SIZE)
+    CensusPicture, CensusPossibility, COARSE_SIZE, extra_columns, FULL_SIZE, HALF_SIZE, JPEG_SIZE)
 from fuzzy_stereo_ros.matching.realtime.smoothing import Smoothing
 import numpy as np
 
@@ -98,8 +98,10 @@ class Views:
     def smooth(self, pool):
         """Smooth the pair where JPEG or a blurred lens needs it, and match it as JPEG needs it."""
         self.full.left.edges = self.full.left.grey
-        self._smoothing.smooth(pool, self.pictures, self._bands)
-        self.full.use(COARSE_SIZE if self._smoothing.coarse else FULL_SIZE)
+        found = self._smoothing
+        found.smooth(pool, self.pictures, self._bands)
+        self.full.use(COARSE_SIZE if found.coarse else JPEG_SIZE if found.compressed
+                      else FULL_SIZE)
 
     def describe(self, pool, describe):
         """

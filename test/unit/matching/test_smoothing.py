@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.match import mirrored
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.possibility import (
-    CensusPicture, COARSE_SIZE, FULL_SIZE)
+    CensusPicture, COARSE_SIZE, FULL_SIZE, JPEG_SIZE)
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -108,13 +108,12 @@ def test_jpeg_is_seen_and_both_views_are_smoothed(quality, channels):
 
 
 @pytest.mark.parametrize('quality, model', [
-    (50, COARSE_SIZE), (65, COARSE_SIZE), (80, FULL_SIZE), (95, FULL_SIZE)])
-def test_coarse_jpeg_is_matched_by_a_model_of_its_own(quality, model):
+    (50, COARSE_SIZE), (65, COARSE_SIZE), (80, JPEG_SIZE), (95, FULL_SIZE)])
+def test_jpeg_is_matched_by_a_model_of_its_own(quality, model):
     left, right = (compressed(texture(seed), quality) for seed in (0, 1))
     full = read(left, right).full
     assert full.model == model
-    assert (full.features.near_weight, full.features.census_cut, full.penalties.small) == (
-        model.near_weight, model.census_cut, model.small)
+    assert full.left.least_step == full.right.least_step == model.least_step
 
 
 def test_a_model_is_used_for_its_own_pair_alone():
@@ -124,6 +123,7 @@ def test_a_model_is_used_for_its_own_pair_alone():
     views.read(ThreadPool(1), *clean)
     views.smooth(ThreadPool(1))
     assert views.full.model == FULL_SIZE
+    assert views.full.left.least_step == FULL_SIZE.least_step
 
 
 def test_jumps_are_cheaper_at_the_edges_before_smoothing():

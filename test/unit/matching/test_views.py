@@ -237,17 +237,20 @@ def test_pixels_within_the_tolerance_take_the_mean_of_nine(seed, rows, columns, 
                                   np.pad(expected, MARGIN, 'edge'))
 
 
+@pytest.mark.parametrize('least_step', [0, 2000])
 @pytest.mark.parametrize('mirrored', [False, True])
-def test_the_census_compares_the_nearest_as_they_are_and_the_others_denoised(mirrored):
+def test_the_census_compares_the_nearest_as_they_are_and_the_others_denoised(mirrored, least_step):
     image = np.random.default_rng(8).integers(0, 256, (11, 45)).astype(np.uint8)
     view = CensusPicture(*image.shape, mirrored, 32)
     view.read(image, 0, 8, 0, view.rows)
     view.denoise(5000, 0, view.rows)
+    view.least_step = least_step
     view.describe(0, view.rows)
     planes = view.census[..., :view.columns].astype(np.int64)
     codes = planes[:, 0] + (planes[:, 1] << 8) + (planes[:, 2] << 16)
     grey = 256 * image.astype(np.int64)
-    expected = (twins.census(grey) & 255) + (twins.census(twins.denoised(grey, 5000)) & ~255)
+    near, far = (twins.census(image, least_step) for image in (grey, twins.denoised(grey, 5000)))
+    expected = (near & 255) + (far & ~255)
     np.testing.assert_array_equal(codes[:, ::-1] if mirrored else codes, expected)
 
 

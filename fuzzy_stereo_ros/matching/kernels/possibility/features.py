@@ -9,7 +9,7 @@ so that the candidates of a pixel, disparities upwards, are one contiguous load.
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_or, LANES, lanes_in_llvm, less, load, minimum, narrow, place_of,
-    reversed_lanes, shift_left, shift_right, shuffled, splat, store, VECTOR)
+    reversed_lanes, saturating_subtract, shift_left, shift_right, shuffled, splat, store, VECTOR)
 from numba import types
 from numba.extending import intrinsic
 import numpy as np
@@ -195,11 +195,12 @@ def denoise(luminance, tolerance, columns, denoised, first, last):
 
 
 @kernel
-def census(luminance, denoised, mirrored, columns, codes, first, last):
+def census(luminance, denoised, least_step, mirrored, columns, codes, first, last):
     """
     Compare each of the 24 neighbours in 5 x 5 with the centre: a bit each, set where darker.
 
     luminance, denoised: uint16, padded, in which the nearest eight and the others are compared;
+    least_step: of luminance, more than which a neighbour must be darker;
     codes: uint8 (R, 3, stride), a byte plane for eight neighbours, the nearest ones first; behind
     the columns of a mirrored image its last code is repeated.
     """
@@ -210,7 +211,8 @@ def census(luminance, denoised, mirrored, columns, codes, first, last):
             centre_index = (row + MARGIN) * luminance_stride + column + MARGIN
             for plane in range(3):
                 source = near if plane == 0 else far
-                centre = load(source, centre_index)
+                centre = saturating_subtract(load(source, centre_index),
+                                             splat(np.uint16(least_step)))
                 code = splat(np.uint8(0))
                 for bit in range(8):
                     place = CENSUS_PLACES[8 * plane + bit]
