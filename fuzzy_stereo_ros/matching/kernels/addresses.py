@@ -24,26 +24,20 @@ def address_of(array):
 def load_byte(typing, array, index):
     """Return one element of a flat array, or a byte at an address."""
     kind = types.uint8 if isinstance(array, types.Integer) else array.dtype
-    signature = kind(array, types.intp)
-
-    def generate(context, builder, signature, arguments):
-        return builder.load(place_of(context, builder, signature.args[0], *arguments,
-                                     context.get_value_type(kind)))
-    return signature, generate
+    return kind(array, types.intp), lambda context, builder, _, arguments: builder.load(
+        place_of(context, builder, array, *arguments, context.get_value_type(kind)))
 
 
 @intrinsic
 def store_byte(typing, array, index, number):
     """Write one element of a flat array, or a byte at an address, cut to its bits."""
     kind = types.Integer.from_bitwidth(bits_at(array), signed=False)
-    signature = types.void(array, types.intp, kind)
 
     def generate(context, builder, signature, arguments):
         builder.store(arguments[2], place_of(
-            context, builder, signature.args[0], arguments[0], arguments[1],
-            context.get_value_type(kind)))
+            context, builder, array, *arguments[:2], context.get_value_type(kind)))
         return context.get_dummy_value()
-    return signature, generate
+    return types.void(array, types.intp, kind), generate
 
 
 def _element(context, builder, kind, address, index):
@@ -56,11 +50,8 @@ def _reading(kind):
     """Return an intrinsic that reads a number of a kind from an address on."""
     @intrinsic
     def read(typing, address, index):
-        signature = kind(types.intp, types.intp)
-
-        def generate(context, builder, signature, arguments):
-            return builder.load(_element(context, builder, kind, *arguments))
-        return signature, generate
+        return kind(types.intp, types.intp), lambda context, builder, _, arguments: builder.load(
+            _element(context, builder, kind, *arguments))
     return read
 
 
@@ -68,12 +59,10 @@ def _writing(kind):
     """Return an intrinsic that writes a number, cut to a kind, from an address on."""
     @intrinsic
     def write(typing, address, index, number):
-        signature = types.void(types.intp, types.intp, kind)
-
         def generate(context, builder, signature, arguments):
             builder.store(arguments[2], _element(context, builder, kind, *arguments[:2]))
             return context.get_dummy_value()
-        return signature, generate
+        return types.void(types.intp, types.intp, kind), generate
     return write
 
 
@@ -91,12 +80,10 @@ def splat_word(typing, vector, words, index):
     words: the address of uint32, of which that at `index` is taken. Processors broadcast words
     while they load them, but bytes only in a second step.
     """
-    signature = vector(vector, types.intp, types.intp)
-
     def generate(context, builder, signature, arguments):
         word = builder.load(_element(context, builder, types.uint32, *arguments[1:]))
         return builder.bitcast(broadcast(builder, word, vector.lanes // 4), arguments[0].type)
-    return signature, generate
+    return vector(vector, types.intp, types.intp), generate
 
 
 @inlined

@@ -48,6 +48,11 @@ def broadcast(builder, scalar, lanes=LANES):
 # What other modules of intrinsics generate code with: lanes_in_llvm and these.
 
 
+def generated(signature, generate):
+    """Return what an intrinsic returns, whose code is that of generate(builder, *arguments)."""
+    return signature, lambda context, builder, _, arguments: generate(builder, *arguments)
+
+
 def shuffled(builder, one, other, order):
     """Return the lanes of two vectors in an order: those of the other are numbered on."""
     return builder.shuffle_vector(one, other, ir.Constant(
@@ -78,48 +83,41 @@ def bits_at(memory):
 def load(typing, array, index):
     """Return the LANES elements of a flat array, or bytes at an address, from `index` on."""
     bits = bits_at(array)
-    signature = VECTOR[bits](array, types.intp)
 
     def generate(context, builder, signature, arguments):
         value = builder.load(
-            place_of(context, builder, signature.args[0], *arguments, lanes_in_llvm(bits)))
+            place_of(context, builder, array, *arguments, lanes_in_llvm(bits)))
         value.align = 1
         return value
-    return signature, generate
+    return VECTOR[bits](array, types.intp), generate
 
 
 @intrinsic
 def load_like(typing, vector, array, index):
     """Return as many bytes, of a flat array or at an address, as a vector has lanes."""
-    signature = vector(vector, array, types.intp)
-
     def generate(context, builder, signature, arguments):
-        value = builder.load(place_of(context, builder, signature.args[1], *arguments[1:],
-                                      arguments[0].type))
+        value = builder.load(
+            place_of(context, builder, array, *arguments[1:], arguments[0].type))
         value.align = 1
         return value
-    return signature, generate
+    return vector(vector, array, types.intp), generate
 
 
 @intrinsic
 def store(typing, array, index, vector):
     """Write LANES elements of a flat array, or bytes at an address, from `index` on."""
-    signature = types.void(array, types.intp, vector)
-
     def generate(context, builder, signature, arguments):
-        instruction = builder.store(arguments[2], place_of(
-            context, builder, signature.args[0], arguments[0], arguments[1],
-            arguments[2].type))
-        instruction.align = 1
+        builder.store(arguments[2], place_of(
+            context, builder, array, *arguments[:2], arguments[2].type)).align = 1
         return context.get_dummy_value()
-    return signature, generate
+    return types.void(array, types.intp, vector), generate
 
 
 @intrinsic
 def prefetch(typing, address, index):
     """Ask for the bytes at an address, from `index` on, which are soon read."""
     def generate(context, builder, signature, arguments):
-        place = place_of(context, builder, signature.args[0], *arguments, ir.IntType(8))
+        place = place_of(context, builder, address, *arguments, ir.IntType(8))
         # to read, into all caches, data
         how = [context.get_constant(types.uint32, number) for number in (0, 3, 1)]
         llvm_call(builder, 'llvm.prefetch.p0i8', ir.VoidType(), [place, *how])
@@ -130,19 +128,15 @@ def prefetch(typing, address, index):
 @intrinsic
 def splat(typing, scalar):
     """Return a vector with the same number, uint8 or uint16, in every lane."""
-    signature = VECTOR[scalar.bitwidth](scalar)
-
-    def generate(context, builder, signature, arguments):
-        return broadcast(builder, arguments[0])
-    return signature, generate
+    return generated(VECTOR[scalar.bitwidth](scalar), broadcast)
 
 
 @intrinsic
 def doubled(typing, vector):
     """Return a vector of twice as many lanes: its own, two times."""
     wide = _Vector(vector.bits, 2 * vector.lanes)
-    return wide(vector), lambda context, builder, signature, arguments: shuffled(
-        builder, *arguments, *arguments, list(range(wide.lanes)))
+    return generated(wide(vector), lambda builder, one: shuffled(
+        builder, one, one, list(range(wide.lanes))))
 
 
 @intrinsic
@@ -154,23 +148,15 @@ def lanes_of(typing, vector):
 @intrinsic
 def splat_like(typing, vector, number):
     """Return a vector of the kind of another with an integer, cut to its bits, in every lane."""
-    signature = vector(vector, types.int64)
-
-    def generate(context, builder, signature, arguments):
-        scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
-        return broadcast(builder, scalar, vector.lanes)
-    return signature, generate
+    return generated(vector(vector, types.int64), lambda builder, _, whole: broadcast(
+        builder, builder.trunc(whole, ir.IntType(vector.bits)), vector.lanes))
 
 
-def _pairwise(generate_value):
-    """Return an intrinsic of two vectors of one kind made by generate_value(builder, a, b)."""
+def _pairwise(generate):
+    """Return an intrinsic of two vectors of one kind made by generate(builder, a, b)."""
     @intrinsic
     def pairwise(typing, a, b):
-        signature = a(a, b)
-
-        def generate(context, builder, signature, arguments):
-            return generate_value(builder, *arguments)
-        return signature, generate
+        return generated(a(a, b), generate)
     return pairwise
 
 
@@ -192,12 +178,9 @@ def _shifted(name):
     """Return an intrinsic of a vector and by how many places to shift each of its lanes."""
     @intrinsic
     def shift(typing, vector, places):
-        signature = vector(vector, types.int64)
-
-        def generate(context, builder, signature, arguments):
-            scalar = builder.trunc(arguments[1], ir.IntType(vector.bits))
-            return getattr(builder, name)(arguments[0], broadcast(builder, scalar, vector.lanes))
-        return signature, generate
+        return generated(vector(vector, types.int64), lambda builder, lanes, number: getattr(
+            builder, name)(lanes, broadcast(
+                builder, builder.trunc(number, ir.IntType(vector.bits)), vector.lanes)))
     return shift
 
 
@@ -221,136 +204,109 @@ equal, at_most, less = _compared('=='), _compared('<='), _compared('<')
 
 
 @intrinsic
+def absolute_difference(typing, a, b):
+    """Return how much the lanes of two vectors differ."""
+    def generate(builder, one, other):
+        return builder.or_(*(
+            llvm_call(builder, f'llvm.usub.sat.v{a.lanes}i{a.bits}', one.type, pair)
+            for pair in ([one, other], [other, one])))
+    return generated(a(a, b), generate)
+
+
+@intrinsic
 def narrow(typing, vector):
     """Return the low eight bits of each lane of a 16-bit vector."""
-    signature = VECTOR[8](VECTOR[16])
-
-    def generate(context, builder, signature, arguments):
-        return builder.trunc(arguments[0], lanes_in_llvm(8))
-    return signature, generate
+    return generated(VECTOR[8](VECTOR[16]),
+                     lambda builder, wide: builder.trunc(wide, lanes_in_llvm(8)))
 
 
 @intrinsic
 def widen(typing, vector):
     """Return a vector of 8-bit lanes with 16 bits in each."""
-    signature = VECTOR[16](VECTOR[8])
-
-    def generate(context, builder, signature, arguments):
-        return builder.zext(arguments[0], lanes_in_llvm(16))
-    return signature, generate
+    return generated(VECTOR[16](VECTOR[8]),
+                     lambda builder, lanes: builder.zext(lanes, lanes_in_llvm(16)))
 
 
 @intrinsic
 def total(typing, vector):
     """Return the sum of the lanes of a 16-bit vector."""
-    signature = types.int64(VECTOR[16])
-
-    def generate(context, builder, signature, arguments):
-        wide = builder.zext(arguments[0], lanes_in_llvm(32))
-        sum_of_lanes = llvm_call(
-            builder, f'llvm.vector.reduce.add.v{LANES}i32', ir.IntType(32), [wide])
+    def generate(builder, lanes):
+        sum_of_lanes = llvm_call(builder, f'llvm.vector.reduce.add.v{LANES}i32', ir.IntType(32),
+                                 [builder.zext(lanes, lanes_in_llvm(32))])
         return builder.zext(sum_of_lanes, ir.IntType(64))
-    return signature, generate
+    return generated(types.int64(VECTOR[16]), generate)
 
 
 @intrinsic
 def equal_bits(typing, a, b):
     """Return a uint32 with a bit set for each equal lane."""
-    signature = types.uint32(a, b)
-
-    def generate(context, builder, signature, arguments):
-        return builder.bitcast(builder.icmp_unsigned('==', *arguments), ir.IntType(a.lanes))
-    return signature, generate
+    return generated(types.uint32(a, b), lambda builder, *both: builder.bitcast(
+        builder.icmp_unsigned('==', *both), ir.IntType(a.lanes)))
 
 
 @intrinsic
 def first_equal(typing, a, b):
     """Return the index of the first lane that is equal in two vectors, of which there is one."""
-    signature = types.intp(a, b)
-
-    def generate(context, builder, signature, arguments):
+    def generate(builder, *both):
         kind, place = ir.IntType(a.lanes), ir.IntType(64)
-        bits = builder.bitcast(builder.icmp_unsigned('==', *arguments), kind)
+        bits = builder.bitcast(builder.icmp_unsigned('==', *both), kind)
         index = llvm_call(builder, f'llvm.cttz.i{a.lanes}', kind, [bits, ir.IntType(1)(1)])
         return builder.trunc(index, place) if a.lanes > 64 else builder.zext(index, place)
-    return signature, generate
+    return generated(types.intp(a, b), generate)
 
 
 @intrinsic
 def choose(typing, mask, a, b):
     """Lanes of a where the mask is set, of b where it is 0."""
-    signature = a(mask, a, b)
-
-    def generate(context, builder, signature, arguments):
-        zero = ir.Constant(arguments[0].type, [0] * arguments[0].type.count)
-        condition = builder.icmp_unsigned('!=', arguments[0], zero)
-        return builder.select(condition, arguments[1], arguments[2])
-    return signature, generate
+    return generated(a(mask, a, b), lambda builder, flags, one, other: builder.select(
+        builder.icmp_unsigned('!=', flags, flags.type([0] * mask.lanes)), one, other))
 
 
 @intrinsic
 def count_bits(typing, vector):
     """Return the number of set bits of each lane."""
-    signature = vector(vector)
-
-    def generate(context, builder, signature, arguments):
-        return llvm_call(builder, f'llvm.ctpop.v{vector.lanes}i{vector.bits}', arguments[0].type,
-                         [arguments[0]])
-    return signature, generate
+    return generated(vector(vector), lambda builder, lanes: llvm_call(
+        builder, f'llvm.ctpop.v{vector.lanes}i{vector.bits}', lanes.type, [lanes]))
 
 
 @intrinsic
 def count_bits_of_word(typing, word):
     """Return the number of set bits of a uint32."""
-    signature = types.int64(types.uint32)
-
-    def generate(context, builder, signature, arguments):
-        count = llvm_call(builder, 'llvm.ctpop.i32', ir.IntType(32), [arguments[0]])
-        return builder.zext(count, ir.IntType(64))
-    return signature, generate
+    return generated(types.int64(types.uint32), lambda builder, bits: builder.zext(
+        llvm_call(builder, 'llvm.ctpop.i32', bits.type, [bits]), ir.IntType(64)))
 
 
 @intrinsic
 def lowest(typing, vector):
     """Return the smallest lane as a scalar."""
     bits = vector.bits
-    signature = (types.uint8 if bits == 8 else types.uint16)(vector)
-
-    def generate(context, builder, signature, arguments):
-        return llvm_call(builder, f'llvm.vector.reduce.umin.v{vector.lanes}i{bits}',
-                         ir.IntType(bits), [arguments[0]])
-    return signature, generate
+    return generated(
+        (types.uint8 if bits == 8 else types.uint16)(vector), lambda builder, lanes: llvm_call(
+            builder, f'llvm.vector.reduce.umin.v{vector.lanes}i{bits}', ir.IntType(bits),
+            [lanes]))
 
 
 @intrinsic
 def first_set(typing, bits):
     """Return the index of the lowest set bit of a uint32 or uint64; their size for 0."""
-    signature = types.intp(bits)
-
-    def generate(context, builder, signature, arguments):
-        kind, false = arguments[0].type, ir.Constant(ir.IntType(1), 0)
-        index = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [arguments[0], false])
+    def generate(builder, word):
+        kind, false = word.type, ir.IntType(1)(0)
+        index = llvm_call(builder, f'llvm.cttz.i{kind.width}', kind, [word, false])
         return index if kind.width == 64 else builder.zext(index, ir.IntType(64))
-    return signature, generate
+    return generated(types.intp(bits), generate)
 
 
 @intrinsic
 def lane_numbers(typing, vector):
     """Return 0, 1, 2, ... one a lane, in a vector like another."""
-    signature = vector(vector)
-
-    def generate(context, builder, signature, arguments):
-        return ir.Constant(arguments[0].type, list(range(vector.lanes)))
-    return signature, generate
+    return generated(vector(vector), lambda builder, lanes: lanes.type(list(range(vector.lanes))))
 
 
 @intrinsic
 def high_product(typing, a, b):
     """Return the upper 16 bits of the products of the lanes of two 16-bit vectors."""
-    signature = VECTOR[16](VECTOR[16], VECTOR[16])
-
-    def generate(context, builder, signature, arguments):
-        wide = [builder.zext(argument, lanes_in_llvm(32)) for argument in arguments]
-        places = broadcast(builder, context.get_constant(types.uint32, 16))
-        return builder.trunc(builder.lshr(builder.mul(*wide), places), lanes_in_llvm(16))
-    return signature, generate
+    def generate(builder, *both):
+        wide = [builder.zext(lanes, lanes_in_llvm(32)) for lanes in both]
+        return builder.trunc(builder.lshr(builder.mul(*wide), broadcast(
+            builder, ir.IntType(32)(16))), lanes_in_llvm(16))
+    return generated(VECTOR[16](VECTOR[16], VECTOR[16]), generate)

@@ -19,8 +19,7 @@ fitness then rises from 6 % to 12 % of wrong pixels. Eq. 4 is left out: gradient
 """
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
-from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import (
-    fill_gradient_norm, fill_row_fitness)
+from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import fill_row_fitness
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     EQUAL, fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
@@ -32,15 +31,10 @@ import numpy as np
 NEAR = 1    # px within which two disparities are the same match
 
 
-def gradient_norm(grey, norm):
-    """
-    Write the norm of the Sobel gradient, a factor of Eq. 4, rounded to grey levels.
-
-    grey: uint8 (R, C); norm: uint16 (R, C), grey levels, written
-    """
-    across = cv2.Sobel(grey, cv2.CV_16S, 1, 0)
-    down = cv2.Sobel(grey, cv2.CV_16S, 0, 1)
-    fill_gradient_norm(across, down, norm)
+def gradient_norm(grey):
+    """Return the norm of the Sobel gradient of uint8 (R, C), a factor of Eq. 4: uint16 (R, C)."""
+    across, down = (cv2.Sobel(grey, cv2.CV_64F, *order) for order in ((1, 0), (0, 1)))
+    return (np.sqrt(across**2 + down**2) + 0.5).astype(np.uint16)
 
 
 def gradient_by_index(norm, min_disparity, by_index):
@@ -77,8 +71,6 @@ class LiteralFitness:
         """Allocate all that pairs of one size need."""
         self._config, self._rows = config, rows
         self._possibility = LiteralPossibility(config, rows, columns)
-        self._reference_gradient = np.zeros((rows, columns), np.uint16)
-        self._target_norm = np.zeros((rows, columns), np.uint16)
         self._target_gradient = np.zeros((rows, columns + config.disparities - 1), np.uint16)
 
     def details(self, population):
@@ -93,9 +85,8 @@ class LiteralFitness:
         """
         left, right = greys
         self._possibility.set_pair(left, right)
-        gradient_norm(left, self._reference_gradient)
-        gradient_norm(right, self._target_norm)
-        gradient_by_index(self._target_norm, self._config.min_disparity, self._target_gradient)
+        self._reference_gradient = gradient_norm(left)
+        gradient_by_index(gradient_norm(right), self._config.min_disparity, self._target_gradient)
 
     def evaluate(self, genes, chosen, details, first, last):
         """

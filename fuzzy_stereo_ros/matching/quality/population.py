@@ -7,7 +7,7 @@ The chromosome is a plane map of the left view and one of the mirrored right vie
 fitter from mutants. Where the maps of its two views disagree, matches count little in the fitness.
 """
 from fuzzy_stereo_ros.matching.crossover import Exchange
-from fuzzy_stereo_ros.matching.kernels.planes.costs import select_differing, take_planes
+from fuzzy_stereo_ros.matching.kernels.planes.costs import take_planes
 from fuzzy_stereo_ros.matching.quality.result import consistent
 import numpy as np
 
@@ -73,8 +73,8 @@ class EvolvingView:
         images are evidence against keeps its planes
         """
         pool, fitness = self.pool, self.fitness
-        selected = np.empty(self._costs.shape, np.bool_)
-        select_differing(self.planes, planes, selected)
+        differ = self.planes != planes
+        selected = differ[..., 0] | differ[..., 1] | differ[..., 2]
         match_costs = fitness.match_costs(pool, planes, selected)
         crossover, exchange, evidence = self._tools
         evidence.reject(regions.labels, self.disparities, fitness.disparities(pool, planes),

@@ -11,21 +11,6 @@ import numpy as np
 
 
 @kernel
-def fill_gradient_norm(across, down, norm):
-    """
-    Write the norm of the Sobel gradient, rounded to a whole number.
-
-    across, down: int16 (R, C), Sobel responses in grey levels; norm: uint16 (R, C), written
-    """
-    rows, columns = norm.shape
-    for row in range(rows):
-        for column in range(columns):
-            x = np.int64(across[row, column])
-            y = np.int64(down[row, column])
-            norm[row, column] = np.uint16(np.sqrt(np.float64(x * x + y * y)) + 0.5)
-
-
-@kernel
 def fill_row_fitness(chosen, chromosome, reference_gradient, target_gradient, neighbourhood,
                      window, support, first, last, row_fitness):
     """

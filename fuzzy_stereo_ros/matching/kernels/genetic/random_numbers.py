@@ -22,7 +22,7 @@ def mixed(key, counter):
     return bits ^ (bits >> np.uint64(31))
 
 
-@kernel
+@called
 def below(bits, limit):
     """
     Return a number from 0 to limit - 1 made of the upper half of 64 random bits.

@@ -8,7 +8,7 @@ import numpy as np
 PARTS = 1024        # of a unit of cost that an exchange counts
 
 
-@kernel
+@called
 def cost_at(costs, row, column, disparity, disparities):
     """Return the cost of a disparity in parts of a pixel, between those of its labels."""
     place = min(max(disparity, np.float32(0)), np.float32(disparities - 1))

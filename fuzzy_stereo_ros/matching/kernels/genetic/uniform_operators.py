@@ -120,13 +120,6 @@ NEAR_SHARE = 0.8                # of the patches take a gene from near, the othe
 NEARLY = 20                     # 255ths that a patch's gene may be less possible at its middle
 
 
-@inlined
-def _apart(first, second):
-    """Return the absolute differences of two vectors of bytes."""
-    return simd.bit_or(simd.saturating_subtract(first, second),
-                       simd.saturating_subtract(second, first))
-
-
 def larger_halves(largest):
     """
     Return from which draws on half the side of a patch is 2, 3 and so on up to the largest.
@@ -212,9 +205,10 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes
             if ~simd.equal_bits(old, fresh) & within == 0:
                 continue
             apart = simd.maximum(
-                simd.maximum(_apart(blue, simd.load(flat_colours, start)),
-                             _apart(green, simd.load(flat_colours, plane + start))),
-                _apart(red, simd.load(flat_colours, 2 * plane + start)))
+                simd.maximum(
+                    simd.absolute_difference(blue, simd.load(flat_colours, start)),
+                    simd.absolute_difference(green, simd.load(flat_colours, plane + start))),
+                simd.absolute_difference(red, simd.load(flat_colours, 2 * plane + start)))
             uniform = simd.bit_and(inside, simd.at_most(apart, limit))
             new = simd.choose(simd.widen(uniform), fresh, old)
             if ~simd.equal_bits(new, old) == 0:

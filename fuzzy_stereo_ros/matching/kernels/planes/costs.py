@@ -177,16 +177,6 @@ def smoothness(planes, across, down, most, row_sums, first, last):
 
 
 @kernel
-def select_differing(first_planes, second_planes, selected):
-    """Write where planes differ: float32 (R, C, 3), bool (R, C)."""
-    one, other, flat = first_planes.reshape(-1), second_planes.reshape(-1), selected.reshape(-1)
-    for cell in range(flat.size):
-        flat[cell] = ((one[3 * cell] != other[3 * cell])
-                      | (one[3 * cell + 1] != other[3 * cell + 1])
-                      | (one[3 * cell + 2] != other[3 * cell + 2]))
-
-
-@kernel
 def list_cells(selected, cells):
     """Write the selected cells, row * C + column, ascending; return how many there are."""
     number, flat = 0, selected.reshape(-1)

@@ -171,14 +171,3 @@ def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, poin
         planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
         if agreeing >= LEAST:
             planes[region, 0], planes[region, 1], planes[region, 2] = a, b, c
-
-
-@kernel
-def label_tiles(side, down, right, labels):
-    """Write the numbers of the square tiles of an image: int32 (R, C); return how many."""
-    rows, columns = labels.shape
-    wide = (columns - 1 + right) // side + 1
-    for row in range(rows):
-        for column in range(columns):
-            labels[row, column] = (row + down) // side * wide + (column + right) // side
-    return ((rows - 1 + down) // side + 1) * wide

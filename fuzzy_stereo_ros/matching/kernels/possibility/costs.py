@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.addresses import (
     load_byte, load_short, load_word, repeat_bytes, splat_word, store_word)
-from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word, lane_numbers, LANES, lanes_of,
-    load, load_like, minimum, saturating_subtract, shift_right, splat, splat_like, store, subtract)
+    absolute_difference, add, bit_and, bit_or, bit_xor, count_bits, count_bits_of_word,
+    lane_numbers, LANES, lanes_of, load, load_like, minimum, saturating_subtract, shift_right,
+    splat, splat_like, store, subtract)
 import numpy as np
 
 
@@ -59,8 +60,7 @@ def raw_costs(target, candidate, stride, target_slopes, slope_at, code, slope, c
     distance = add(add(add(near, bit_and(near, cuts[2])),
                        count_bits(bit_xor(code[1], load_like(slope, target, candidate + stride)))),
                    count_bits(bit_xor(code[2], load_like(slope, target, candidate + 2 * stride))))
-    other = load_like(slope, target_slopes, slope_at)
-    difference = bit_or(saturating_subtract(slope, other), saturating_subtract(other, slope))
+    difference = absolute_difference(slope, load_like(slope, target_slopes, slope_at))
     return add(minimum(distance, cuts[0]), minimum(difference, cuts[1]))
 
 
@@ -143,7 +143,7 @@ def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, prio
         load_like(kind, search.previous_table, load_word(priors, prior_at + width) + offset)))
 
 
-@kernel
+@called
 def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, codes, priors):
     """
     Write the costs of some rows of a tile, columns begin .. end: labels low .. low + 32 * blocks.
@@ -171,7 +171,7 @@ def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, code
                 place += LANES
 
 
-@kernel
+@called
 def raw_row(search, row, blocks, costs, at, codes):
     """Write the costs of a row from `at` on, every label, without priors and without a mask."""
     columns, stride = search.columns, search.target_stride
@@ -189,7 +189,7 @@ def raw_row(search, row, blocks, costs, at, codes):
             at += LANES
 
 
-@kernel
+@called
 def box_row(search, above, here, below, blocks, costs, at):
     """
     Write the sums of raw costs over 3 x 3 pixels / 2**box from `at` on, borders repeated.

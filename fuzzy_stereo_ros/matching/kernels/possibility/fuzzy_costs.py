@@ -8,10 +8,10 @@ the census (Zabih and Woodfill, 1994), of colour and of its slope, both insensit
 (Birchfield and Tomasi, 1998), and of the Sobel gradient; the product of exponential memberships
 is the membership of their weighted sum.
 """
-from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, bit_or, bit_xor, count_bits, high_product, LANES, load, maximum, minimum, multiply,
-    saturating_add, saturating_subtract, shift_right, splat, store, subtract)
+    absolute_difference, add, bit_xor, count_bits, high_product, LANES, load, maximum, minimum,
+    multiply, saturating_add, saturating_subtract, shift_right, splat, store, subtract)
 import numpy as np
 
 FULL = 512            # the cost of an impossible match
@@ -47,12 +47,6 @@ def census(fine, radius, first_bit, codes, first, last):
                     old = code[column] if bit % 16 > 0 else np.uint16(0)
                     code[column] = old | (value if near[column] < centre[column] else np.uint16(0))
                 bit += 1
-
-
-@inlined
-def _apart(one, other):
-    """Return the difference of two vectors without its sign."""
-    return bit_or(saturating_subtract(one, other), saturating_subtract(other, one))
 
 
 @kernel
@@ -103,9 +97,10 @@ def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disp
                     exponent = saturating_add(exponent, multiply(
                         minimum(one, two), colour if channel < CHANNELS - 1 else slope))
                 unlike = add(
-                    _apart(splat(here[GRADIENT, column]), load(target, begin + GRADIENT * stride)),
-                    _apart(splat(here[GRADIENT + 1, column]),
-                           load(target, begin + (GRADIENT + 1) * stride)))
+                    absolute_difference(splat(here[GRADIENT, column]),
+                                        load(target, begin + GRADIENT * stride)),
+                    absolute_difference(splat(here[GRADIENT + 1, column]),
+                                        load(target, begin + (GRADIENT + 1) * stride)))
                 exponent = saturating_add(exponent, multiply(unlike, gradient))
                 exponent = minimum(exponent, splat(np.uint16(_TOP)))
                 possible = subtract(splat(np.uint16(65535)),

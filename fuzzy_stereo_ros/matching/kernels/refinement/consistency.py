@@ -3,7 +3,8 @@
 """Which pixels to reject: left-right consistency and small components (speckles)."""
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    bit_or, equal_bits, first_set, LANES, load, saturating_subtract, splat, splat_like)
+    absolute_difference, equal_bits, first_set, LANES, load, saturating_subtract, splat,
+    splat_like)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, OUTSIDE
 import numpy as np
 
@@ -130,8 +131,8 @@ def _runs_of_row(labels, validity, begin, end, first, stop, step, known):
     open_at = np.int64(first) if validity[first] != INVALID else np.int64(-1)
     rejected, place = splat(np.uint8(INVALID)), first + 1
     while place + LANES <= stop:
-        here, before = load(labels, place), load(labels, place - 1)
-        away = bit_or(saturating_subtract(here, before), saturating_subtract(before, here))
+        here = load(labels, place)
+        away = absolute_difference(here, load(labels, place - 1))
         joined = equal_bits(saturating_subtract(away, splat_like(here, step)),
                             splat_like(here, 0))
         changes = (equal_bits(load(validity, place), rejected)

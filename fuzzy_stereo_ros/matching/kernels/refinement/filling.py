@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import (
-    add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum, minimum,
-    saturating_subtract, shift_right, splat_like, store, subtract)
+    absolute_difference, add, at_most, bit_or, choose, equal_bits, LANES, less, load, maximum,
+    minimum, shift_right, splat_like, store, subtract)
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 import numpy as np
 
@@ -119,10 +119,7 @@ def membership_median(padded, padded_grey, reach, bits, columns, out, labels, fi
             for down in range(-RADIUS, RADIUS + 1):
                 for right in range(-RADIUS, RADIUS + 1):
                     place = centre + down * stride + right
-                    other_grey = load(grey, place)
-                    difference = bit_or(saturating_subtract(other_grey, centre_grey),
-                                        saturating_subtract(centre_grey, other_grey))
-                    unlike = less(alike, difference)
+                    unlike = less(alike, absolute_difference(load(grey, place), centre_grey))
                     count = add(count, add(unlike, one))
                     store(labels, LANES * neighbour,
                           bit_or(subtract(load(source, place), low), unlike))
