@@ -12,12 +12,12 @@ from bench.conditions import under_condition
 from bench.datasets import window
 from bench.page import BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
 from bench.request import figures_of_sequence, halved, means, report_of
+from bench.scoring import bad_percent, REFERENCE
 from bench.truth import correlation_table, genes_of, truth_beside_result
 from bench.variants import DEFAULT, NOT_FOLLOWED, PAPER, QUALITY, REALTIME
 from bench.warm import FRAMES, KINDS, QUICK_FRAMES, walks
-from fuzzy_stereo_ros.evaluation.baselines import dense, grey, REFERENCE
+from fuzzy_stereo_ros.evaluation.baselines import dense, grey
 from fuzzy_stereo_ros.evaluation.catalogue import Scene, Sequence
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
 import numpy as np
 import pandas as pd

@@ -17,7 +17,8 @@ from bench.page import (
     add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, LIGHT_GREY, LIGHT_ORANGE, MIDDLE_BLUE,
     ORANGE, titled)
 from bench.request import counted, halved, means, report_of
-from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, grey, STRICTEST, TUNED
+from bench.scoring import DEFAULT, STRICTEST
+from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table

@@ -11,9 +11,9 @@ from dataclasses import replace
 from functools import partial
 
 from bench.request import counted, report_of
+from bench.scoring import bad_percent
 import cv2
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.synthetic.scenes import misaligned

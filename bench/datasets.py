@@ -14,11 +14,11 @@ import os
 from pathlib import Path
 
 from bench.layers import make_layers
+from bench.scoring import ScoredPair
 from bench.streets import make_pictured_street
 from fuzzy_stereo_ros.evaluation.catalogue import (
     files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR, Scene, Sequence)
-from fuzzy_stereo_ros.evaluation.ground_truth import (
-    GroundTruthPair, KITTI, MIDDLEBURY, seen_by_both)
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY, seen_by_both
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 import numpy as np
@@ -138,19 +138,19 @@ def read_motorcycle():
 
     left, right, truth = stereo_motorcycle()
     truth = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
-    return GroundTruthPair(*(np.ascontiguousarray(image[:, :, ::-1]) for image in (left, right)),
-                           truth, seen_by_both(truth))
+    return ScoredPair(*(np.ascontiguousarray(image[:, :, ::-1]) for image in (left, right)),
+                      truth, seen_by_both(truth))
 
 
 def _read(files, whole_pixel):
-    """Return the `GroundTruthPair` of files; for KITTI all pixels with a truth count."""
-    pair = replace(files.read(), whole_pixel=whole_pixel)
+    """Return the `ScoredPair` of files; for KITTI all pixels with a truth count."""
+    pair = ScoredPair(**vars(files.read()), whole_pixel=whole_pixel)
     return replace(pair, counts=None) if files.family == KITTI else pair
 
 
 def _made_scenes(count, size):
     """Return [(synthetic `Scene`, None)] of a size (rows, columns, disparities)."""
-    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: GroundTruthPair(
+    return [(Scene('made', f'planes{seed}', MIDDLEBURY, size[2], lambda seed=seed: ScoredPair(
         *make_pair(*size, seed, objects=6, noise=1.5, colour=True))), None)
             for seed in range(1, count + 1)]
 
@@ -234,13 +234,13 @@ def with_noise(image, sigma, random):
 
 
 def cropped(pair, rows, columns, first_column=0):
-    """Return a part of a `GroundTruthPair`; pixels matched outside of it do not count."""
+    """Return a part of a `ScoredPair`; pixels matched outside of it do not count."""
     part = slice(0, rows), slice(first_column, first_column + columns)
     inside = np.arange(columns) - pair.truth[part] >= 0
     counts = inside if pair.counts is None else inside & pair.counts[part]
-    return GroundTruthPair(np.ascontiguousarray(pair.left[part]),
-                           np.ascontiguousarray(pair.right[part]), pair.truth[part], counts,
-                           pair.whole_pixel)
+    return ScoredPair(np.ascontiguousarray(pair.left[part]),
+                      np.ascontiguousarray(pair.right[part]), pair.truth[part], counts,
+                      whole_pixel=pair.whole_pixel)
 
 
 def hard_cut(before, after):
@@ -253,19 +253,19 @@ def hard_cut(before, after):
 
 def moving(seed, options):
     """Return eight frames of a synthetic scene whose objects move."""
-    return [GroundTruthPair(*made) for made in make_sequence(
+    return [ScoredPair(*made) for made in make_sequence(
         frames=8, seed=seed, objects=5, **MADE, **options)]
 
 
 def pictured(seed, noise):
     """Return eight frames of a drive through a street whose planes carry pictures."""
-    return [GroundTruthPair(*made) for made in make_pictured_street(
+    return [ScoredPair(*made) for made in make_pictured_street(
         *list(MADE.values())[:3], 8, seed, noise=noise, **DRIVE)]
 
 
 def panning(seed, pan):
     """Return ten frames of objects of sharp texture before a background that pans."""
-    return [GroundTruthPair(*made) for made in make_layers(
+    return [ScoredPair(*made) for made in make_layers(
         MADE['rows'], MADE['columns'], 10, seed, **SHARP, pan=pan)]
 
 
@@ -274,7 +274,7 @@ def appearing(seed):
     # Objects are drawn one after the other: with one seed, five are the same four and one more.
     fewer, more = (list(make_sequence(frames=APPEARS + 2, seed=seed, objects=count, motion=1.0,
                                       noise=2, **MADE)) for count in (4, 5))
-    return [GroundTruthPair(*made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
+    return [ScoredPair(*made) for made in (*fewer[:APPEARS], *more[APPEARS:])]
 
 
 def read_camera(path):
@@ -285,8 +285,9 @@ def read_camera(path):
 
 
 def read_frames(folder, layout, numbers, noise=0, seed=5):
-    """Return the `GroundTruthPair`s of frames of a folder, each with fresh noise, grey levels."""
+    """Return the `ScoredPair`s of frames of a folder, each with fresh noise, grey levels."""
     random = np.random.default_rng(seed)
-    frames = (files_of(folder, layout, number)[0].read() for number in numbers)
+    frames = (ScoredPair(**vars(files_of(folder, layout, number)[0].read()))
+              for number in numbers)
     return [replace(frame, left=with_noise(frame.left, noise, random),
                     right=with_noise(frame.right, noise, random)) for frame in frames]

@@ -10,8 +10,8 @@ each later one with the population of the one before, and evolves it for a few g
 import sys
 
 from bench.datasets import MOTORCYCLE_DISPARITIES, read_motorcycle, with_noise
+from bench.scoring import bad_percent, ScoredPair
 import cv2
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, GroundTruthPair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.views.video import image_beside_disparity
 import numpy as np
@@ -31,7 +31,7 @@ def frames():
                    for image in (pair.left, pair.right))
     truth = scale * cv2.resize(pair.truth, SIZE, interpolation=cv2.INTER_NEAREST)
     seen = cv2.resize(pair.counts.astype(np.uint8), SIZE, interpolation=cv2.INTER_NEAREST) > 0
-    pair = GroundTruthPair(left, right, truth, seen)
+    pair = ScoredPair(left, right, truth, seen)
     disparities = round(scale * MOTORCYCLE_DISPARITIES)
     matcher = StereoMatcher(MatcherConfig.from_profile(
         'paper_live', disparities=disparities, generations=GENERATIONS, fill=True))

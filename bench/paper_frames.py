@@ -11,8 +11,8 @@ from functools import partial
 from typing import NamedTuple
 
 from bench.datasets import cropped, window
+from bench.scoring import bad_percent
 from bench.variants import PAPER_OVER_FRAMES
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import fastest, Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching.match import Camera

@@ -15,11 +15,12 @@ from bench.confidence import CONFIDENCES, reliability, wrong_and_confidence
 from bench.datasets import available_scenes
 from bench.paper_frames import tables as tables_over_frames
 from bench.request import report_of
+from bench.scoring import bad_percent, cross_checked, REFERENCE, ScoredPair
 from bench.variants import NO_FUSION, PAPER_OPERATORS
 import cv2
-from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
+from fuzzy_stereo_ros.evaluation.baselines import dense
 from fuzzy_stereo_ros.evaluation.ground_truth import (
-    ALL, bad_percent, cross_checked, GroundTruthPair, MIDDLEBURY, read_truth, warped_to_right)
+    ALL, MIDDLEBURY, read_truth, warped_to_right)
 from fuzzy_stereo_ros.evaluation.matchers import fastest
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -195,7 +196,7 @@ def attempt(config, pair, turns=1, stages=None):
 
 def from_right(scene):
     """
-    Return the `GroundTruthPair` of a scene with the truth of its right image.
+    Return the `ScoredPair` of a scene with the truth of its right image.
 
     Without a groundtruth_right.png the left truth is warped to the right image.
     """
@@ -209,7 +210,7 @@ def from_right(scene):
 
 def half_sawtooth(data):
     """
-    Return the `GroundTruthPair` of Table II and its name: sawtooth halved, or a synthetic pair.
+    Return the `ScoredPair` of Table II and its name: sawtooth halved, or a synthetic pair.
 
     The truth is halved too, by nearest neighbour; all pixels with truth count.
     """
@@ -217,13 +218,13 @@ def half_sawtooth(data):
     scene = next((scene for scene in available_scenes(data)[0]
                   if scene.path == 'midd2001/sawtooth'), None)
     if scene is None:
-        made = GroundTruthPair(*make_pair(rows, columns, TABLE_II_DISPARITIES, seed=1))
+        made = ScoredPair(*make_pair(rows, columns, TABLE_II_DISPARITIES, seed=1))
         return replace(made, counts=None), 'a made pair'
     pair = scene.read()
     left, right = (cv2.resize(image, TABLE_II_SIZE, interpolation=cv2.INTER_AREA)
                    for image in (pair.left, pair.right))
     truth = cv2.resize(pair.truth, TABLE_II_SIZE, interpolation=cv2.INTER_NEAREST) / 2
-    return GroundTruthPair(left, right, truth), scene.name
+    return ScoredPair(left, right, truth), scene.name
 
 
 def by_scene(found):

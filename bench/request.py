@@ -10,9 +10,9 @@ import subprocess
 
 from bench.datasets import available_scenes, available_sequences
 from bench.page import as_svg
+from bench.scoring import bad_percent
 import fuzzy_stereo_ros
 from fuzzy_stereo_ros.evaluation.baselines import opencv_threads
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import environment, mean, Report
 from fuzzy_stereo_ros.evaluation.scores import flicker

@@ -18,9 +18,10 @@ from bench.busy import busy_table, FixedPlaces
 from bench.cores import cores_table, UNMEASURED
 from bench.datasets import with_noise
 from bench.request import report_of
+from bench.scoring import REFERENCE
 import cv2
 from fuzzy_stereo_ros.commands.benchmark import take_turns
-from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, REFERENCE, TUNED
+from fuzzy_stereo_ros.evaluation.baselines import grey, opencv_threads, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table

@@ -6,10 +6,13 @@ Fitness against error: whether a fitter map is better, and the truth fitter than
 Evolution starts from the truth too, and its end is compared with the end from the usual start.
 """
 from bench.request import report_of
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, KITTI
+from bench.scoring import bad_percent
+from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.matching.evolution import Budget, Random
+from fuzzy_stereo_ros.matching.evolution import Budget, evolve, Random
+from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
+from fuzzy_stereo_ros.matching.quality.planes import local_planes
 import numpy as np
 import pandas as pd
 
@@ -47,14 +50,30 @@ def truth_row(scene):
     matcher = Ours('quality', 'quality').matcher(scene.disparities)
     matcher.match(pair.left, pair.right)
     algorithm = matcher.algorithm
-    result, there = algorithm.fittest().copy(), np.isfinite(pair.truth)
+    result, there = algorithm.population.views[0].disparities, np.isfinite(pair.truth)
     truth = np.where(there, np.where(there, pair.truth, 0), result)
     fitness = [algorithm.fitness_of(result), algorithm.fitness_of(truth)]
-    evolved = algorithm.evolved_from(truth, Random((matcher.config.seed, 1)),
-                                     Budget(matcher.config.generations, 0, 0))
+    evolved = evolved_from(truth, matcher)
     errors = [bad_percent(one, pair, scene.limit) for one in (result, evolved)]
     return (scene.path, *errors, errors[0] - errors[1], *fitness,
             float(algorithm.population.fitness[0]))
+
+
+def evolved_from(disparity, matcher, generations=None):
+    """
+    Return the map that evolution reaches on the last pair from another left map: float32 (R, C).
+
+    disparity: float32 (R, C), px from 0, as the result; the right map starts from the current one.
+    matcher: a StereoMatcher of profile `quality`. generations: None for as many as it has
+    """
+    population, config = matcher.algorithm.population, matcher.config
+    left, right = population.views
+    population.initialise([local_planes(left.pool, np.float32(disparity), left.colour),
+                           right.planes.copy()])
+    evolve(population, OPERATORS, Random((config.seed, 1)),
+           Budget(config.generations if generations is None else generations, 0, 0))
+    population.tools.release()
+    return left.disparities
 
 
 def genes_of(disparity, matcher):

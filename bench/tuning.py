@@ -14,9 +14,9 @@ from itertools import product
 
 from bench.accuracy import with_camera_noise
 from bench.request import report_of
+from bench.scoring import bad_percent
 from fuzzy_stereo_ros.evaluation.baselines import (
     ALGORITHMS, dense, PreparedBaseline, TUNED_SETTINGS)
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.evaluation.report import Table
 import pandas as pd
 

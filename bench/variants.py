@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.crossover import Line, Regions
+from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.matcher import PaperState, Stages as PaperStages
@@ -60,9 +60,22 @@ class WholeMember:
 
     def __call__(self, exchange, random=None):
         """Choose all cells or none; return the change of cost, not above 0."""
-        change = min(exchange.total(), 0)
+        change = min(int(exchange.alone.sum() + exchange.pairs.sum()), 0)
         exchange.taken[:] = change < 0
         return change
+
+
+class Line:
+    """The paper's crossover: the second parent's genes below a random line, fitter or not."""
+
+    def __call__(self, exchange, random):
+        """Choose the cells; return the change of cost."""
+        rows = exchange.cells // exchange.shape[1]
+        line = int(random.uniform(1)[0] * exchange.shape[0])
+        exchange.taken[:] = rows >= line
+        # all neighbours but the left one are a row further up
+        return int(exchange.alone[rows >= line].sum() + exchange.pairs[rows >= line, 0].sum()
+                   + exchange.pairs[rows > line, 1:].sum())
 
 
 class NoNoise:
@@ -188,6 +201,16 @@ class Repeated:
             self.operator(tools, population, random.child(turn))
 
 
+def copy_parents(tools, population, random):
+    """Make each child a copy of its first parent: no crossover."""
+    children, parents = population.lineage
+
+    def copy(number, thread):
+        population.copy(children[number], parents[number, 0])
+
+    tools.each(children.size, copy)
+
+
 def select_blindly(tools, population, random):
     """Retain as many chromosomes as selection would, chosen at random, as equal parents."""
     order = np.argsort(random.child(0).uniform(len(population.genes)))
@@ -211,11 +234,11 @@ def _times_of_a_population():
 
 ALONE = Variant(
     'one chromosome, as many mutations', {'population': 1, 'mutation_rate': 1.0},
-    PaperStages(crossover=operators.copy_parents, fusion=None,
+    PaperStages(crossover=copy_parents, fusion=None,
                 mutation=Repeated(PaperStages().mutation, _times_of_a_population())),
     part='population')
 NO_CROSSOVER = Variant('no crossover: neither regions nor fusion',
-                       stages=PaperStages(crossover=operators.copy_parents, fusion=None),
+                       stages=PaperStages(crossover=copy_parents, fusion=None),
                        part='crossover')
 ONLY_BEST = Variant('only the best is handed on', stages=PaperStages(inheritance=BestInherited),
                     still=False, part='population')
@@ -230,7 +253,7 @@ PAPER = (*ON_A_PAIR, ONLY_BEST, Variant(
 # The operators of the uniform reading, one exchanged at a time, at equal work: as many patches.
 PAPER_OPERATORS = (
     *ON_A_PAIR, NO_FUSION, LINE_CROSSOVER,
-    Variant('no crossover of regions', stages=PaperStages(crossover=operators.copy_parents)),
+    Variant('no crossover of regions', stages=PaperStages(crossover=copy_parents)),
     Variant('no selection', stages=PaperStages(selection=select_blindly)))
 
 
@@ -262,7 +285,7 @@ PAPER_OVER_FRAMES = (
     DEFAULT,
     ONLY_BEST,
     Variant('population of 1', {'population': 1, 'generations': 48},
-            PaperStages(crossover=operators.copy_parents, fusion=None)),
+            PaperStages(crossover=copy_parents, fusion=None)),
     Variant('population of 16', {'population': 16, 'generations': 5}),
     NO_CROSSOVER, NO_FUSION, LINE_CROSSOVER, NO_MUTATION,
     Variant('not moved with the picture', stages=PaperStages(inheritance=InPlace)),

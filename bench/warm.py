@@ -14,9 +14,10 @@ from bench.datasets import MADE, MADE_SEEDS, window
 from bench.layers import BACKGROUND, make_layers
 from bench.page import add_legend, BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
 from bench.request import counted, figures_of_sequence, report_of
-from fuzzy_stereo_ros.evaluation.baselines import dense, REFERENCE
+from bench.scoring import bad_percent, REFERENCE
+from fuzzy_stereo_ros.evaluation.baselines import dense
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import fastest, Ours
 from fuzzy_stereo_ros.evaluation.report import Table
 import numpy as np

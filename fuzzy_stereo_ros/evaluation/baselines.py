@@ -133,10 +133,7 @@ TUNED_SETTINGS = {
             '3WAY': _tuned(7, 8, 8, 31, 0, 1, 100, 2),
             'HH4': _tuned(5, 16, 8, 31, 0, 1, 400, 2)},
 }
-DEFAULT = [Baseline(f'{name} default', name) for name in ALGORITHMS]
 TUNED = [Baseline(f'{name} tuned', name, tuned=True) for name in ALGORITHMS]
-REFERENCE = Baseline('3WAY tuned', '3WAY', tuned=True)      # of benchmarks with one baseline
-STRICTEST = Baseline('HH4 tuned, 0 rejected', 'HH4', tuned=True, rejects_zero=True)
 
 
 @contextmanager

@@ -4,7 +4,6 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.pairs.disparity_files import read_disparity
 from fuzzy_stereo_ros.pairs.image_files import read_image, read_pair
 from fuzzy_stereo_ros.pairs.stereo_pair import width_by_height
@@ -25,7 +24,6 @@ class GroundTruthPair:
     left, right: uint8 or uint16 (R, C) or (R, C, 3) BGR.
     truth: float32 (R, C), pixels, NaN = unknown; None = the frame has no truth.
     counts: bool (R, C), the pixels to score; None = all with a truth.
-    whole_pixel: the truth has whole pixels only, and disparities are rounded before scoring.
     masks: {name of MASKS: bool (R, C)}, in the order of MASKS.
     """
 
@@ -33,12 +31,7 @@ class GroundTruthPair:
     right: np.ndarray
     truth: np.ndarray | None
     counts: np.ndarray | None = None
-    whole_pixel: bool = False
     masks: dict = field(default_factory=dict)
-
-    def as_scored(self, disparity):
-        """Return a disparity map as it is scored: rounded if the truth has whole pixels."""
-        return np.rint(disparity) if self.whole_pixel else disparity
 
 
 @dataclass(frozen=True)
@@ -107,15 +100,6 @@ class PairFiles:
         return GroundTruthPair(left, right, truth, masks.get(NONOCC), masks=masks)
 
 
-def bad_percent(disparity, pair, limit):
-    """
-    Return the percentage of scored pixels that are off by more than limit pixels, or invalid.
-
-    disparity: float (R, C), pixels, NaN = invalid; rounded first if the truth has whole pixels.
-    """
-    return score(pair.as_scored(disparity), pair.truth, pair.counts, (limit,)).bad_dense[limit]
-
-
 def read_truth(path, scale=None):
     """
     Return the disparities of a file: float32 (R, C), pixels, NaN = unknown.
@@ -168,16 +152,6 @@ def agreeing(truth, other):
     agree = np.zeros(inside.shape, bool)
     agree[inside] = abs(truth[inside] - other[rows[inside], target[inside]]) <= TOLERANCE
     return agree
-
-
-def cross_checked(truth_right, truth_left):
-    """
-    Return where the truths of both images agree within a pixel: bool (R, C), of the right image.
-
-    truth_right, truth_left: float32 (R, C), pixels, NaN = unknown.
-    """
-    # Mirrored, the right image is a left one.
-    return agreeing(truth_right[:, ::-1], truth_left[:, ::-1])[:, ::-1]
 
 
 def _targets(truth):

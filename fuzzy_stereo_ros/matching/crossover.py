@@ -4,13 +4,12 @@
 Crossover of two parents, shared by all profiles: which cells take the second parent's genes.
 
 A profile writes the changes of cost into an `Exchange`; a crossover chooses the cells in it and
-returns the change of cost: those below a line (the paper's), connected regions (Whitley et
-al., Partition crossover, 2009), or the best of all choices, by a minimum cut (Lempitsky et al.,
-Fusion moves for Markov random field optimization, 2010).
+returns the change of cost: connected regions (Whitley et al., Partition crossover, 2009), or the
+best of all choices, by a minimum cut (Lempitsky et al., Fusion moves for Markov random field
+optimization, 2010).
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import (
-    take_below, take_regions, total_change, widest)
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import take_regions, widest
 from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
     decide, load, maximum_flow, unload)
 import numpy as np
@@ -44,20 +43,6 @@ class Exchange:
         self.cells, self.alone, self.pairs, self.taken = (
             memory[:number]
             for memory in (self.all_cells, self._alone, self._pairs, self._taken))
-
-    def total(self):
-        """Return how much more the second parent costs than the first one."""
-        return total_change(self.alone, self.pairs)
-
-
-class Line:
-    """The paper's crossover: the second parent's genes below a random line, fitter or not."""
-
-    def __call__(self, exchange, random):
-        """Choose the cells; return the change of cost."""
-        row = int(random.uniform(1)[0] * exchange.shape[0])
-        return take_below(exchange.cells, exchange.alone, exchange.pairs, exchange.shape[1],
-                          row, exchange.taken)
 
 
 class Regions:

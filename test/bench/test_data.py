@@ -8,7 +8,7 @@ from bench import datasets, paper_tables
 from bench.datasets import available_scenes, available_sequences, data_folder
 from bench.page import check_page, HEADING, write_section
 from bench.request import commit_of
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
+from bench.scoring import bad_percent
 from fuzzy_stereo_ros.evaluation.report import Report
 from fuzzy_stereo_ros.pairs.image_files import write_image
 import numpy as np

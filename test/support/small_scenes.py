@@ -3,16 +3,17 @@
 """Scenes with ground truth that are matched in no time."""
 from functools import partial
 
+from bench.scoring import ScoredPair
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
-from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, MIDDLEBURY
+from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 
 ROWS, COLUMNS, DISPARITIES = 40, 72, 16
 
 
 def known(seed=1, size=(ROWS, COLUMNS, DISPARITIES), **options):
-    """Return a `GroundTruthPair`; size: rows, columns, disparities."""
-    return GroundTruthPair(*make_pair(*size, seed, **options))
+    """Return a `ScoredPair`; size: rows, columns, disparities."""
+    return ScoredPair(*make_pair(*size, seed, **options))
 
 
 def small_scene(seed=1, group='small', name=None, size=(ROWS, COLUMNS, DISPARITIES), **options):

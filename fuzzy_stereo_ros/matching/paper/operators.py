@@ -139,16 +139,6 @@ def select(tools, population, random):
     population.generation += 1
 
 
-def copy_parents(tools, population, random):
-    """Make each child a copy of its first parent: no crossover."""
-    children, parents = population.lineage
-
-    def copy(number, thread):
-        population.copy(children[number], parents[number, 0])
-
-    tools.each(children.size, copy)
-
-
 def crossover_lines(rows, draws):
     """
     Return the line of each crossover, uniform in [1, R] as in the paper.

@@ -165,24 +165,6 @@ class QualityMatcher:
         view = self.population.views[0]
         return view.fitness_of(local_planes(self.pool, np.float32(chromosome), view.colour))
 
-    def fittest(self):
-        """Return the fittest left map, before refinement: float32 (R, C), px from 0."""
-        return self.population.views[0].disparities
-
-    def evolved_from(self, disparity, random, budget):
-        """
-        Return the map that evolution reaches on the last pair from another left map.
-
-        disparity: float32 (R, C), px from 0, as the result; the right map starts from the current
-        one
-        """
-        left, right = self.population.views
-        start = local_planes(self.pool, np.float32(disparity), left.colour)
-        self.population.initialise([start, right.planes.copy()])
-        evolve(self.population, self._stages.operators, random, budget)
-        self.population.tools.release()
-        return self.fittest()
-
     def _starts(self, pairs, maps, budget, known):
         """
         Return the `ViewStart`s of both views.

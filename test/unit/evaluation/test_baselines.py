@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """OpenCV's matchers are set as said, their gaps filled by the rule, and the right pixels count."""
+from bench.scoring import cross_checked, DEFAULT, STRICTEST
 import cv2
-from fuzzy_stereo_ros.evaluation.baselines import (
-    DEFAULT, dense, STRICTEST, TUNED)
+from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import (
-    agreeing, cross_checked, MIDDLEBURY, seen_by_both, warped_to_right)
+    agreeing, MIDDLEBURY, seen_by_both, warped_to_right)
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest

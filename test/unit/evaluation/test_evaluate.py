@@ -6,10 +6,11 @@ import io
 import json
 import sys
 
+from bench.scoring import DEFAULT
 import cv2
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation import matchers as matchers_module
-from fuzzy_stereo_ros.evaluation.baselines import DEFAULT, dense, TUNED
+from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY
 from fuzzy_stereo_ros.evaluation.matchers import (

@@ -5,10 +5,10 @@ import json
 
 from bench.datasets import available_scenes
 from bench.request import Request
+from bench.scoring import bad_percent
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.catalogue import search
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent
 from fuzzy_stereo_ros.synthetic.scenes import ScenePair
 import pytest
 from real_pairs import DATA, motorcycle

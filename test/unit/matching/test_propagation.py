@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Propagation from the half-size chromosome: the kernel against its twin; the profile `fast`."""
+from bench.scoring import bad_percent, ScoredPair
 from census_scene import random_map, seen, small_pair, twin_costs
 import cv2
-from fuzzy_stereo_ros.evaluation.ground_truth import bad_percent, GroundTruthPair
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
 from fuzzy_stereo_ros.matching.kernels.scanlines import propagation as kernels
@@ -74,7 +74,7 @@ def test_several_bands_and_threads_are_the_twin():
 
 
 def test_fast_is_close_to_the_truth_and_closer_than_its_parent_enlarged():
-    known = GroundTruthPair(*make_pair(96, 160, 32, 1, objects=10, noise=1.5))
+    known = ScoredPair(*make_pair(96, 160, 32, 1, objects=10, noise=1.5))
     fast = StereoMatcher(MatcherConfig.from_profile('fast', disparities=32, fill=True))
     match = fast.match(known.left, known.right)
     assert match.disparity.shape == known.left.shape[:2]
@@ -95,5 +95,5 @@ def test_fast_averages_the_pictures_of_a_still_scene():
     frames = list(make_sequence(96, 160, 32, 4, 3, objects=4, noise=12))
     fast = StereoMatcher(MatcherConfig.from_profile('fast', disparities=32, fill=True))
     errors = [bad_percent(fast.match(frame.left, frame.right).disparity,
-                          GroundTruthPair(*frame), 1.0) for frame in frames]
+                          ScoredPair(*frame), 1.0) for frame in frames]
     assert errors[-1] < 0.7 * errors[0]

@@ -3,10 +3,10 @@
 """The profile quality from outside: bits, kinds of images, references, history, deadline."""
 from dataclasses import replace
 
+from bench.truth import evolved_from
 from bench.variants import NoEvidence
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.crossover import Regions
-from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.quality.matcher import Stages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from made_matches import matched, scene, wrong
@@ -39,9 +39,8 @@ def test_generations_make_the_planes_fitter():
 def test_evolution_may_go_on_from_the_truth():
     matcher, pair = StereoMatcher(CONFIG), scene(90, 140, 1)
     matcher.match(pair.left, pair.right)
-    result = matcher.algorithm.fittest()
-    ends = [matcher.algorithm.evolved_from(pair.truth, Random((5,)), Budget(number, 0, 0))
-            for number in (0, 2)]
+    result = matcher.algorithm.population.views[0].disparities
+    ends = [evolved_from(pair.truth, matcher, number) for number in (0, 2)]
     assert np.abs(ends[0] - pair.truth).mean() < 0.2
     errors = [np.mean(abs(end - pair.truth)[pair.visible] > 1) for end in (*ends, result)]
     assert errors[0] <= errors[1] <= errors[2]

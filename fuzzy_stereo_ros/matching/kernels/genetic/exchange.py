@@ -43,17 +43,6 @@ def row_of(cell, row, columns):
 
 
 @kernel
-def total_change(alone, pairs):
-    """Return the change of cost of taking all cells: int32 (n,) alone, (n, K) with neighbours."""
-    total = np.int64(0)
-    for index in range(alone.size):
-        total += alone[index]
-        for side in range(pairs.shape[1]):
-            total += pairs[index, side]
-    return total
-
-
-@kernel
 def widest(alone, pairs):
     """Return the largest absolute value of int32 (n,) and (n, K)."""
     low = high = np.int64(0)
@@ -62,25 +51,6 @@ def widest(alone, pairs):
         for side in range(pairs.shape[1]):
             low, high = min(low, pairs[index, side]), max(high, pairs[index, side])
     return max(-low, high)
-
-
-@kernel
-def take_below(cells, alone, pairs, columns, row, taken):
-    """
-    Take the cells of a row and of those below; return the change of cost.
-
-    cells, alone: int32 (n,); pairs: int32 (n, K), all but the left ones lead a row up; taken:
-    bool (n,), written
-    """
-    total = np.int64(0)
-    for index in range(cells.size):
-        taken[index] = cells[index] >= row * columns
-        if taken[index]:
-            total += alone[index] + pairs[index, 0]
-        if cells[index] >= (row + 1) * columns:
-            for side in range(1, pairs.shape[1]):
-                total += pairs[index, side]
-    return total
 
 
 @kernel

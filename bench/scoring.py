@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Pairs as the benchmarks score them: one percentage, also where the truth has whole pixels."""
+from dataclasses import dataclass
+
+from fuzzy_stereo_ros.evaluation.baselines import ALGORITHMS, Baseline
+from fuzzy_stereo_ros.evaluation.ground_truth import agreeing, GroundTruthPair
+from fuzzy_stereo_ros.evaluation.scores import score
+import numpy as np
+
+DEFAULT = [Baseline(f'{name} default', name) for name in ALGORITHMS]
+REFERENCE = Baseline('3WAY tuned', '3WAY', tuned=True)      # of benchmarks with one baseline
+STRICTEST = Baseline('HH4 tuned, 0 rejected', 'HH4', tuned=True, rejects_zero=True)
+
+
+@dataclass(frozen=True)
+class ScoredPair(GroundTruthPair):
+    """A `GroundTruthPair`; whole_pixel: its truth has whole pixels only, so maps are rounded."""
+
+    whole_pixel: bool = False
+
+    def as_scored(self, disparity):
+        """Return a disparity map as it is scored: rounded if the truth has whole pixels."""
+        return np.rint(disparity) if self.whole_pixel else disparity
+
+
+def bad_percent(disparity, pair, limit):
+    """
+    Return the percentage of scored pixels that are off by more than limit pixels, or invalid.
+
+    disparity: float (R, C), pixels, NaN = invalid. pair: a `ScoredPair`.
+    """
+    return score(pair.as_scored(disparity), pair.truth, pair.counts, (limit,)).bad_dense[limit]
+
+
+def cross_checked(truth_right, truth_left):
+    """
+    Return where the truths of both images agree within a pixel: bool (R, C), of the right image.
+
+    truth_right, truth_left: float32 (R, C), pixels, NaN = unknown.
+    """
+    # Mirrored, the right image is a left one.
+    return agreeing(truth_right[:, ::-1], truth_left[:, ::-1])[:, ::-1]
