@@ -31,9 +31,9 @@ PACKAGE = 'fuzzy_stereo_ros'
 LOOPBACK = '127.0.0.1'
 DECIDE_BITS = 'python', 'numpy', 'numba', 'opencv', 'processor'    # versions, see _check_workers
 SEGMENTS_PER_WORKER = 2     # submitted at a time: one is matched, the other one waits
-CONNECT_SECONDS = 5         # limit for a scheduler to answer, and for its first worker
+CONNECT_SECONDS = 15        # limit for a scheduler to answer
 POLL_SECONDS = 0.1          # between two checks whether to stop
-NO_WORKER_SECONDS = 30.0    # without any worker, after which the replay ends
+NO_WORKER_SECONDS = 30.0    # without any worker, the first one too, after which it ends
 
 _one_at_a_time = Lock()     # a process matches one segment, even if the worker has more threads
 
@@ -278,7 +278,7 @@ def _check_workers(client, name, log):
     import distributed
 
     try:
-        client.wait_for_workers(1, timeout=CONNECT_SECONDS)
+        client.wait_for_workers(1, timeout=NO_WORKER_SECONDS)
     except distributed.TimeoutError:    # before Python 3.11 not the one of Python
         raise ClusterError(f'{name} has no workers: start some with `dask worker {name}` where '
                            f'{PACKAGE} is installed') from None

@@ -73,13 +73,16 @@ def test_an_address_that_is_none_leaves_nothing_that_ends_at_length(folder):
     assert sentence.endswith("answers: missing port number in address 'nothing'")
 
 
-def test_workers_that_cannot_match_are_rejected(folder, rejected, tmp_path_factory, capfd):
+def test_workers_that_cannot_match_are_rejected(
+        folder, rejected, tmp_path_factory, capfd, monkeypatch):
     with dask_processes(tmp_path_factory.mktemp('dask')) as processes:
         name = processes.address
         options = '--scheduler', name
-        assert rejected(*options) == (
-            f'{name} has no workers: start some with `dask worker {name}` where '
-            'fuzzy_stereo_ros is installed')
+        with monkeypatch.context() as patch:
+            patch.setattr(segments, 'NO_WORKER_SECONDS', 1)
+            assert rejected(*options) == (
+                f'{name} has no workers: start some with `dask worker {name}` where '
+                'fuzzy_stereo_ros is installed')
         for before, found in (
                 (OTHER_VERSION, '0.0.7)'), (WITHOUT_PACKAGE, 'ModuleNotFoundError(')):
             _, address = processes.worker(before)
