@@ -146,6 +146,10 @@ class MatcherConfig:
         return replace(self, min_disparity=first, disparities=last - first + 1,
                        speckle_size=round(self.speckle_size * scale**2))
 
+    def rejects(self, confidence):
+        """Return where the disparity of a confidence, float (R, C), is invalid: bool (R, C)."""
+        return (confidence == 0) | (confidence < self.confidence_threshold)
+
 
 PROFILES = {
     'realtime': {},

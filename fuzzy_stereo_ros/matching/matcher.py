@@ -153,9 +153,8 @@ def reject_wide_holes(config, match):
 
     config: its MatcherConfig. Pixels that touch at a corner only are not connected.
     """
-    rejected = (match.confidence == 0) | (match.confidence < config.confidence_threshold)
-    _, regions, facts, _ = cv2.connectedComponentsWithStats(rejected.view(np.uint8),
-                                                            connectivity=4)
+    _, regions, facts, _ = cv2.connectedComponentsWithStats(
+        config.rejects(match.confidence).view(np.uint8), connectivity=4)
     wide = facts[:, cv2.CC_STAT_AREA] > config.fill_holes
     wide[0] = False     # what is not rejected
     match.disparity[wide[regions]] = np.nan

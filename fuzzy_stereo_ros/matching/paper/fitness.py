@@ -23,7 +23,7 @@ from fuzzy_stereo_ros.matching.kernels.genetic.literal_reading import fill_row_f
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     EQUAL, fill_chosen, fill_fitness, fill_neighbour_weights, FRAME, WEIGHTS)
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
-    fill_chosen_possibility, fill_largest_elsewhere, most_possible)
+    fill_largest_elsewhere, most_possible)
 from fuzzy_stereo_ros.matching.paper.possibility import (
     FULL, LiteralPossibility, uniform_membership, UniformPossibility)
 import numpy as np
@@ -58,7 +58,46 @@ def inside(framed):
     return framed[..., 1:-1, 1:framed.shape[-1] - FRAME + 1]
 
 
-class LiteralFitness:
+class _Fitness:
+    """
+    The possibilities of the matches of one pair, as both readings use them.
+
+    planes: uint8 (D, R + 2, W), 255ths, framed
+    """
+
+    def __init__(self, possibility, rows):
+        """possibility: of the reading; rows: of the image."""
+        self._possibility, self._rows, self.planes = possibility, rows, possibility.planes
+
+    def possibility_of(self, chromosome):
+        """Return the possibility of a chromosome's matches: uint8 (R, C), 255ths."""
+        chosen = np.zeros(self.planes.shape[1:], np.uint8)
+        fill_chosen(self.planes, self._framed(chromosome), 0, self._rows, chosen)
+        return inside(chosen)
+
+    def largest_elsewhere(self, pool, chromosome):
+        """
+        Return the possibility of the best other match of each cell: uint8 (R, C), 255ths.
+
+        Other matches are farther than NEAR disparities from the chromosome's. chromosome:
+        integers (R, C), indices of disparities
+        """
+        framed, largest = self._framed(chromosome), np.zeros(self.planes.shape[1:], np.uint8)
+        pool.each(lambda band: fill_largest_elsewhere(self.planes, framed, NEAR, *band[1:],
+                                                      largest), cut_bands(self._rows))
+        return inside(largest)
+
+    def most_possible(self, genes):
+        """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""
+        most_possible(self.planes, 0, self._rows, np.zeros(genes.shape[1], np.uint8), genes)
+
+    def _framed(self, chromosome):
+        framed = np.zeros(self.planes.shape[1:], np.uint16)
+        inside(framed)[:] = chromosome
+        return framed
+
+
+class LiteralFitness(_Fitness):
     """
     Eq. 3 and Eq. 4 of the chromosomes of one pair.
 
@@ -69,8 +108,8 @@ class LiteralFitness:
 
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
-        self._config, self._rows = config, rows
-        self._possibility = LiteralPossibility(config, rows, columns)
+        super().__init__(LiteralPossibility(config, rows, columns), rows)
+        self._config = config
         self._target_gradient = np.zeros((rows, columns + config.disparities - 1), np.uint16)
 
     def details(self, population):
@@ -94,9 +133,9 @@ class LiteralFitness:
 
         genes: uint16, chosen: uint8 255ths, written, (R + 2, W); first, last: rows
         """
+        fill_chosen(self.planes, genes, first, last, chosen)
         genes, chosen = inside(genes), inside(chosen)
         half, columns = self._config.neighbourhood // 2, genes.shape[1]
-        fill_chosen_possibility(self._possibility.volume, genes, chosen)
         fill_row_fitness(
             chosen, genes, self._reference_gradient, self._target_gradient,
             self._config.neighbourhood, np.zeros(columns + 2 * half, np.int32),
@@ -104,47 +143,22 @@ class LiteralFitness:
             details)
         return details.sum()
 
-    def fill_possibility(self, chromosome, chosen):
-        """Write the possibility of a chromosome's matches: uint8 (R, C), 255ths."""
-        fill_chosen_possibility(self._possibility.volume, chromosome, chosen)
 
-    def largest_elsewhere(self, pool, chromosome):
-        """
-        Return the possibility of the best other match of each cell: uint8 (R, C), 255ths.
-
-        Other matches are farther than NEAR disparities from the chromosome's. chromosome:
-        integers (R, C), indices of disparities
-        """
-        others, near = self._possibility.volume.copy(), chromosome.astype(np.intp)[..., None]
-        last = others.shape[2] - 1
-        for step in range(-NEAR, NEAR + 1):
-            np.put_along_axis(others, np.clip(near + step, 0, last), 0, 2)
-        return others.max(axis=2)
-
-    def most_possible(self, genes):
-        """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""
-        inside(genes)[:] = self._possibility.volume.argmax(axis=2)
-
-
-class UniformFitness:
+class UniformFitness(_Fitness):
     """
     The uniform reading of Eq. 3 for the chromosomes of one pair.
 
     unit: sums in whole numbers are divided by it. Details: uint16 (R + 2, W), the fitness of each
-    cell. planes: uint8 (D, R + 2, W), 255ths; weights: uint8 (8, R + 2, W); colours: uint8
-    (3, R + 2, W); all framed.
+    cell. weights: uint8 (8, R + 2, W); colours: uint8 (3, R + 2, W); all framed.
     """
 
     unit = FULL * WEIGHTS * EQUAL
 
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
-        self._possibility = UniformPossibility(config, rows, columns)
-        self._size, framed = (rows, columns), (rows + 2, columns + FRAME)
-        self._bands = cut_bands(rows)
-        self.planes = self._possibility.planes
-        self.weights = np.zeros((8, *framed), np.uint8)
-        self.colours = np.zeros((3, *framed), np.uint8)
+        super().__init__(UniformPossibility(config, rows, columns), rows)
+        self._columns, framed = columns, self.planes.shape[1:]
+        self.weights, self.colours = (np.zeros((number, *framed), np.uint8) for number in (8, 3))
         self._similar = uniform_membership()
 
     def details(self, population):
@@ -161,7 +175,7 @@ class UniformFitness:
         inside(self.colours)[:] = np.moveaxis(colours, 2, 0)
         self._possibility.set_pair(pool, *luminances, self.colours)
         pool.each(lambda band: fill_neighbour_weights(
-            self.colours, self._similar, *band[1:], self.weights), self._bands)
+            self.colours, self._similar, *band[1:], self.weights), cut_bands(self._rows))
 
     def evaluate(self, genes, chosen, details, first, last):
         """
@@ -169,27 +183,7 @@ class UniformFitness:
 
         genes: uint16, chosen: uint8 255ths, written, (R + 2, W); first, last: rows
         """
-        rows, columns = self._size
         fill_chosen(self.planes, genes, first, last, chosen)
-        first, last = max(first - 1, 0), min(last + 1, rows)
-        total = fill_fitness(genes, chosen, self.weights, columns, first, last, details)
-        return total if last - first == rows else inside(details).sum(dtype=np.int64)
-
-    def fill_possibility(self, chromosome, chosen):
-        """Write the possibility of a chromosome's matches: uint8 (R, C), 255ths."""
-        framed, framed_chosen = self.details(1)[0], np.zeros(self.weights.shape[1:], np.uint8)
-        inside(framed)[:] = chromosome
-        fill_chosen(self.planes, framed, 0, self._size[0], framed_chosen)
-        chosen[:] = inside(framed_chosen)
-
-    def largest_elsewhere(self, pool, chromosome):
-        """Return the possibility of the best other match, as `LiteralFitness` does."""
-        framed, largest = self.details(1)[0], np.zeros(self.weights.shape[1:], np.uint8)
-        inside(framed)[:] = chromosome
-        pool.each(lambda band: fill_largest_elsewhere(self.planes, framed, NEAR, *band[1:],
-                                                      largest), self._bands)
-        return inside(largest)
-
-    def most_possible(self, genes):
-        """Write the most possible disparity of each cell: uint16 (R + 2, W), framed."""
-        most_possible(self.planes, 0, self._size[0], np.zeros(genes.shape[1], np.uint8), genes)
+        first, last = max(first - 1, 0), min(last + 1, self._rows)
+        total = fill_fitness(genes, chosen, self.weights, self._columns, first, last, details)
+        return total if last - first == self._rows else inside(details).sum(dtype=np.int64)

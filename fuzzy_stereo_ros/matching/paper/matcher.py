@@ -150,9 +150,7 @@ class PaperMatcher:
 
     def possibility_of(self, chromosome):
         """Return the possibility of a chromosome's matches: float32 (R, C), 0 to 1."""
-        chosen = np.zeros(chromosome.shape, np.uint8)
-        self._fitness.fill_possibility(chromosome, chosen)
-        return chosen / np.float32(FULL)
+        return self._fitness.possibility_of(chromosome) / np.float32(FULL)
 
     def certainty_of(self, chromosome):
         """
@@ -215,8 +213,7 @@ class PaperMatcher:
         confidence = (confidence * np.exp(-UNSETTLED * growth)).astype(np.float32)
         disparity = best + np.float32(self._config.min_disparity)
         if not self._config.fill:
-            disparity[(confidence == 0)
-                      | (confidence < self._config.confidence_threshold)] = np.nan
+            disparity[self._config.rejects(confidence)] = np.nan
         return disparity, confidence
 
 

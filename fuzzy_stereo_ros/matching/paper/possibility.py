@@ -22,7 +22,7 @@ import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
-    average_over_uniform, fill_class_possibility, fill_grey_possibility, fill_planes)
+    average_over_uniform, fill_class_possibility, fill_planes)
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
 import numpy as np
 
@@ -150,20 +150,31 @@ def nearness(neighbourhood):
 
 class LiteralPossibility:
     """
-    Eq. 2 as printed.
+    Eq. 2 as printed; 0 for a match outside the target image.
 
-    volume: uint8 (R, C, D), 255ths
+    planes: uint8 (D, R + 2, W), 255ths, framed
     """
 
     def __init__(self, config, rows, columns):
         """Allocate all that pairs of one size need."""
-        self._min_disparity = config.min_disparity
+        self._min_disparity, self._columns = config.min_disparity, columns
         self._table = possibility_table(config.class_sigma)
-        self.volume = np.zeros((rows, columns, config.disparities), np.uint8)
+        self.planes = np.zeros((config.disparities, rows + 2, columns + FRAME), np.uint8)
 
     def set_pair(self, left, right):
-        """Write the possibilities of a pair: uint8 (R, C), grey levels."""
-        fill_grey_possibility(self._table, left, right, self._min_disparity, self.volume)
+        """
+        Write the possibilities of a pair: uint8 (R, C), grey levels.
+
+        The reference is the left image; the paper's, the right one, is had by mirroring and
+        exchanging both images, which is done above.
+        """
+        columns = self._columns
+        for shift, plane in enumerate(self.planes[:, 1:-1, 1:columns + 1], self._min_disparity):
+            first, last = max(shift, 0), min(columns + shift, columns)
+            plane[:] = 0
+            if first < last:
+                plane[:, first:last] = self._table[
+                    left[:, first:last], right[:, first - shift:last - shift]]
 
 
 class UniformPossibility:

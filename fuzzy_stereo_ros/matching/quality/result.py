@@ -133,5 +133,5 @@ def refine(pool, config, population, seed, random):
 def without_uncertain(config, disparity, confidence):
     """Return disparities, NaN where they are too uncertain unless all are wanted; confidence."""
     if not config.fill:
-        disparity[(confidence == 0) | (confidence < config.confidence_threshold)] = np.nan
+        disparity[config.rejects(confidence)] = np.nan
     return disparity, confidence

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Eq. 1, Eq. 2, the possibility volume and the levels they are defined on."""
-from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import FRAME
+from fuzzy_stereo_ros.matching import MatcherConfig
+from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import fill_chosen, FRAME
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_classes import (
-    average_over_uniform, fill_chosen_possibility, fill_class_possibility, fill_grey_possibility,
-    fill_largest_elsewhere, fill_planes, most_possible)
+    average_over_uniform, fill_class_possibility, fill_largest_elsewhere, fill_planes,
+    most_possible)
 from fuzzy_stereo_ros.matching.paper.fitness import inside
 from fuzzy_stereo_ros.matching.paper.possibility import (
-    class_levels, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table,
-    nearness, possibility_table,
+    class_levels, GRADIENT_CENTRES, GRADIENT_SIGMA, gradient_table, LiteralPossibility, nearness,
     shared_membership, uniform_membership, very_possible_table)
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -26,22 +26,29 @@ def pair(shape, seed=0):
 
 @pytest.mark.parametrize('disparities, min_disparity', RANGES)
 @pytest.mark.parametrize('shape', SHAPES)
-def test_the_volume_is_that_of_the_twin(shape, disparities, min_disparity):
+def test_the_planes_are_those_of_the_twin(shape, disparities, min_disparity):
     left, right = pair(shape)
-    found = np.full((*shape, disparities), 99, np.uint8)
-    fill_grey_possibility(possibility_table(54.0), left, right, min_disparity, found)
+    found = LiteralPossibility(MatcherConfig(
+        disparities=disparities, min_disparity=min_disparity, class_sigma=54.0), *shape)
+    for images in ((right, left), (left, right)):      # nothing is left of the pair before
+        found.set_pair(*images)
     exact = reference.possibility_volume(left, right, disparities, min_disparity, 54.0)
-    np.testing.assert_array_equal(found, np.rint(255 * exact).astype(np.uint8))
+    np.testing.assert_array_equal(np.moveaxis(inside(found.planes), 0, 2),
+                                  np.rint(255 * exact).astype(np.uint8))
 
 
 @pytest.mark.parametrize('shape', SHAPES)
-def test_the_possibility_of_a_chromosome_is_read_from_the_volume(shape):
+def test_the_possibility_of_a_chromosome_is_read_from_the_planes(shape):
     generator = np.random.default_rng(1)
     volume = generator.integers(0, 256, (*shape, 6)).astype(np.uint8)
-    chromosome = generator.integers(0, 6, shape).astype(np.uint16)
-    chosen = np.zeros(shape, np.uint8)
-    fill_chosen_possibility(volume, chromosome, chosen)
-    np.testing.assert_array_equal(chosen, reference.chosen_possibility(volume, chromosome))
+    framed = shape[0] + 2, shape[1] + FRAME
+    planes, genes, chosen = (np.zeros((*before, *framed), kind) for before, kind in (
+        ((6,), np.uint8), ((), np.uint16), ((), np.uint8)))
+    inside(planes)[:] = np.moveaxis(volume, 2, 0)
+    inside(genes)[:] = generator.integers(0, 6, shape)
+    fill_chosen(planes, genes, 0, shape[0], chosen)
+    np.testing.assert_array_equal(
+        inside(chosen), reference.chosen_possibility(volume, inside(genes)))
 
 
 # ---- the uniform reading ----
