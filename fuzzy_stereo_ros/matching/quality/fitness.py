@@ -54,7 +54,7 @@ class PlaneFitness:
         weak: float32 (R, C), how weak the texture is, 0 to 1
         """
         self._volume = volume
-        self._origin, self._lean = (0, 0) if origin is None else (origin, 1)
+        self._origin, self._column_step = (0, 0) if origin is None else (origin, 1)
         self.trust[:] = kernels.TRUSTED
         self._fill_supports(pool, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
@@ -95,7 +95,7 @@ class PlaneFitness:
         selected = np.ones(costs.shape, np.bool_) if selected is None else selected
         pool.each(lambda band: kernels.plane_costs(
             self._volume, self.disparities_searched, planes, selected, self._supports,
-            self._masses, RADIUS, STRIDE, self._origin, self._lean, costs, band[1], band[2]),
+            self._masses, RADIUS, STRIDE, self._origin, self._column_step, costs, *band[1:]),
             self._bands)
         return costs
 

@@ -1,18 +1,24 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Scanline optima from eight directions, along the surface of a parent.
+Scanline optima from eight directions, along the surface of a parent, a strip of rows at a time.
 
-Not in the paper: see kernels/scanlines/eight_directions.py.
+Not in the paper: see kernels/scanlines/eight_directions.py. The costs of all matches and their
+sums are large; only those of a strip, with rows around it, are in memory. Strips are cut by the
+size of the images alone.
 """
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
+from fuzzy_stereo_ros.matching.quality.possibility import padded, SupportPossibility
 import numpy as np
 
 OVERLAP = 32         # rows beyond a band in which its paths start
+MOST_COSTS = 48_000_000      # of a strip with the rows around it
+MOST_PIXEL_COSTS = 12_000_000    # of one in which nothing is searched
+PIXEL_REACH = 8      # rows around a strip of pixel costs, more than their filters reach
 
 
 class Smoothness(NamedTuple):
@@ -30,7 +36,7 @@ class Smoothness(NamedTuple):
 
 
 class SurfaceScanlines:
-    """Scanline optima for one image size: memory, and the chosen labels."""
+    """Scanline optima for one image size: the memory that they need."""
 
     def __init__(self, shape):
         """shape: of the costs, (R, C, labels)."""
@@ -43,9 +49,6 @@ class SurfaceScanlines:
         self._offered = [np.zeros((2, columns + padded), np.uint16) for _ in self._bands]
         self._numbers = np.arange(padded, dtype=np.uint16)
         self.steps = np.zeros((4, rows, columns), np.uint8)
-        self.labels, self.target = (np.zeros((rows, columns), np.int16) for _ in range(2))
-        self.offsets = np.zeros((rows, columns), np.float32)
-        self.margins = np.zeros((rows, columns), np.uint16)
 
     def set_colour(self, colour):
         """Set the colours of an image, uint8 (R, C, 3): jumps cost less at their edges."""
@@ -60,12 +63,14 @@ class SurfaceScanlines:
         self.steps[eight_directions.DOWN_LEFT, 1:, :-1] = between(
             signed[1:, :-1], signed[:-1, 1:])
 
-    def search(self, pool, costs, disparities, smoothness, parent, steepest, here=slice(None)):
+    def search(self, pool, costs, disparities, smoothness, parent, steepest, chosen,
+               here=slice(None)):
         """
-        Choose labels: `labels`, `offsets`, `margins`, and `target`, those of the target's pixels.
+        Choose labels.
 
         parent: int16 (R, C), the surface that paths follow; steepest: its largest step that
-        counts; here: the rows whose labels are chosen
+        counts; chosen: labels, offsets, margins and target as of `choose_labels`, written; here:
+        the rows whose labels are chosen
         """
         weights = FULL * smoothness.jump * smoothness.weights()
         small, jump = (np.rint(share * weights).astype(np.uint16)
@@ -85,9 +90,8 @@ class SurfaceScanlines:
                 eight_directions.sum_paths(
                     costs, parent, steepest, self.steps, small, jump, sums, upwards, start,
                     first, last, self._paths[number], self._least[number])
-            eight_directions.choose_labels(
-                sums, disparities, self._offered[number], self._numbers, self.labels,
-                self.offsets, self.margins, self.target, first, last)
+            eight_directions.choose_labels(sums, disparities, self._offered[number],
+                                           self._numbers, *chosen, first, last)
             self._sums.append(memory)
         pool.each(search, self._bands)
 
@@ -95,3 +99,135 @@ class SurfaceScanlines:
         """Return memory for the sums of a band; each thread needs one."""
         return np.empty((max(last - first for _, first, last in self._bands),
                          *self._costs_shape[1:]), np.uint16)
+
+
+class Strip(NamedTuple):
+    """Rows first to last - 1 of an image, and those around it: begin to end - 1."""
+
+    first: int
+    last: int
+    begin: int
+    end: int
+
+    @property
+    def here(self):
+        """The rows of the strip among those that are in memory."""
+        return slice(self.first - self.begin, self.last - self.begin)
+
+    @property
+    def rows(self):
+        """The rows of the strip."""
+        return slice(self.first, self.last)
+
+    @property
+    def around(self):
+        """The rows that are in memory."""
+        return slice(self.begin, self.end)
+
+
+def cut_strips(rows, costs_a_row, reach, most=MOST_COSTS):
+    """
+    Return the `Strip`s of an image, as few as fit, of the same number of rows in memory.
+
+    reach: rows around a strip that its costs and paths depend on; most: costs in memory
+    """
+    for count in range(1, rows + 1):
+        inner = -(-rows // count)
+        height = min(inner + 2 * reach, rows)
+        if height * costs_a_row <= most or inner <= reach:
+            break
+    strips = []
+    for first in range(0, rows, inner):
+        begin = min(max(first - reach, 0), rows - height)
+        strips.append(Strip(first, min(first + inner, rows), begin, begin + height))
+    return strips
+
+
+class ScanlineStrips:
+    """
+    Memory for one image size, and the scanline optima of the last search.
+
+    labels, target: int16, margins: uint16, offsets: float32 (R, C), see choose_labels; strips:
+    list of `Strip`; steps: uint8 (2, R, C), of grey to the left and upwards
+    """
+
+    def __init__(self, rows, columns, disparities, model):
+        """model: of the possibility, see SupportPossibility."""
+        reach = OVERLAP + model.longest * model.rounds
+        self.strips = cut_strips(rows, columns * padded(disparities), reach)
+        height = self.strips[0].end - self.strips[0].begin
+        self._disparities = disparities
+        self._possibility = SupportPossibility(height, columns, disparities, model)
+        self._scanlines = SurfaceScanlines(self._possibility.costs.shape)
+        shape = rows, columns
+        self.labels, self.target = (np.zeros(shape, np.int16) for _ in range(2))
+        self.margins = np.zeros(shape, np.uint16)
+        self.offsets = np.zeros(shape, np.float32)
+        self.steps = np.zeros((2, *shape), np.uint8)
+
+    def set_pair(self, left, right, first_inside):
+        """Set a pair, see SupportPossibility.set_pair."""
+        self._pair, self._first_inside = (left, right), first_inside
+        self._strip, self._filled = None, None
+
+    def fill(self, pool, strip, model, surface, level):
+        """
+        Return the costs of a strip and the rows around it, uint16: see SupportPossibility.fill.
+
+        surface: float32 (R, C), the same object as long as it does not change
+        """
+        if self._strip != strip:
+            self._strip, self._filled = strip, None
+            self._possibility.set_pair(
+                *(tuple(part[strip.around] for part in image) for image in self._pair),
+                self._first_inside)
+            self._scanlines.set_colour(self._pair[0][0][strip.around])
+            self.steps[:, strip.rows] = self._scanlines.steps[::2, strip.here][:2]
+        if self._filled != (model, id(surface)):
+            self._filled = model, id(surface)
+            self._possibility.fill(pool, model, surface[strip.around], level)
+        return self._possibility.costs
+
+    def search(self, pool, strip, prior, smoothness, parent, steepest):
+        """
+        Choose the labels of a strip by its costs, which `fill` has written.
+
+        prior: surface, weights, float32 (R, C), dead zone and cut of SupportPossibility.add_prior;
+        smoothness, parent, steepest: see SurfaceScanlines.search
+        """
+        surface, weights, *zones = prior
+        given = pool, surface[strip.around], weights[strip.around], *zones
+        chosen = (every[strip.around] for every in (
+            self.labels, self.offsets, self.margins, self.target))
+        self._possibility.add_prior(*given)
+        self._scanlines.search(pool, self._possibility.costs, self._disparities, smoothness,
+                               parent[strip.around], steepest, tuple(chosen), strip.here)
+        self._possibility.add_prior(*given, undo=True)
+
+
+def pixel_costs(pool, left, right, disparities, model, first_inside):
+    """
+    Return the costs of the matches of a pair, without supports: uint8 (R, C, labels).
+
+    left, right: (colour, luminance), first_inside: see SupportPossibility.set_pair
+    """
+    rows, columns = left[1].shape
+    labels, model = padded(disparities), model._replace(rounds=0)
+    volume = np.empty((rows, columns, labels), np.uint8)
+    strips = cut_strips(rows, columns * labels, PIXEL_REACH, MOST_PIXEL_COSTS)
+    possibility = SupportPossibility(strips[0].end - strips[0].begin, columns, disparities, model)
+    for strip in strips:
+        possibility.set_pair(
+            *(tuple(part[strip.around] for part in image) for image in (left, right)),
+            first_inside)
+        possibility.fill(pool, model)
+        keep_bytes(pool, possibility.costs[strip.here], volume[strip.rows])
+    return volume
+
+
+def keep_bytes(pool, costs, volume):
+    """Write half of some costs, uint16 (R, C, labels), at most 255, into a uint8 volume."""
+    def keep(band):
+        half = costs[band[1]:band[2], :, :volume.shape[2]] >> 1
+        np.minimum(half, 255, out=volume[band[1]:band[2]], casting='unsafe')
+    pool.each(keep, cut_bands(len(volume)))

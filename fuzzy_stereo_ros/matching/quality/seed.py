@@ -15,8 +15,7 @@ from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
 from fuzzy_stereo_ros.matching.quality.possibility import Model, moved
-from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness
-from fuzzy_stereo_ros.matching.quality.strips import pixel_costs, ScanlineStrips
+from fuzzy_stereo_ros.matching.quality.scanlines import pixel_costs, ScanlineStrips, Smoothness
 from fuzzy_stereo_ros.matching.quality.surface import DenseSurface, Steps, SurfaceFitness
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 import numpy as np

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.quality.fitness import MOST, PlaneFitness, RADIUS
 from fuzzy_stereo_ros.matching.quality.planes import region_planes
 from fuzzy_stereo_ros.matching.quality.population import EvolvingView
 from fuzzy_stereo_ros.matching.quality.result import averaged_with_planes
-from fuzzy_stereo_ros.matching.quality.strips import cut_strips
+from fuzzy_stereo_ros.matching.quality.scanlines import cut_strips
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

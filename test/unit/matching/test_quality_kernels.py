@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility import cross_support, fuzzy_c
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import dense_map
 from fuzzy_stereo_ros.matching.kernels.scanlines import eight_directions
-from fuzzy_stereo_ros.matching.quality import strips
+from fuzzy_stereo_ros.matching.quality import scanlines
 from fuzzy_stereo_ros.matching.quality.possibility import Model, SupportPossibility
 from fuzzy_stereo_ros.matching.quality.scanlines import Smoothness, SurfaceScanlines
 from fuzzy_stereo_ros.matching.quality.surface import Steps, SurfaceFitness
@@ -27,8 +27,8 @@ def test_costs_of_pixels_in_strips_are_those_of_the_whole_image_halved(monkeypat
     left, right = small_pair(61, 40)[:2]
     pair = [(image, image @ np.float32([1, 2, 1])) if image.ndim == 3 else
             (np.stack([image] * 3, -1), 4 * np.float32(image)) for image in (left, right)]
-    monkeypatch.setattr(strips, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
-    volume = strips.pixel_costs(ThreadPool(1), *pair, 20, MODEL._replace(rounds=2), 3)
+    monkeypatch.setattr(scanlines, 'MOST_PIXEL_COSTS', 40 * 32 * 30)
+    volume = scanlines.pixel_costs(ThreadPool(1), *pair, 20, MODEL._replace(rounds=2), 3)
     whole = SupportPossibility(61, 40, 20, MODEL)
     whole.set_pair(*pair, 3)
     whole.fill(ThreadPool(1), MODEL)
@@ -169,10 +169,11 @@ def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
 
 
 def guessed(costs, parent, threads=1, here=slice(None)):
-    guess = SurfaceScanlines(costs.shape)
-    guess.set_colour(random_map((*costs.shape[:2], 3), 30, 7))
-    guess.search(ThreadPool(threads), costs, 24, SMOOTHNESS, parent, 2, here)
-    return guess
+    guess, shape = SurfaceScanlines(costs.shape), costs.shape[:2]
+    guess.set_colour(random_map((*shape, 3), 30, 7))
+    chosen = [np.zeros(shape, kind) for kind in (np.int16, np.float32, np.uint16, np.int16)]
+    guess.search(ThreadPool(threads), costs, 24, SMOOTHNESS, parent, 2, chosen, here)
+    return chosen
 
 
 @pytest.mark.parametrize('here', [slice(0, 150), slice(20, 60), slice(70, 149), slice(74, 76)])
@@ -180,8 +181,7 @@ def test_some_rows_are_chosen_as_among_all_and_the_others_stay(here):
     costs = random_map((150, 20, 32), FULL, dtype=np.uint16)
     parent = np.zeros((150, 20), np.int16)
     every, some = (guessed(costs, parent, here=rows) for rows in (slice(None), here))
-    for name in ('labels', 'offsets', 'margins', 'target'):
-        found, wanted = getattr(some, name), getattr(every, name).copy()
+    for found, wanted in zip(some, every):
         wanted[:here.start] = wanted[here.stop:] = 0
         np.testing.assert_array_equal(found, wanted)
 

@@ -288,7 +288,7 @@ def reject_bent(planes, starts, pixels, disparities, trusted, near, share, selec
 def reject_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price, least, region,
                      parent, excess, size, selected):
     """
-    Reject regions that a proposal moves although the images speak against it.
+    Reject regions that a proposal moves although their visible matches get worse.
 
     A region is what is 4-connected, of one label, and moves by more than `far` px. It may move if
     its trusted pixels do not cost more, in sum, than `price` for each pixel that is not trusted;
