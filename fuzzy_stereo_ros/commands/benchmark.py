@@ -84,10 +84,11 @@ def run(arguments, stream, progress_stream=None):
 
 def measured(config, frames, repeats, progress_stream):
     """Return a row for each matcher: its name and FIGURES."""
-    makers = {f'ours, {name}': partial(_ours, replace(
-        config, warm_start=name == 'warm', still_interval=1), frames) for name in ('cold', 'warm')}
-    makers.update((f'OpenCV {baseline.name}', partial(_opencv, baseline.matcher, config, frames))
-                  for baseline in TUNED)
+    makers = {f'ours, {name}': partial(StereoMatcher, replace(
+        config, warm_start=name == 'warm', still_interval=1)) for name in ('cold', 'warm')}
+    makers.update((f'OpenCV {baseline.name}', partial(
+        baseline.matcher, MIDDLEBURY, config.disparities)) for baseline in TUNED)
+    makers = {name: partial(_work, make, frames) for name, make in makers.items()}
     warm_matcher(config, progress_stream, frames[0][0].shape[:2])
     memory = {name: _memory_of(make) for name, make in makers.items()}
     turns = take_turns({name: make() for name, make in makers.items()}, repeats, FRAMES)
@@ -100,18 +101,9 @@ def measured(config, frames, repeats, progress_stream):
     return rows
 
 
-def _ours(config, frames):
-    """Return a function that matches a frame with our matcher."""
-    matcher = StereoMatcher(config)
-
-    def work(number):
-        matcher.match(*frames[number])
-    return work
-
-
-def _opencv(make, config, frames):
-    """Return a function that matches a frame with one of OpenCV's matchers."""
-    matcher = make(MIDDLEBURY, config.disparities)
+def _work(make, frames):
+    """Return a function that matches a frame of a number with the matcher that make() returns."""
+    matcher = make()
 
     def work(number):
         matcher.match(*frames[number])

@@ -172,30 +172,27 @@ def side_by_side(matched, low, high):
 
     Titles and colour bars are above them. low, high: px, the range of the colours of disparities.
     """
-    pair, match, config = matched.pair, matched.match, matched.config
-    image = in_eight_bits(getattr(pair, config.reference))
+    pair, match, side = matched.pair, matched.match, matched.config.reference
     confidence = cv2.convertScaleAbs(match.confidence, alpha=255)
-    panels = [
-        (image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR),
-         f'{config.reference} image', f'stamp {pair.stamp / 1e9:.3f} s', None, None),
-        (colour_disparity(match.disparity, low, high), 'disparity [px], grey is invalid',
-         f'{low:g}', f'{high:g}', cv2.COLORMAP_TURBO),
-        (cv2.applyColorMap(confidence, cv2.COLORMAP_VIRIDIS), 'confidence', '0', '1',
-         cv2.COLORMAP_VIRIDIS)]
-    return np.hstack([_headed(_sized(picture), *words) for picture, *words in panels])
+    return np.hstack([
+        image_beside_disparity(getattr(pair, side), match.disparity, low, high,
+                               f'stamp {pair.stamp / 1e9:.3f} s', ', grey is invalid',
+                               f'{side} image'),
+        _headed(_sized(cv2.applyColorMap(confidence, cv2.COLORMAP_VIRIDIS)), 'confidence', '0',
+                '1', cv2.COLORMAP_VIRIDIS)])
 
 
-def image_beside_disparity(image, disparity, low, high, where, found):
+def image_beside_disparity(image, disparity, low, high, where, found, title='image'):
     """
     Return an image and disparities in colours side by side, under titles: uint8 (R, C, 3) BGR.
 
     image: uint8 or uint16, grey or BGR. low, high: px, the range of the colours. where, found:
-    words beside the image and beside the disparities.
+    words beside the image and beside the disparities. title: of the image.
     """
     image = in_eight_bits(image)
     image = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return np.hstack([
-        _headed(_sized(image), 'image', where, None, None),
+        _headed(_sized(image), title, where, None, None),
         _headed(_sized(colour_disparity(disparity, low, high)), f'disparity [px]{found}',
                 f'{low:g}', f'{high:g}', cv2.COLORMAP_TURBO)])
 
