@@ -104,8 +104,36 @@ def blended(luminance, before, shifts, choices, ages, limits, tile=16):
     return found
 
 
-def chosen_tiles(differences, ages, noises, rules):
+def tile_noises(differences, rough, expected=0.2, factor=0.61):
+    """Return the noise of each tile, and that of the picture; see the kernel."""
+    def quiet(values):
+        return np.partition(values, int(expected * (values.size - 1)))[
+            int(expected * (values.size - 1))]
+
+    def noise(half):
+        return min(quiet(smallest[half]), factor * quiet(rough[half]))
+    smallest, brightness = differences[:, 0].min(axis=0), differences[0, 7].astype(float)
+    bright = brightness > brightness.mean()
+    everywhere = noise(np.full(bright.shape, True))
+    if not bright.any():
+        return np.full(bright.shape, everywhere), everywhere
+    (dark, darker), (loud, brighter) = (
+        (noise(half)**2, brightness[half][smallest[half] <= quiet(smallest[half])].mean())
+        for half in (~bright, bright))
+    slope = min(max(loud - dark, 0) / max(brighter - darker, 1), dark / max(darker, 1))
+    return np.sqrt(np.maximum(everywhere**2, dark + slope * (brightness - darker))), everywhere
+
+
+def chosen_tiles(differences, ages, noises, rules, rests=0.9):
     """Return the shift of each tile, -1 for none, and how old it is then."""
+    choices, new_ages = _chosen(differences, ages, np.stack([noises] * len(ages)), rules)
+    if np.mean(choices >= 0) > rests:
+        both = np.sqrt(1 + 1 / np.maximum(ages, 1))
+        return _chosen(differences, ages, noises * np.maximum(both / np.median(both), 1), rules)
+    return choices, new_ages
+
+
+def _chosen(differences, ages, noises, rules):
     choices, new_ages = np.full(ages.shape[1:], -1), np.ones(ages.shape[1:])
     for at in np.ndindex(choices.shape):
         shift = int(np.argmin(differences[(slice(None), 0, *at)]))

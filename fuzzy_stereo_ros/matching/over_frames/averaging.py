@@ -18,7 +18,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, Rules, TILE)
+    add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, Rules, TILE,
+    tile_noises)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
 import numpy as np
 
@@ -29,10 +30,7 @@ SAMPLED = 16         # every SAMPLED-th row is compared to find the exact shift
 RULES = Rules(loud=1.2, white=1.5, peak=1.3, bump=1.8, slack=0.3, oldest=32, drift=6.0,
               alike=0.55)
 LIKE = 2.5           # limit of the difference of an averaged pixel, as a factor of its tile's
-QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
-ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
 STILL = 0.8          # share of unchanged tiles from which the picture counts as still
-RESTS = 0.9          # share of unchanged tiles from which changed ones may be averaged again
 ANOTHER = 0.3        # share of unchanged tiles below which the scene is another one
 FAINT = 0.5          # grey levels of noise from which both views are compared for moving texture
 
@@ -91,6 +89,7 @@ class Tiles(NamedTuple):
 
     differences: np.ndarray  # float32 (2, 8, ...), by shift; see compare_tiles
     rough: np.ndarray        # float32, second differences
+    noises: np.ndarray       # float32, grey levels
     ages_then: np.ndarray    # float32 (2, ...), by shift, frames in the previous average
     choices: np.ndarray      # int8, index of the shift; -1: it changed and is not averaged
     ages: np.ndarray         # float32, frames in the average, with this one
@@ -117,7 +116,7 @@ class Averaging:
         self._alike = np.zeros(shape, np.float32)
         self.ages_of_both = np.ones(shape, np.float32)
         self.tiles = [Tiles(
-            np.zeros((2, 8, *shape), np.float32), np.zeros(shape, np.float32),
+            np.zeros((2, 8, *shape), np.float32), *np.zeros((2, *shape), np.float32),
             np.zeros((2, *shape), np.float32), np.full(shape, -1, np.int8),
             np.ones(shape, np.float32), np.zeros(shape, np.float32),
             np.zeros((2, 2, *shape), np.float32), np.zeros((2, *shape), np.float32))
@@ -198,17 +197,10 @@ class Averaging:
         pool.each(compare, self.bands)
         self.noise = 0.0
         for tiles in self.tiles:
-            differences, ages = tiles.differences[:number], tiles.ages_then[:number]
-            smallest = differences[:, 0].min(axis=0)
-            noise = _noise(smallest, tiles.rough)
-            noises = np.stack(number * [
-                _by_brightness(noise, smallest, tiles.rough, differences[0, 7])])
-            if _choose(tiles, differences, ages, noises) > RESTS:
-                # the average of fewer frames is noisier itself
-                both = np.sqrt(1 + 1 / np.maximum(ages, np.float32(1)))
-                _choose(tiles, differences, ages,
-                        noises * np.maximum(both / np.median(both), np.float32(1)))
-            self.noise = max(self.noise, noise)
+            differences = tiles.differences[:number]
+            self.noise = max(self.noise, tile_noises(differences, tiles.rough, tiles.noises))
+            choose_tiles(differences, tiles.ages_then[:number], tiles.noises, tuple(RULES),
+                         tiles.choices, tiles.ages, tiles.sizes)
         if history.labels is not None and self.noise > FAINT:
             self._reject_alike(pool, views, history)
         return [float(np.mean(tiles.choices >= 0)) for tiles in self.tiles]
@@ -249,38 +241,3 @@ class Averaging:
                 blend(picture.luminance, picture.grey, old, shifts[side], tiles.choices,
                       tiles.ages, limits[side], new, band[1], band[2])
         pool.each(blend_band, self.bands)
-
-
-def _choose(tiles, *measured):
-    """Choose the unchanged tiles by the first arguments of choose_tiles; return their share."""
-    choose_tiles(*measured, tuple(RULES), tiles.choices, tiles.ages, tiles.sizes)
-    return np.mean(tiles.choices >= 0)
-
-
-def _noise(differences, rough):
-    """Return the noise of tiles by their differences and their second differences."""
-    return min(_quiet(differences), ROUGH * _quiet(rough))
-
-
-def _by_brightness(noise, differences, rough, brightness):
-    """
-    Return the noise of each tile: float32, at least that of the picture, more in bright tiles.
-
-    The variance of noise is a line over grey levels, fitted to the darker and the brighter tiles;
-    it is steepest for photon noise, whose line goes through the origin.
-    """
-    bright = brightness > brightness.mean()
-    if not bright.any():
-        return np.full_like(brightness, noise)
-    (dark, darker), (loud, brighter) = (
-        (_noise(found, rough[half])**2, brightness[half][found <= _quiet(found)].mean())
-        for half, found in ((half, differences[half]) for half in (~bright, bright)))
-    slope = min(max(loud - dark, 0) / max(brighter - darker, 1), dark / max(darker, 1))
-    return np.sqrt(np.maximum(noise**2, dark + slope * (brightness - darker)), dtype=np.float32)
-
-
-def _quiet(by_tile):
-    """Return the quantile of values by tile below which tiles differ by noise alone."""
-    flat = by_tile.reshape(-1)
-    place = int(QUIET_TILES * (flat.size - 1))
-    return float(np.partition(flat, place)[place])

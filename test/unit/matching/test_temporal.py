@@ -8,7 +8,8 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, TILE, UNITS)
+    add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, TILE, tile_noises,
+    UNITS)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
     move_ages, move_map)
 from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
@@ -74,7 +75,22 @@ def test_roughness_is_that_of_the_twin(shape):
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.integers(1, 4), st.integers(1, 4), st.integers(1, 20), st.integers(0, 99))
+@given(st.integers(1, 6), st.integers(1, 6), st.integers(1, 2), st.sampled_from([1, 200]),
+       st.integers(0, 99))
+def test_the_noise_of_tiles_is_that_of_the_twin(rows, columns, shifts, levels, seed):
+    random = np.random.default_rng(seed)
+    differences = random.uniform(0, 9, (shifts, 8, rows, columns)).astype(np.float32)
+    differences[:, 7] = random.integers(0, levels, (rows, columns))
+    rough = random.uniform(0, 9, (rows, columns)).astype(np.float32)
+    noises = np.zeros((rows, columns), np.float32)
+    noise = tile_noises(differences, rough, noises)
+    expected = twins.tile_noises(differences, rough)
+    np.testing.assert_allclose(noises, expected[0], rtol=1e-5)
+    assert noise == pytest.approx(expected[1])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 4), st.integers(1, 4), st.integers(1, 80), st.integers(0, 99))
 def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     random = np.random.default_rng(seed)
     # 0.07: no difference lies just on a rule's border, where rounding decides.
@@ -82,12 +98,23 @@ def test_which_tiles_are_the_same_is_as_in_the_twin(rows, columns, noise, seed):
     ages = random.integers(0, RULES.oldest + 2, (2, rows, columns)).astype(np.float32)
     choices = np.zeros((rows, columns), np.int8)
     new_ages, sizes = (np.zeros((rows, columns), np.float32) for _ in range(2))
-    noises = (noise * random.uniform(0.1, 0.4, ages.shape)).astype(np.float32)
+    noises = (noise * random.uniform(0.1, 0.4, (rows, columns))).astype(np.float32)
     choose_tiles(differences, ages, noises, tuple(RULES), choices, new_ages, sizes)
     expected = twins.chosen_tiles(differences, ages, noises, RULES)
     np.testing.assert_array_equal(choices, expected[0])
     np.testing.assert_array_equal(new_ages, expected[1])
     np.testing.assert_array_equal(sizes, differences[:, 0].min(axis=0))
+
+
+@pytest.mark.parametrize('changed, same', [(1, True), (4, False)])
+def test_a_young_average_may_differ_more_where_nearly_all_tiles_rest(changed, same):
+    differences, ages = np.zeros((1, 8, 5, 5), np.float32), np.full((1, 5, 5), 20, np.float32)
+    differences[0, 0], differences[0, 0, :changed, 0], ages[0, :changed, 0] = 1, 1.7, 1
+    choices, noises = np.zeros((5, 5), np.int8), np.ones((5, 5), np.float32)
+    choose_tiles(differences, ages, noises, tuple(RULES), choices, *np.zeros((2, 5, 5), np.float32))
+    expected = twins.chosen_tiles(differences, ages, noises, RULES)[0]
+    np.testing.assert_array_equal(choices, expected)
+    assert np.all(choices[:changed, 0] >= 0) == same
 
 
 @settings(max_examples=60, deadline=None)

@@ -19,6 +19,9 @@ UNITS = 32       # units of a compared difference in a grey level
 STEEPEST, PRODUCT_BITS = 1024, 8
 LEAST_VARIED = 0.02     # share of the squares of slopes that is left without their mean
 SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
+QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
+ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
+RESTS = 0.9          # share of unchanged tiles from which changed ones may be averaged again
 
 
 class Rules(NamedTuple):
@@ -213,19 +216,91 @@ def roughness(luminance, columns, rough, first, last):
             rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
 
 
-@kernel
+@kernel(allocates=True)
+def tile_noises(differences, rough, noises):
+    """
+    Measure the noise of each tile; return that of the picture: grey levels, standard deviation.
+
+    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; rough:
+    float32 (tile rows, tile columns), see roughness; noises: float32, the same, written: at least
+    the noise of the picture, more in bright tiles. The variance of noise is a line over grey
+    levels, fitted to the darker and the brighter tiles; it is steepest for photon noise, whose
+    line goes through the origin.
+    """
+    smallest, brightness = differences[0, 0].ravel(), differences[0, 7].ravel()
+    for shift in range(1, len(differences)):
+        smallest = np.minimum(smallest, differences[shift, 0].ravel())
+    everywhere = np.ones(smallest.size, np.bool_)
+    noise = min(_quiet(smallest), ROUGH * _quiet(rough.ravel()))
+    mean = _mean(brightness, everywhere)
+    bright = brightness > mean
+    flat = noises.ravel()
+    flat[:] = noise
+    if not bright.any():
+        return noise
+    darker, dark = _noise_of_some(smallest, rough.ravel(), brightness, ~bright)
+    brighter, loud = _noise_of_some(smallest, rough.ravel(), brightness, bright)
+    slope = min(max(loud - dark, 0.0) / max(brighter - darker, 1.0), dark / max(darker, 1.0))
+    for tile in range(flat.size):
+        flat[tile] = np.sqrt(
+            max(noise * noise, dark + slope * (np.float64(brightness[tile]) - darker)))
+    return noise
+
+
+@called(allocates=True)
+def _noise_of_some(differences, rough, brightness, chosen):
+    """Return the mean grey level of the quiet ones of the chosen tiles, and their variance."""
+    some = differences[chosen]
+    quiet = _quiet(some)
+    return (_mean(brightness[chosen], some <= quiet),
+            min(quiet, ROUGH * _quiet(rough[chosen]))**2)
+
+
+@called
+def _mean(values, chosen):
+    """Return the mean of the chosen values."""
+    total = number = 0.0
+    for at in range(len(values)):
+        if chosen[at]:
+            total += values[at]
+            number += 1
+    return total / number
+
+
+@called(allocates=True)
+def _quiet(by_tile):
+    """Return the quantile of values by tile below which tiles differ by noise alone."""
+    place = int(QUIET_TILES * (len(by_tile) - 1))
+    return np.float64(np.partition(by_tile, place)[place])
+
+
+@kernel(allocates=True)
 def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
     """
-    Decide which tiles are unchanged since the previous picture, and after which shift.
+    Decide which tiles are unchanged, and after which shift.
 
-    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages,
-    noises: float32 (N, tile rows, tile columns), moved alike: frames, and the grey levels that
-    noise alone makes them differ by; rules: the fields of Rules;
+    Where nearly all are, tiles may differ more whose average of fewer frames is noisier itself.
+
+    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages:
+    float32 (N, tile rows, tile columns), moved alike, frames; noises: see tile_noises; rules: the
+    fields of Rules;
     choices: int8, index of the shift with the least difference, -1 where the tile has changed;
     new_ages: float32, number of frames in the average, with this one; sizes: float32, the
     difference.
     """
-    rules = Rules(*rules)
+    louder = np.ones(ages.shape, np.float32)
+    share = _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
+    if share > RESTS:
+        for shift in range(len(ages)):
+            louder[shift] = np.sqrt(1 + 1 / np.maximum(ages[shift], np.float32(1)))
+        louder = np.maximum(louder / np.median(louder), np.float32(1))
+        _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
+
+
+@called
+def _choose(differences, ages, noises, louder, rules, choices, new_ages, sizes):
+    """Decide as choose_tiles, return the share; louder: float32, as ages, factors of noises."""
+    chosen = 0
     for row in range(choices.shape[0]):
         for column in range(choices.shape[1]):
             best = 0
@@ -234,13 +309,16 @@ def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
                     best = shift
             size, blocks, peak, loudest = differences[best, :4, row, column]
             age, slack = ages[best, row, column], rules.slack
-            same = (age > 0 and size <= rules.loud * noises[best, row, column] + slack
+            noise = noises[row, column] * louder[best, row, column]
+            same = (age > 0 and size <= rules.loud * noise + slack
                     and blocks <= rules.white * size + 2 * slack
                     and peak <= rules.peak * size + 2 * slack
                     and loudest <= rules.bump * size + 2 * slack)
             choices[row, column] = best if same else -1
             new_ages[row, column] = min(age + 1, rules.oldest) if same else 1
             sizes[row, column] = size
+            chosen += same
+    return chosen / choices.size
 
 
 @kernel
