@@ -310,13 +310,12 @@ def beside_busy_processes(request, pair, size, threads):
     greys = [tuple(grey(image) for image in frame) for frame in frames]
     works = {f'{COLD}, {count} thread' + 's' * (count > 1):
              _ours(request.ours, frames, disparities, count, COLD) for count in reversed(threads)}
-    if len(threads) > 1:
-        works.update((name, _ours(request.ours, frames, disparities, threads[-1], COLD,
-                                  FixedPlaces(apart)))
-                     for name, apart in (('helpers apart', True), ('helpers anywhere', False)))
+    places = {'helpers apart': True, 'helpers anywhere': False} if len(threads) > 1 else {}
+    works.update((name, _ours(request.ours, frames, disparities, threads[-1], COLD,
+                              FixedPlaces(apart))) for name, apart in places.items())
     works[REFERENCE.name] = _baseline(REFERENCE, greys, disparities)
     with opencv_threads(threads[-1]):
-        return busy_table(works, FRAMES, request.quick)
+        return busy_table(works, FRAMES, request.quick, places)
 
 
 def memory_row(request, pair, size):
