@@ -18,9 +18,10 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, Rules, TILE,
-    tile_noises)
+    blend, compare_tiles, roughness, TILE)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import best_shift, move_ages, thumbnail
+from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
+    add_drifts, choose_tiles, reject_drifting, Rules, tile_noises)
 import numpy as np
 
 THUMBNAIL = 60       # rows or columns, at least, of the thumbnails that are correlated

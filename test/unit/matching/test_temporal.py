@@ -8,12 +8,13 @@ from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN, SLACK
 from fuzzy_stereo_ros.matching.kernels.temporal.both_views import (
     ages_of_both, changes_alike, reject_pointed_at)
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
-    add_drifts, blend, choose_tiles, compare_tiles, reject_drifting, roughness, TILE, tile_noises,
-    UNITS)
+    blend, compare_tiles, roughness, TILE, UNITS)
 from fuzzy_stereo_ros.matching.kernels.temporal.motion import (
     move_ages, move_map)
 from fuzzy_stereo_ros.matching.kernels.temporal.previous_best import (
     previous_prior, tile_strengths, trusted_cells)
+from fuzzy_stereo_ros.matching.kernels.temporal.unchanged_tiles import (
+    add_drifts, choose_tiles, reject_drifting, tile_noises)
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion, RULES
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
@@ -111,7 +112,8 @@ def test_a_young_average_may_differ_more_where_nearly_all_tiles_rest(changed, sa
     differences, ages = np.zeros((1, 8, 5, 5), np.float32), np.full((1, 5, 5), 20, np.float32)
     differences[0, 0], differences[0, 0, :changed, 0], ages[0, :changed, 0] = 1, 1.7, 1
     choices, noises = np.zeros((5, 5), np.int8), np.ones((5, 5), np.float32)
-    choose_tiles(differences, ages, noises, tuple(RULES), choices, *np.zeros((2, 5, 5), np.float32))
+    choose_tiles(differences, ages, noises, tuple(RULES), choices,
+                 *np.zeros((2, 5, 5), np.float32))
     expected = twins.chosen_tiles(differences, ages, noises, RULES)[0]
     np.testing.assert_array_equal(choices, expected)
     assert np.all(choices[:changed, 0] >= 0) == same

@@ -1,12 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the tiles that differ from the previous picture by noise alone, and average them with it.
+Compare the tiles of a picture with the previous one, and average the unchanged ones with it.
 
 Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 16 bits.
 """
-from typing import NamedTuple
-
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
 import numpy as np
@@ -19,22 +17,6 @@ UNITS = 32       # units of a compared difference in a grey level
 STEEPEST, PRODUCT_BITS = 1024, 8
 LEAST_VARIED = 0.02     # share of the squares of slopes that is left without their mean
 SIZE_OF_NOISE = 0.8     # mean size of white noise of 1
-QUIET_TILES = 0.2    # share of the tiles that are expected to differ by noise alone
-ROUGH = 0.61         # most noise by its second differences: 1.5 / sqrt(6) of their mean size
-RESTS = 0.9          # share of unchanged tiles from which changed ones may be averaged again
-
-
-class Rules(NamedTuple):
-    """By how much a tile may differ from the previous picture and still count as unchanged."""
-
-    loud: float      # limit of the differences of its pixels, as a factor of those of noise
-    white: float     # limit of the means of its blocks, as a factor of its pixels; white noise: 1
-    peak: float      # limit of the mean of any block, as a factor of its pixels
-    bump: float      # limit of the pixels of any block, as a factor of its pixels
-    slack: float     # grey levels added to each limit, twice to those of blocks
-    oldest: int      # largest number of frames that are averaged
-    drift: float     # limit of a drift, in standard deviations of the sum of noise over frames
-    alike: float     # correlation of the changes that both views show at a point
 
 
 @kernel(allocates=True)
@@ -214,162 +196,6 @@ def roughness(luminance, columns, rough, first, last):
                 total += totals[column]
             number = read * (min((tile + 1) * TILE, columns) - tile * TILE)
             rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
-
-
-@kernel(allocates=True)
-def tile_noises(differences, rough, noises):
-    """
-    Measure the noise of each tile; return that of the picture: grey levels, standard deviation.
-
-    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; rough:
-    float32 (tile rows, tile columns), see roughness; noises: float32, the same, written: at least
-    the noise of the picture, more in bright tiles. The variance of noise is a line over grey
-    levels, fitted to the darker and the brighter tiles; it is steepest for photon noise, whose
-    line goes through the origin.
-    """
-    smallest, brightness = differences[0, 0].ravel(), differences[0, 7].ravel()
-    for shift in range(1, len(differences)):
-        smallest = np.minimum(smallest, differences[shift, 0].ravel())
-    everywhere = np.ones(smallest.size, np.bool_)
-    noise = min(_quiet(smallest), ROUGH * _quiet(rough.ravel()))
-    mean = _mean(brightness, everywhere)
-    bright = brightness > mean
-    flat = noises.ravel()
-    flat[:] = noise
-    if not bright.any():
-        return noise
-    darker, dark = _noise_of_some(smallest, rough.ravel(), brightness, ~bright)
-    brighter, loud = _noise_of_some(smallest, rough.ravel(), brightness, bright)
-    slope = min(max(loud - dark, 0.0) / max(brighter - darker, 1.0), dark / max(darker, 1.0))
-    for tile in range(flat.size):
-        flat[tile] = np.sqrt(
-            max(noise * noise, dark + slope * (np.float64(brightness[tile]) - darker)))
-    return noise
-
-
-@called(allocates=True)
-def _noise_of_some(differences, rough, brightness, chosen):
-    """Return the mean grey level of the quiet ones of the chosen tiles, and their variance."""
-    some = differences[chosen]
-    quiet = _quiet(some)
-    return (_mean(brightness[chosen], some <= quiet),
-            min(quiet, ROUGH * _quiet(rough[chosen]))**2)
-
-
-@called
-def _mean(values, chosen):
-    """Return the mean of the chosen values."""
-    total = number = 0.0
-    for at in range(len(values)):
-        if chosen[at]:
-            total += values[at]
-            number += 1
-    return total / number
-
-
-@called(allocates=True)
-def _quiet(by_tile):
-    """Return the quantile of values by tile below which tiles differ by noise alone."""
-    place = int(QUIET_TILES * (len(by_tile) - 1))
-    return np.float64(np.partition(by_tile, place)[place])
-
-
-@kernel(allocates=True)
-def choose_tiles(differences, ages, noises, rules, choices, new_ages, sizes):
-    """
-    Decide which tiles are unchanged, and after which shift.
-
-    Where nearly all are, tiles may differ more whose average of fewer frames is noisier itself.
-
-    differences: float32 (N, 8, tile rows, tile columns), by shift, see compare_tiles; ages:
-    float32 (N, tile rows, tile columns), moved alike, frames; noises: see tile_noises; rules: the
-    fields of Rules;
-    choices: int8, index of the shift with the least difference, -1 where the tile has changed;
-    new_ages: float32, number of frames in the average, with this one; sizes: float32, the
-    difference.
-    """
-    louder = np.ones(ages.shape, np.float32)
-    share = _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
-    if share > RESTS:
-        for shift in range(len(ages)):
-            louder[shift] = np.sqrt(1 + 1 / np.maximum(ages[shift], np.float32(1)))
-        louder = np.maximum(louder / np.median(louder), np.float32(1))
-        _choose(differences, ages, noises, louder, Rules(*rules), choices, new_ages, sizes)
-
-
-@called
-def _choose(differences, ages, noises, louder, rules, choices, new_ages, sizes):
-    """Decide as choose_tiles, return the share; louder: float32, as ages, factors of noises."""
-    chosen = 0
-    for row in range(choices.shape[0]):
-        for column in range(choices.shape[1]):
-            best = 0
-            for shift in range(1, len(differences)):
-                if differences[shift, 0, row, column] < differences[best, 0, row, column]:
-                    best = shift
-            size, blocks, peak, loudest = differences[best, :4, row, column]
-            age, slack = ages[best, row, column], rules.slack
-            noise = noises[row, column] * louder[best, row, column]
-            same = (age > 0 and size <= rules.loud * noise + slack
-                    and blocks <= rules.white * size + 2 * slack
-                    and peak <= rules.peak * size + 2 * slack
-                    and loudest <= rules.bump * size + 2 * slack)
-            choices[row, column] = best if same else -1
-            new_ages[row, column] = min(age + 1, rules.oldest) if same else 1
-            sizes[row, column] = size
-            chosen += same
-    return chosen / choices.size
-
-
-@kernel
-def add_drifts(differences, rules, choices, drifts_then, drifts):
-    """
-    Add the difference of each tile in the direction of a motion to that of the previous frames.
-
-    Noise cancels, a motion too slow to be seen in one frame adds up. differences, rules, choices:
-    as in choose_tiles; drifts_then, drifts: float32 (N, 2, ...) and (2, tile rows, tile columns):
-    the sum, and its variance where there is noise alone; older frames count less, as
-    in the average.
-    """
-    rules = Rules(*rules)
-    keep = np.float32(1 - 1 / rules.oldest)
-    for row in range(choices.shape[0]):
-        for column in range(choices.shape[1]):
-            choice = choices[row, column]
-            if choice < 0:
-                drifts[:, row, column] = 0
-                continue
-            size, of_blocks = differences[choice, :2, row, column]
-            # noise that is correlated in neighbours cancels less
-            coloured = max(of_blocks / max(size, np.float32(1e-6)), np.float32(1))**2
-            drifts[0, row, column] = (keep * drifts_then[choice, 0, row, column]
-                                      + differences[choice, 4, row, column])
-            drifts[1, row, column] = (keep * keep * drifts_then[choice, 1, row, column]
-                                      + coloured * differences[choice, 5, row, column])
-
-
-@kernel(allocates=True)
-def reject_drifting(rules, choices, ages, drifts):
-    """
-    Restart the average of tiles that drift, alone or with the tiles around them.
-
-    rules, choices, ages: as in choose_tiles, changed; drifts: see add_drifts, changed
-    """
-    rules, (rows, columns) = Rules(*rules), choices.shape
-    before, most = drifts.copy(), np.float32(rules.drift**2)
-    for row in range(rows):
-        for column in range(columns):
-            if choices[row, column] < 0:
-                continue
-            total = variance = np.float32(0)
-            for above in range(max(row - 1, 0), min(row + 2, rows)):
-                for left in range(max(column - 1, 0), min(column + 2, columns)):
-                    total += before[0, above, left]
-                    variance += before[1, above, left]
-            alone, own = before[0, row, column], before[1, row, column]
-            if total * total > most * variance or alone * alone > most * own:
-                choices[row, column], ages[row, column] = -1, 1
-                drifts[:, row, column] = 0
 
 
 @kernel(allocates=True)
