@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The fitness of the profile `realtime`, and what an exchange of genes changes of it."""
+from bench.variants import Line
 from census_scene import random_map, seen, small_pair, twin_costs
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Line, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
 from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken, differing_cells
 from fuzzy_stereo_ros.matching.kernels.genetic.gene_cost import (
