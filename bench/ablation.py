@@ -12,12 +12,12 @@ from bench.conditions import under_condition
 from bench.datasets import window
 from bench.page import BLUE, column, figure_of, GREY, LIGHT_BLUE, ORANGE, titled
 from bench.request import figures_of_sequence, halved, means, report_of
-from bench.scoring import bad_percent, REFERENCE
+from bench.scoring import bad_percent, REFERENCE, ScoredSequence
 from bench.truth import correlation_table, genes_of, truth_beside_result
 from bench.variants import DEFAULT, NOT_FOLLOWED, PAPER, QUALITY, REALTIME
 from bench.warm import FRAMES, KINDS, QUICK_FRAMES, walks
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey
-from fuzzy_stereo_ros.evaluation.catalogue import Scene, Sequence
+from fuzzy_stereo_ros.evaluation.catalogue import Scene
 from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
 import numpy as np
 import pandas as pd
@@ -161,11 +161,12 @@ def on_sequence(sequence, request):
 
 
 def still_sequences(request, scenes):
-    """Return a still `Sequence` of each scene, of which only the last frame is scored."""
+    """Return a still `ScoredSequence` of each scene, of which only the last frame is scored."""
     frames = (QUICK_FRAMES if request.quick else FRAMES)[-1]
-    return [Sequence(STILL, one.scene.name, one.scene.family, one.scene.disparities,
-                     partial(window, one.scene, *KINDS[STILL], frames),
-                     scored=range(frames - 1, frames)) for one in walks(request, scenes, [STILL])]
+    return [ScoredSequence(STILL, one.scene.name, one.scene.family, one.scene.disparities,
+                           partial(window, one.scene, *KINDS[STILL], frames),
+                           scored=range(frames - 1, frames))
+            for one in walks(request, scenes, [STILL])]
 
 
 def evolutions(scenes, quick):

@@ -16,7 +16,6 @@ import cv2
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey, TUNED
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
-from fuzzy_stereo_ros.synthetic.scenes import misaligned
 import numpy as np
 import pandas as pd
 
@@ -25,6 +24,23 @@ BASELINES = [one for one in TUNED if one.algorithm in ('3WAY', 'HH4')]
 OPENCV = [one.name for one in BASELINES]
 SHOT, READ, COLUMNS = 0.06, 1.0, 0.7    # variances a grey level and at 0; deviation of columns
 DARKER, DARK_NOISE = 6, 0.8             # divisor; grey levels, standard deviation
+
+
+def misaligned(image, tilt=0.0, roll=0.0, zoom=0.0):
+    """
+    Return an image, uint8 or uint16 (R, C, ...), as a misaligned camera would take it.
+
+    tilt: px by which the content moves down. roll: degrees of its clockwise rotation about the
+    centre. zoom: percent by which it is larger.
+    """
+    rows, columns = image.shape[:2]
+    middle = np.array([(columns - 1) / 2, (rows - 1) / 2])
+    angle = np.deg2rad(roll)
+    turn = (1 + zoom / 100) * np.array([[np.cos(angle), -np.sin(angle)],
+                                        [np.sin(angle), np.cos(angle)]])
+    moved = np.column_stack([turn, middle + (0, tilt) - turn @ middle])
+    return cv2.warpAffine(image, moved, (columns, rows), flags=cv2.INTER_CUBIC,
+                          borderMode=cv2.BORDER_REFLECT_101)
 
 
 def as_it_is(image, random):

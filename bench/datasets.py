@@ -14,10 +14,10 @@ import os
 from pathlib import Path
 
 from bench.layers import make_layers
-from bench.scoring import ScoredPair
+from bench.scoring import ScoredPair, ScoredSequence
 from bench.streets import make_pictured_street
 from fuzzy_stereo_ros.evaluation.catalogue import (
-    files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR, Scene, Sequence)
+    files_of, FRAMES, FRAMES_IN_FOLDERS, ONE_PAIR, Scene)
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI, MIDDLEBURY, seen_by_both
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
@@ -165,15 +165,16 @@ def available_sequences(data, scenes, quick=False):
     single = [scene for scene in scenes if scene.family == MIDDLEBURY]
     classic = [scene for scene in single if scene.group == 'middv2'] or single
     real = [scene for scene in single if scene.group in ('middv2', 'midd2006_third')] or single
-    synthetic = partial(Sequence, family=MIDDLEBURY, disparities=MADE['disparities'])
+    synthetic = partial(ScoredSequence, family=MIDDLEBURY, disparities=MADE['disparities'])
     found = [
-        *(Sequence(f'window, noise {noise}, pan {pan}', scene.name, MIDDLEBURY, scene.disparities,
-                   partial(window, scene, noise, pan), pan=pan,
-                   scored=range(FIRST_SCORED, WINDOW_FRAMES))
+        *(ScoredSequence(f'window, noise {noise}, pan {pan}', scene.name, MIDDLEBURY,
+                         scene.disparities, partial(window, scene, noise, pan), pan=pan,
+                         scored=range(FIRST_SCORED, WINDOW_FRAMES))
           for noise in NOISES for pan in PANS for scene in classic),
-        *(Sequence('hard cut', f'{before.name} to {after.name}', MIDDLEBURY,
-                   max(before.disparities, after.disparities), partial(hard_cut, before, after),
-                   scored=range(2, 3), flickers=False) for before, after in pairwise(real)),
+        *(ScoredSequence('hard cut', f'{before.name} to {after.name}', MIDDLEBURY,
+                         max(before.disparities, after.disparities),
+                         partial(hard_cut, before, after), scored=range(2, 3), flickers=False)
+          for before, after in pairwise(real)),
         *(synthetic(kind, f'seed {seed}', read=partial(moving, seed, options),
                     scored=range(FIRST_SCORED, 8),
                     camera=MADE_CAMERA if 'drive' in options else None)
@@ -200,7 +201,7 @@ def available_sequences(data, scenes, quick=False):
         if data is None or not (data / folder).is_dir():
             skipped[f'no folder: {folder}'] = None      # each once
             continue
-        driven.append(Sequence(
+        driven.append(ScoredSequence(
             *named, partial(read_frames, data / folder, layout, numbers, noise),
             scored=range(0 if folder == EUROC else len(numbers)),
             camera=read_camera(data / folder / CALIBRATION)))

@@ -7,11 +7,12 @@ On synthetic scenes and real pairs, as they are and with the right image moved b
 """
 from itertools import islice
 
+from bench.conditions import misaligned
 from bench.request import report_of
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.report import Table
 from fuzzy_stereo_ros.matching.row_offsets import LIMIT, SURE
-from fuzzy_stereo_ros.synthetic.scenes import make_sequence, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
 import numpy as np
 
 SIZE, QUICK_SIZE = (480, 640, 64), (96, 160, 16)    # rows, columns, disparities

@@ -83,7 +83,7 @@ def commit_of(folder):
 
 def figures_of_sequence(sequence, frames, maps):
     """
-    Return {'error': percent, 'flicker': percent} of the maps of the frames of a `Sequence`.
+    Return {'error': percent, 'flicker': percent} of the maps of the frames of a `ScoredSequence`.
 
     error: mean of the scored frames with a truth. flicker: mean from the first scored frame on,
     with the pan removed. NaN if there are no such frames.

@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs as the benchmarks score them: one percentage, also where the truth has whole pixels."""
+"""Pairs and sequences as the benchmarks score them: one percentage, and the frames that count."""
 from dataclasses import dataclass
 
 from fuzzy_stereo_ros.evaluation.baselines import ALGORITHMS, Baseline
+from fuzzy_stereo_ros.evaluation.catalogue import Sequence
 from fuzzy_stereo_ros.evaluation.ground_truth import agreeing, GroundTruthPair
 from fuzzy_stereo_ros.evaluation.scores import score
+from fuzzy_stereo_ros.matching.match import Camera
 import numpy as np
 
 DEFAULT = [Baseline(f'{name} default', name) for name in ALGORITHMS]
@@ -22,6 +24,27 @@ class ScoredPair(GroundTruthPair):
     def as_scored(self, disparity):
         """Return a disparity map as it is scored: rounded if the truth has whole pixels."""
         return np.rint(disparity) if self.whole_pixel else disparity
+
+
+@dataclass(frozen=True)
+class ScoredSequence(Sequence):
+    """
+    A `Sequence`; its group is its kind in the tables.
+
+    scored: numbers of the frames whose error counts, if they have a truth. pan: pixels per frame
+    by which the window moves to the right. flickers: whether flicker is measured. camera: the
+    `Camera` of a moving camera, None = not known.
+    """
+
+    scored: range = range(0)
+    pan: int = 0
+    flickers: bool = True
+    camera: Camera | None = None
+
+    @property
+    def path(self):
+        """Group and name, as progress shows them."""
+        return ', '.join(filter(None, (self.group, self.name)))
 
 
 def bad_percent(disparity, pair, limit):

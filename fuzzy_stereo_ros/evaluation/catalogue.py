@@ -15,7 +15,6 @@ from typing import NamedTuple
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     ALL, DISC, KITTI, LIMITS, MIDDLEBURY, NONOCC, NUMBERS, PairFiles)
 from fuzzy_stereo_ros.matching import MatcherConfig
-from fuzzy_stereo_ros.matching.match import Camera
 
 PICTURES = ('.png', '.ppm', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
 EVERY, VISIBLE = ('disp_occ', 'disp_occ_0'), ('disp_noc', 'disp_noc_0')     # KITTI's
@@ -63,26 +62,8 @@ class Scene:
                 for number, files in self.files.items()}
 
 
-@dataclass(frozen=True)
 class Sequence(Scene):
-    """
-    Consecutive frames; `read()` returns an iterable of their `GroundTruthPair`s.
-
-    group: its kind in the tables of the benchmarks, '' for others. scored: numbers of the frames
-    whose error counts, if they have a truth. pan: pixels per frame by which the window moves to
-    the right. flickers: whether flicker is measured. camera: the `Camera` of a moving camera,
-    None = not known.
-    """
-
-    scored: range = range(0)
-    pan: int = 0
-    flickers: bool = True
-    camera: Camera | None = None
-
-    @property
-    def path(self):
-        """Group and name, as progress shows them."""
-        return ', '.join(filter(None, (self.group, self.name)))
+    """Consecutive frames; `read()` returns an iterable of their `GroundTruthPair`s."""
 
 
 class Layout(NamedTuple):

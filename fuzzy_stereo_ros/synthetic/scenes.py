@@ -200,20 +200,3 @@ def _view(surfaces, x, y, by_left):
         image[seen] = colours.reshape(image.shape)[seen]
         nearest[seen] = disparity[seen]
     return image, nearest
-
-
-def misaligned(image, tilt=0.0, roll=0.0, zoom=0.0):
-    """
-    Return an image, uint8 or uint16 (R, C, ...), as a misaligned camera would take it.
-
-    tilt: px by which the content moves down. roll: degrees of its clockwise rotation about the
-    centre. zoom: percent by which it is larger.
-    """
-    rows, columns = image.shape[:2]
-    middle = np.array([(columns - 1) / 2, (rows - 1) / 2])
-    angle = np.deg2rad(roll)
-    turn = (1 + zoom / 100) * np.array([[np.cos(angle), -np.sin(angle)],
-                                        [np.sin(angle), np.cos(angle)]])
-    moved = np.column_stack([turn, middle + (0, tilt) - turn @ middle])
-    return cv2.warpAffine(image, moved, (columns, rows), flags=cv2.INTER_CUBIC,
-                          borderMode=cv2.BORDER_REFLECT_101)

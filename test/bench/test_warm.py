@@ -5,11 +5,11 @@ from dataclasses import replace
 from functools import partial
 
 from bench import warm
+from bench.conditions import misaligned
 from bench.datasets import available_sequences
 from bench.request import Request
-from fuzzy_stereo_ros.evaluation.catalogue import Sequence
+from bench.scoring import ScoredSequence
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
-from fuzzy_stereo_ros.synthetic.scenes import misaligned
 import numpy as np
 import pytest
 from small_scenes import known as made_known, small_scene
@@ -26,9 +26,9 @@ def test_a_cold_frame_of_the_same_rig_keeps_the_measured_rows():
     seen.counts[30:80, 60:110] = True
     frames = [replace(one, right=misaligned(whole.right, tilt=TILT))
               for one in (whole, whole, whole, seen)]
-    alone, after = (warm.measure(
-        Sequence('tilted', 'corner', MIDDLEBURY, 24, partial(list, some),
-                 scored=range(len(some) - 1, len(some))), Request())['cold']
+    alone, after = (
+        warm.measure(ScoredSequence('tilted', 'corner', MIDDLEBURY, 24, partial(list, some),
+                                    scored=range(len(some) - 1, len(some))), Request())['cold']
         for some in (frames[3:], frames))
     assert alone > 10
     assert after < 6

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The real node says when its calibration does not hold, and of what kind the error is."""
+from bench.conditions import misaligned
 from diagnostic_msgs.msg import DiagnosticStatus
-from fuzzy_stereo_ros.synthetic.scenes import make_pair, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import pytest
 
 PAIR = make_pair(240, 320, 32, seed=2, objects=6, noise=2.0)

@@ -3,10 +3,11 @@
 """`match`, `replay` and `evaluate` tell whether the rows of the images fit each other."""
 import json
 
+from bench.conditions import misaligned
 from fuzzy_stereo_ros.commands.command_line import main
 from fuzzy_stereo_ros.pairs.disparity_files import write_disparity
 from fuzzy_stereo_ros.pairs.image_files import write_image
-from fuzzy_stereo_ros.synthetic.scenes import make_pair, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import pytest
 
 DISPARITIES = 32

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """fill_holes fills small rejected regions as fill does, and leaves the rest as it is."""
+from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, PROFILES, StereoMatcher
-from fuzzy_stereo_ros.synthetic.scenes import make_pair, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 import numpy as np
 import pytest
 

@@ -3,6 +3,7 @@
 """Rows that do not fit are undone, held, moved by measured steps, and forgotten with the rig."""
 from dataclasses import replace
 
+from bench.conditions import misaligned
 import cv2
 from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
@@ -12,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.possibility.row_alignment import (
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.row_alignment import PERIOD, RowAlignment, Rows, STEP
 from fuzzy_stereo_ros.matching.row_offsets import terms_at
-from fuzzy_stereo_ros.synthetic.scenes import make_pair, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest

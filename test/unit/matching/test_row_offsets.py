@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """By how much the rows of a pair differ is found, told by kind, and never where they fit."""
+from bench.conditions import misaligned
 from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
 from fuzzy_stereo_ros.matching.row_offsets import (
     corner_offsets, feature_offsets, Misalignment, misalignment_of, PLACES, row_offset_in_words,
     terms_at)
-from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence, misaligned
+from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
