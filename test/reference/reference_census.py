@@ -37,13 +37,14 @@ def eight_bits(luminance):
     return np.minimum(np.floor(luminance / 256 + 0.5), 255).astype(np.int64)
 
 
-def smoothed(luminance):
-    """Return binomial means of 3 x 3 pixels, rounded: int64 (R, C)."""
+def smoothed(image, share=1):
+    """Return an image moved by a share to its rounded binomial means of 3 x 3: int64 (R, C)."""
+    luminance = image
     for axis in (0, 1):
         around = np.pad(luminance, [(1, 1) if side == axis else (0, 0) for side in (0, 1)], 'edge')
         luminance = sum(weight * np.take(around, range(first, first + luminance.shape[axis]), axis)
                         for first, weight in enumerate((1, 2, 1)))
-    return (luminance + 8) // 16
+    return np.clip(image + share * ((luminance + 8) // 16 - image), 0, 2**16 - 1)
 
 
 def steps(luminance):

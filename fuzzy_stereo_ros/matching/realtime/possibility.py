@@ -64,9 +64,9 @@ class CensusPicture(Picture):
         self.census = zeros((rows, 3, stride), np.uint8)
         self.slopes = zeros((rows, stride), np.uint8)
 
-    def smooth(self, band):
-        """Smooth a band of rows of luminance and grey, which stay until `take_smoothed`."""
-        sharpness.smooth(self.luminance, self.columns, *self._smoothed, *band[1:])
+    def smooth(self, share, band):
+        """Smooth a band of rows, see sharpness.smooth; they stay until `take_smoothed`."""
+        sharpness.smooth(self.luminance, self.columns, share, *self._smoothed, *band[1:])
 
     def take_smoothed(self):
         """Exchange luminance and grey for the smoothed ones, but for `edges`."""

@@ -5,8 +5,11 @@ Smooths views where JPEG or an unsharp lens is detected, which make the two view
 
 Not in the paper, whose pictures are of a laboratory. JPEG leaves steps between blocks and ripples
 inside them, which differ between the views: both are smoothed. Where one lens is less sharp, the
-census of the other view compares details that this one lacks: the sharper view is smoothed.
+census of the other view compares details that this one lacks: the sharper view is smoothed. Where
+that is not enough, the other one is sharpened.
 """
+from functools import partial
+
 from fuzzy_stereo_ros.matching.kernels.possibility import sharpness as kernels
 import numpy as np
 
@@ -14,11 +17,13 @@ BLOCKS, APART = 600, 4       # blocks measured in a picture, about; at most ever
 SURE = 3.5           # deviations by which small coefficients must be too few to detect JPEG
 FEW = 0.5            # share of the coefficients of other blocks below which they are too few
 BLURRED = 0.85       # share of the other view's sharpness below which a view is blurred
+UNSHARP = 0.35       # sharpness below which it is less sharp than what is smoothed
+MEAN, SHARPENED = 1, -3     # shares of the way to the means: see kernels.smooth
 
 
 class Smoothing:
     """
-    Decides whether the views of a pair are smoothed, and smooths them.
+    Decides whether the views of a pair are smoothed or sharpened, and does it.
 
     compressed, coarse: whether the left view was compressed by JPEG, of quality 80 or less, and of
     70 or less
@@ -59,14 +64,16 @@ class Smoothing:
                               FEW * small[::-1])
         self.compressed = _too_few(small, expected)
         self.coarse = self.compressed and _too_few(middle, FEW * middle[::-1])
-        (left, left_far), (right, right_far) = self._steps.sum(axis=0).tolist()
-        left_sharpness, right_sharpness = left * right_far, right * left_far
-        sharper = (right_sharpness < BLURRED * left_sharpness,
-                   left_sharpness < BLURRED * right_sharpness)
-        smoothed = [view for view, sharp in zip(views, sharper) if self.compressed or sharp]
-        for view in smoothed:
-            pool.each(view.smooth, bands)
-        for view in smoothed:
+        steps, smoothed = self._steps.sum(axis=0).tolist(), []
+        for view, (near, far), (other_near, other_far) in zip(views, steps, steps[::-1]):
+            sharpness, other = near * other_far, other_near * far
+            if self.compressed or other < BLURRED * sharpness:
+                smoothed.append((view, MEAN))
+            elif sharpness < BLURRED * other and near < UNSHARP * far:
+                smoothed.append((view, SHARPENED))
+        for view, share in smoothed:
+            pool.each(partial(view.smooth, share), bands)
+        for view, _ in smoothed:
             view.take_smoothed()
 
 

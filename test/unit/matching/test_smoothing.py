@@ -10,6 +10,7 @@ from fuzzy_stereo_ros.matching.match import mirrored
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.possibility import (
     CensusPicture, COARSE_SIZE, FULL_SIZE, JPEG_SIZE)
+from fuzzy_stereo_ros.matching.realtime.smoothing import MEAN, SHARPENED
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -66,13 +67,13 @@ IMAGES = (st.integers(0, 2**20), st.integers(1, 40), st.integers(1, 150))
 
 
 @settings(max_examples=40)
-@given(*IMAGES)
-def test_a_smoothed_picture_has_binomial_means(seed, rows, columns):
+@given(*IMAGES, st.sampled_from([MEAN, SHARPENED]))
+def test_a_picture_is_moved_towards_or_away_from_binomial_means(seed, rows, columns, share):
     image = np.random.default_rng(seed).integers(0, 2**16, (rows, columns))
     smoothed = np.zeros_like(padded(image))
     grey = np.zeros((rows, columns + SLACK), np.uint8)
-    sharpness.smooth(padded(image), columns, smoothed, grey, 0, rows)
-    expected = twins.smoothed(image)
+    sharpness.smooth(padded(image), columns, share, smoothed, grey, 0, rows)
+    expected = twins.smoothed(image, share)
     np.testing.assert_array_equal(smoothed, padded(expected))
     np.testing.assert_array_equal(grey[:, :columns], twins.eight_bits(expected))
 
@@ -157,13 +158,15 @@ def test_pictures_alike_in_both_views_stay_as_they_are_to_the_bit(change):
         np.testing.assert_array_equal(found, fine(image))
 
 
+@pytest.mark.parametrize('sigma, share', [(0.6, 0), (1.2, SHARPENED)])
 @pytest.mark.parametrize('blurred', [0, 1])
-def test_the_sharper_view_is_smoothed_alone(blurred):
+def test_the_sharper_view_is_smoothed_and_a_much_blurred_one_sharpened(blurred, sigma, share):
     pair = [texture(seed, smooth=0.6) for seed in (0, 1)]
-    pair[blurred] = cv2.GaussianBlur(pair[blurred], None, 1.2)
+    pair[blurred] = cv2.GaussianBlur(pair[blurred], None, sigma)
     found = luminances(read(*pair))
-    np.testing.assert_array_equal(found[blurred], fine(pair[blurred]))
-    np.testing.assert_array_equal(found[1 - blurred], twins.smoothed(fine(pair[1 - blurred])))
+    for image, luminance, its_share in zip(
+            pair, found, (share, MEAN) if blurred == 0 else (MEAN, share)):
+        np.testing.assert_array_equal(luminance, twins.smoothed(fine(image), its_share))
 
 
 @pytest.mark.slow

@@ -78,22 +78,25 @@ def add_steps(luminance, columns, sums, first, last):
 
 
 @kernel(allocates=True)
-def smooth(luminance, columns, smoothed, grey, first, last):
+def smooth(luminance, columns, share, smoothed, grey, first, last):
     """
-    Write the binomial means of 3 x 3 pixels, a Gaussian of 0.7 px.
+    Move pixels towards the binomial means of 3 x 3, a Gaussian of 0.7 px, or away from them.
 
-    luminance, smoothed: uint16, with a margin; grey: uint8 (R, ...), smoothed / 256, rounded
+    luminance, smoothed: uint16, with a margin; share: of the way, 1: the means, below 0: sharper;
+    grey: uint8 (R, ...), smoothed / 256, rounded
     """
-    sums = np.empty(columns + 2, np.uint32)
+    sums = np.empty(columns + 2, np.int32)
     for row in range(first, last):
         above, here = luminance[row + MARGIN - 1], luminance[row + MARGIN]
         below = luminance[row + MARGIN + 1]
         for column in range(columns + 2):
             place = column + MARGIN - 1
-            sums[column] = np.uint32(above[place]) + 2 * np.uint32(here[place]) + below[place]
+            sums[column] = np.int32(above[place]) + 2 * np.int32(here[place]) + below[place]
         line, greys = smoothed[row + MARGIN, MARGIN:], grey[row]
         for column in range(columns):
             mean = (sums[column] + 2 * sums[column + 1] + sums[column + 2] + 8) >> 4
-            line[column] = mean
-            greys[column] = min((mean + 128) >> 8, 255)
+            value = np.int32(here[column + MARGIN])
+            value = min(max(value + share * (mean - value), 0), 65535)
+            line[column] = value
+            greys[column] = min((value + 128) >> 8, 255)
         pad_row(smoothed, row, columns)
