@@ -23,10 +23,8 @@ NOISE, PAN = 1.5, 2                 # grey levels; px a frame
 STILL_FRAMES, PAN_FRAMES, BEFORE_CUT, AFTER_CUT = 24, 16, 8, 16
 QUICK_FRAMES = 2
 SHOWN = 1, 2, 3, 4, 5, 8, 12, 16, 24
-CONFIDENT = 1, 2, 3, 4, 5           # frames whose confidence is compared with what is right
 SEEDS = 0, 1, 2
 LIVE = 'paper_live'
-PUBLISHED = 0.5                     # least confidence of the pixels that are compared
 STILL, PANS = f'still, noise {NOISE}', f'pan of {PAN} px, noise {NOISE}'
 DRIVES = 'KITTI drive', 'made, drive'
 
@@ -86,8 +84,7 @@ def follow(course, seed, profile=LIVE, changes=None, stages=None):
     """
     Match the frames of a course; return a dict of figures.
 
-    frame N: error in percent. right N: percent of the pixels of confidence PUBLISHED and more that
-    are right. milliseconds: of processor time, the median of the frames.
+    frame N: error in percent. milliseconds: of processor time, the median of the frames.
     """
     matcher = Ours(LIVE, profile, {'seed': seed, **(changes or {})}, stages).matcher(
         course.disparities, warm_start=True)
@@ -99,16 +96,7 @@ def follow(course, seed, profile=LIVE, changes=None, stages=None):
         if number > 0 and known.truth is not None:
             found['last'] = found[f'frame {number}'] = bad_percent(
                 match.disparity, known, course.limit)
-            found[f'right {number}'] = _right(match, known, course.limit)
     return {**found, 'milliseconds': float(np.median(times))}
-
-
-def _right(match, known, limit):
-    """Return the percentage of the published pixels that are right, NaN where there are none."""
-    counts = np.isfinite(known.truth) & (known.truth > 0) & (match.confidence >= PUBLISHED)
-    counts &= True if known.counts is None else known.counts
-    wrong = np.abs(known.as_scored(match.disparity) - known.truth) > limit
-    return 100 * float(np.mean(~wrong[counts])) if counts.any() else float('nan')
 
 
 def measure(request, course):
@@ -154,16 +142,6 @@ def frames_table(measured):
                     'profile, which saw all of them. Times: processor time of one thread.')
 
 
-def confidence_table(measured):
-    """Return the table of what is right of confident pixels in the first frames."""
-    found = pd.DataFrame(measured)
-    columns = {f'frame {number}': found[f'right {number}'].values
-               for number in CONFIDENT if f'right {number}' in found}
-    return Table.of('Over frames: percent right of the pixels of confidence 0.5 and more',
-                    pd.DataFrame(columns, index=found.kind + ': ' + found.scene),
-                    'Of the pixels that both cameras see; a dash where none is so sure.')
-
-
 def ablate(some, variant):
     """Return the figures of a `Variant` on some courses: its name, and mean errors by kind."""
     rows = [{'kind': course.kind, **follow(course, 0, changes=variant.changes,
@@ -188,4 +166,4 @@ def tables(request, pairs):
     measured = request.each(found, 'paper over frames', partial(measure, request))
     some = [course for course in found if course.kind in (STILL, PANS, 'made, drive')]
     ablated = request.each(PAPER_OVER_FRAMES, 'what parts earn', partial(ablate, some))
-    return [frames_table(measured), confidence_table(measured), ablation_table(ablated)]
+    return [frames_table(measured), ablation_table(ablated)]

@@ -5,10 +5,10 @@ from bench import variants
 from bench.truth import spearman
 from bench.variants import REALTIME
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
+from made_scenes import FEW, known, noisy
 import numpy as np
 import pandas as pd
 import pytest
-from small_scenes import DISPARITIES, known
 
 # Planes need plain regions, which this scene has not: other tests hold what is without them.
 WITHOUT_PLANES = [one for one in REALTIME[1:] if one.part not in ('crossover', 'mutation')
@@ -20,12 +20,10 @@ WITHOUT_PLANES = [one for one in REALTIME[1:] if one.part not in ('crossover', '
 def matched(stages=None, frames=1, **changes):
     """Return the matcher and what came of it after frames of one scene."""
     matcher = StereoMatcher(
-        MatcherConfig(disparities=DISPARITIES, threads=1, **changes), stages)
+        MatcherConfig(disparities=FEW, threads=1, **changes), stages)
     pair, random, noise = known(noise=6.0), np.random.default_rng(7), 4.0 * (frames > 1)
     for _ in range(frames):
-        match = matcher.match(*(
-            np.clip(image + random.normal(0, noise, image.shape), 0, 255).astype(np.uint8)
-            for image in (pair.left, pair.right)))
+        match = matcher.match(*noisy((pair.left, pair.right), noise, random))
     return matcher, match
 
 

@@ -4,9 +4,9 @@
 from dataclasses import replace
 
 from bench.conditions import CONDITIONS, under_condition
+from made_scenes import known as made_known
 import numpy as np
 import pytest
-from small_scenes import known as made_known
 
 SIZE = 120, 160, 16
 UNCHANGED = ('clean', *(f'rows {rows} px lower' for rows in ('0.5', '1', '1.5')),

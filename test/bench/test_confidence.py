@@ -7,11 +7,11 @@ from bench.confidence import (
 from bench.datasets import available_scenes, MIDDLEBURY_FOLDERS
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
+from made_scenes import small_scene
 import numpy as np
 import pytest
 from real_pairs import DATA
 from repository import ROOT
-from small_scenes import small_scene
 import yaml
 
 NAN = np.nan

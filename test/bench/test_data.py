@@ -11,9 +11,9 @@ from bench.request import commit_of
 from bench.scoring import bad_percent
 from fuzzy_stereo_ros.evaluation.report import Report
 from fuzzy_stereo_ros.pairs.image_files import write_image
+from made_scenes import COLUMNS, known as made_known, ROWS, small_scene
 import numpy as np
 import pytest
-from small_scenes import COLUMNS, known as made_known, ROWS, small_scene
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from bench.datasets import available_sequences
 from bench.request import Request
 from bench.scoring import ScoredSequence
 from fuzzy_stereo_ros.evaluation.ground_truth import MIDDLEBURY
+from made_scenes import known as made_known, small_scene
 import numpy as np
 import pytest
-from small_scenes import known as made_known, small_scene
 
 TILT = 1.5      # px
 CORNER = slice(0, 90), slice(30, 120)       # too small to measure the rows in

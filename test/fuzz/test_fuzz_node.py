@@ -9,7 +9,8 @@ from drawn_messages import BENT_INFOS, COLUMNS, FILES, FORMATS, IMAGES, INFOS, R
 from fuzzed import damages, examples
 from hypothesis import given, Phase, settings, strategies as st
 from made_messages import compressed
-from node_process import shifted_pair, values_of
+from made_scenes import shifted_pair
+from node_process import values_of
 import numpy as np
 import pytest
 from soak_figures import broken_sums, faults_of, losses_of, losses_told, whole_numbers

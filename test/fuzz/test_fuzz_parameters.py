@@ -6,7 +6,7 @@ import math
 from fuzzed import examples
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
 from hypothesis import example, given, strategies as st
-from node_process import shifted_pair
+from made_scenes import shifted_pair
 import pytest
 
 PAIR = shifted_pair(7)

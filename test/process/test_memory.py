@@ -13,7 +13,8 @@ from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.memory import give_back_memory, use_one_arena
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
-from node_process import ROOT, shifted_pair, START
+from made_scenes import shifted_pair
+from node_process import ROOT, START
 from numba._dispatcher import compute_fingerprint
 from numba.core.dispatcher import Dispatcher
 import pytest
@@ -73,7 +74,7 @@ MATCHING = f"""
 import sys
 sys.path[:0] = 'test/support', 'test/soak'
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
-from node_process import shifted_pair
+from made_scenes import shifted_pair
 from soaked_node import held
 
 matcher = StereoMatcher(MatcherConfig(disparities=24, threads=1))

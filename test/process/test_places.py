@@ -8,8 +8,9 @@ import sys
 
 import cv2
 from fuzzy_stereo_ros.matching import kernels
+from made_scenes import shifted_pair
 from mounted import as_stranger, mounting, READ_ONLY
-from node_process import NodeProcess, own_domain, ROOT, shifted_pair
+from node_process import NodeProcess, own_domain, ROOT
 import pytest
 
 CODE = Path(kernels.__file__).parent / '__pycache__'

@@ -14,7 +14,8 @@ import launched
 from launched import (
     check_disparity, FOLDER, included, launch_testing, PAIR, PROFILES_FILE,
     small, surroundings, written)
-from node_process import shifted_pair, START, values_of
+from made_scenes import shifted_pair
+from node_process import START, values_of
 import numpy as np
 from pages import block, CAMERAS, text_of
 import pytest
@@ -100,6 +101,30 @@ def matches_by_the_remappings_of_the_page(test):
     matches(test, disparities=32)
 
 
+# The node of the peer's own launch test, in XML; a single pair that is lost would end a test.
+PEER_TEST = """
+<launch>
+  <node pkg="fuzzy_stereo_ros" exec="disparity_node">
+    <param name="input_qos" value="reliable"/>
+    <param name="disparity_range" value="16"/>
+    <param name="confidence_threshold" value="0.0"/>
+    <remap from="left/image_rect" to="/left/image_rect_color"/>
+    <remap from="right/image_rect" to="/right/image_rect_color"/>
+  </node>
+</launch>
+"""
+COLOURED = ['--ros-args', *(word for side in ('left', 'right') for word in (
+    '-r', f'{side}/image_rect:={side}/image_rect_color'))]
+
+
+def publishes_what_the_peers_own_test_waits_for(test):
+    from ros_bench import uncalibrate
+    test.connect()
+    message = test.around.first_match(*PAIR, change=uncalibrate)
+    check_disparity(message)
+    assert (message.f, message.t, message.image.encoding) == (1.0, 0.0, '32FC1')
+
+
 # ---- several rigs, the demo ----
 
 ROWS, COLUMNS, DISPARITIES = 120, 160, 16
@@ -165,6 +190,9 @@ CASES = {
         lambda: included(written('stereo.launch.py', block('python'))),
         matches_by_the_remappings_of_the_page, {'cli_args': ['--ros-args', *CAMERAS]},
         '/stereo/'),
+    "the peer's own test, in XML": Case(
+        lambda: included(written('peer.launch.xml', PEER_TEST)),
+        publishes_what_the_peers_own_test_waits_for, {'cli_args': COLOURED}),
     'two rigs': Case(
         two_rigs, each_node_matches_its_own_cameras_in_a_process_with_its_own_parameters,
         in_namespace('/front'), '/front/'),

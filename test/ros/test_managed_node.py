@@ -6,7 +6,8 @@ import os
 import re
 import signal
 
-from node_process import NodeProcess, own_domain, shifted_pair, START, values_of
+from made_scenes import shifted_pair
+from node_process import NodeProcess, own_domain, START, values_of
 import numpy as np
 from pages import text_of
 import pytest

@@ -5,7 +5,8 @@ from queue import SimpleQueue
 
 from fuzzy_stereo_ros import pair_matcher
 from fuzzy_stereo_ros.matching import StereoMatcher
-from node_process import own_domain, shifted_pair, SOON, START
+from made_scenes import shifted_pair
+from node_process import own_domain, SOON, START
 import pytest
 
 PAIR = shifted_pair(7)

@@ -8,7 +8,8 @@ import sys
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from fuzzy_stereo_ros.matching.kernels.compiled import FOLDER
-from node_process import shifted_pair, START
+from made_scenes import shifted_pair
+from node_process import START
 import pytest
 
 PAIR = shifted_pair(7)

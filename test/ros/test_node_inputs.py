@@ -4,7 +4,8 @@
 from functools import partial
 
 import cv2
-from node_process import shifted_pair, START, values_of
+from made_scenes import shifted_pair
+from node_process import START, values_of
 import numpy as np
 from raw_camera import COLUMNS, FOCAL, RawCamera, ROWS
 

@@ -5,7 +5,8 @@ from contextlib import ExitStack
 
 import cv2
 from fuzzy_stereo_ros.pairs.messages import read_image
-from node_process import NodeProcess, shifted_pair, START, values_of
+from made_scenes import shifted_pair
+from node_process import NodeProcess, START, values_of
 import numpy as np
 import pytest
 
@@ -61,15 +62,6 @@ def test_depth_is_metres_of_the_disparity_and_nan_where_it_is_invalid(bench):
     expected[~valid] = np.nan
     np.testing.assert_allclose(values_of(depth), expected, rtol=1e-5)
     assert np.nanmedian(values_of(depth)[:, 15:]) == pytest.approx(DEPTH, rel=0.05)
-
-
-def test_depth_camera_info_is_the_left_camera_s(bench):
-    from sensor_msgs.msg import CameraInfo
-    disparity, info = answer(bench, CameraInfo, 'depth/camera_info')
-    assert info.header == disparity.header
-    assert (info.width, info.height) == (120, 60)
-    assert list(info.p) == [200.0, 0, 59.5, 0, 0, 200.0, 29.5, 0, 0, 0, 1, 0]
-    assert list(info.k) == [200.0, 0, 59.5, 0, 200.0, 29.5, 0, 0, 1]
 
 
 def test_points_lie_on_the_plane_with_the_colours_of_the_left_image(bench):

@@ -3,7 +3,8 @@
 """The real node's quality of service: one word for inputs, one for outputs, overrides, latches."""
 from types import SimpleNamespace
 
-from node_process import shifted_pair, values_of
+from made_scenes import shifted_pair
+from node_process import values_of
 import numpy as np
 import pytest
 

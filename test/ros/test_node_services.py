@@ -8,7 +8,8 @@ import threading
 from types import SimpleNamespace
 
 from fuzzy_stereo_ros.commands.command_line import main
-from node_process import NodeProcess, own_domain, ROOT, shifted_pair, SOON, values_of
+from made_scenes import noisy as made_noisy, shifted_pair
+from node_process import NodeProcess, own_domain, ROOT, SOON, values_of
 import numpy as np
 import pytest
 
@@ -17,9 +18,7 @@ LEFT, RIGHT = shifted_pair(7)
 
 def noisy(seed):
     """Return the pair with noise: what a warm start has something to say about."""
-    random = np.random.default_rng(seed)
-    return [np.clip(image + random.normal(0, 5, image.shape), 0, 255).astype(np.uint8)
-            for image in (LEFT, RIGHT)]
+    return made_noisy((LEFT, RIGHT), 5, np.random.default_rng(seed))
 
 
 @pytest.fixture

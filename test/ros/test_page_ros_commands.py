@@ -5,7 +5,7 @@ import ast
 
 from fuzzy_stereo_ros.pairs.result_messages import TOPICS
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
-from node_process import shifted_pair
+from made_scenes import shifted_pair
 from pages import commands, pages_with_commands, ROOT
 import pytest
 import yaml

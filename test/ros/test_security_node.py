@@ -7,7 +7,8 @@ from xml.etree import ElementTree
 
 from audits import all_files, environment, noted
 from fuzzy_stereo_ros.parameters.table import ROS_PARAMETERS
-from node_process import NodeProcess, own_domain, shifted_pair
+from made_scenes import shifted_pair
+from node_process import NodeProcess, own_domain
 from pages import text_of
 import pytest
 

@@ -4,7 +4,8 @@
 import re
 
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from node_process import shifted_pair, values_of
+from made_scenes import shifted_pair
+from node_process import values_of
 import numpy as np
 import pytest
 
@@ -109,13 +110,7 @@ def test_confidence_comes_with_the_stamp_of_the_pair(bench):
 
 
 def test_without_k_and_a_baseline_disparities_come_without_metres_and_one_warning(bench):
-    """The cameras of stereo_image_proc's own launch test."""
-    def uncalibrate(messages):
-        for side in ('left', 'right'):
-            info = messages[f'{side}/camera_info']
-            info.k, info.d = 9 * [0.0], []
-            info.p = [1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
-
+    from ros_bench import uncalibrate
     from sensor_msgs.msg import PointCloud2
     points, mark = {}, bench.node.mark()
     bench.collect(PointCloud2, 'points2', points)

@@ -9,7 +9,8 @@ import time
 
 from fuzzy_stereo_ros.node.simulated_cameras import SimulatedCameras
 from fuzzy_stereo_ros.pairs.messages import stamp_of
-from node_process import NodeProcess, shifted_pair, SOON
+from made_scenes import shifted_pair
+from node_process import NodeProcess, SOON
 import psutil
 from ros_bench import BASELINE, Bench, FOCAL
 from sensor_msgs.msg import Image, PointCloud2

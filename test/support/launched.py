@@ -8,7 +8,8 @@ from pathlib import Path
 import shutil
 import tempfile
 
-from node_process import own_domain, ros_environment, shifted_pair, values_of
+from made_scenes import shifted_pair
+from node_process import own_domain, ros_environment, values_of
 import numpy as np
 import pytest
 from repository import ROOT

@@ -137,13 +137,22 @@ def open_bag(path):
         yield reader
 
 
-def write_torn_bag(path, pairs, number):
-    """Write a bag (mcap) of pairs and overwrite two images from that of a pair on."""
-    file = write_bag(path, pairs=pairs) / f'{path.name}.mcap'
-    whole, left = bytearray(file.read_bytes()), pairs[number].left
-    place = whole.index(left.tobytes()[:64])
-    whole[place:place + 2 * left.size] = b'\xff' * (2 * left.size)
-    file.write_bytes(whole)
+def write_torn_bag(path, pairs, number, form='mcap', **bytes_torn):
+    """Write a bag of pairs and `tear` it at a pair."""
+    write_bag(path, form, pairs)
+    file = path if path.is_file() else next(path.glob('*.db3' if form == 'sqlite3' else '*.mcap'))
+    file.write_bytes(torn(file.read_bytes(), pairs[number], **bytes_torn))
+
+
+def torn(content, pair, skipped=0, length=None):
+    """
+    Return the content of a bag with bytes overwritten, from the left image of a pair on.
+
+    skipped: bytes before those; length: how many, two images if None.
+    """
+    place = content.index(pair.left.tobytes()[:64]) + skipped
+    length = length or 2 * pair.left.size
+    return content[:place] + b'\xff' * length + content[place + length:]
 
 
 def content(path, topic=None):

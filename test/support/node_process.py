@@ -122,13 +122,6 @@ class NodeProcess:
         return code
 
 
-def shifted_pair(shift, rows=60, columns=120, seed=0):
-    """Return two textured uint8 images (R, C) of one disparity everywhere."""
-    texture = np.random.default_rng(seed).integers(20, 235, (rows, columns + shift), np.uint8)
-    return (np.ascontiguousarray(texture[:, :columns]),
-            np.ascontiguousarray(texture[:, shift:]))
-
-
 def values_of(message):
     """Return the float32 (R, C) of a sensor_msgs/Image of 32FC1."""
     return np.frombuffer(message.data, '<f4').reshape(message.height, message.width)

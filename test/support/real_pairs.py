@@ -4,6 +4,7 @@
 from typing import NamedTuple
 
 import cv2
+from made_scenes import noisy
 import numpy as np
 import pytest
 from repository import ROOT
@@ -71,10 +72,7 @@ def moving_windows(pair, rows, columns, pan, frames, noise, seed=0):
     random = np.random.default_rng(seed)
     for frame in range(frames):
         window = np.s_[:rows, pan * frame:pan * frame + columns]
-        images = [image[window] for image in pair[:2]]
-        if noise:
-            images = [np.clip(np.rint(image + noise * random.standard_normal(image.shape)),
-                              0, 255).astype(np.uint8) for image in images]
+        images = noisy([image[window] for image in pair[:2]], noise, random)
         truth = pair.truth[window]
         inside = np.arange(columns) - np.nan_to_num(truth) >= 0
         yield *images, truth, pair.visible[window] & inside

@@ -25,6 +25,14 @@ def values_in(message):
     return {value.key: value.value for status in message.status for value in status.values}
 
 
+def uncalibrate(messages):
+    """Let the cameras of a pair say what those of stereo_image_proc's own launch test say."""
+    for side in ('left', 'right'):
+        info = messages[f'{side}/camera_info']
+        info.k, info.d = 9 * [0.0], []
+        info.p = [1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+
+
 class Surroundings:
     """Simulated cameras and a listener: publishes pairs, collects answers, awaits events."""
 

@@ -12,8 +12,8 @@ from fuzzy_stereo_ros.pair_matcher import FAILED, PairMatcher, PREPARING, READY
 from fuzzy_stereo_ros.pairs.camera_files import centred_calibration
 from fuzzy_stereo_ros.pairs.stereo_pair import StereoPair
 from fuzzy_stereo_ros.synthetic.scenes import make_sequence
-from made_matches import bits
-from node_process import shifted_pair
+from made_scenes import bits
+from made_scenes import shifted_pair
 import numpy as np
 import pytest
 from repository import ROOT

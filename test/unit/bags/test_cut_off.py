@@ -8,7 +8,7 @@ import tempfile
 
 from fuzzy_stereo_ros.bags import cut_mcap
 from fuzzy_stereo_ros.bags.reading import BagReader, DamagedBag, read_stamped
-from made_bags import BagOf, FORMATS, scene, TOPICS, write_bag
+from made_bags import BagOf, FORMATS, scene, TOPICS, torn, write_bag
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer as Writer2
@@ -246,11 +246,8 @@ def test_zeros_in_the_end_of_an_index_of_ros_1_lose_no_message(files, tmp_path, 
 
 def test_a_chunk_that_is_damaged_before_the_cut_ends_the_messages(files, tmp_path, pairs):
     """As where some of the blocks of a file were written and others not."""
-    content = bytearray(files['mcap'].read_bytes()[:2_800_000])
-    place = content.index(pairs[30].left.tobytes()[:64])
-    content[place:place + 2 * pairs[30].left.size] = b'\xff' * (2 * pairs[30].left.size)
     path, read = tmp_path / 'cut.mcap', []
-    path.write_bytes(content)
+    path.write_bytes(torn(files['mcap'].read_bytes()[:2_800_000], pairs[30]))
     with BagReader([path]) as bag, pytest.raises(DamagedBag):
         for one in bag.messages([TOPICS[0]]):
             read.append(one.log_time)

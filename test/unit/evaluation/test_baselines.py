@@ -7,9 +7,9 @@ from fuzzy_stereo_ros.evaluation.baselines import dense, TUNED
 from fuzzy_stereo_ros.evaluation.ground_truth import (
     agreeing, MIDDLEBURY, seen_by_both, warped_to_right)
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from made_scenes import COLUMNS, FEW as DISPARITIES, known as made_known, ROWS
 import numpy as np
 import pytest
-from small_scenes import COLUMNS, DISPARITIES, known as made_known, ROWS
 
 NAN = np.nan
 

@@ -63,16 +63,6 @@ maps = arrays.arrays(np.float32, (4, 6), elements=st.one_of(
     st.just(float('nan')), st.floats(-100, 100, width=32)))
 
 
-@given(maps, maps)
-def test_dense_is_never_better_than_sparse_and_both_fall_with_the_threshold(disparity, truth):
-    figures = score(disparity, truth)
-    for sparse, dense in zip(figures.bad_sparse.values(), figures.bad_dense.values()):
-        assert not dense < sparse - 1e-9
-    for bad in (figures.bad_sparse, figures.bad_dense):
-        values = list(bad.values())
-        assert not any(later > earlier for earlier, later in zip(values, values[1:]))
-
-
 @given(maps)
 def test_the_truth_itself_has_no_error(truth):
     figures = score(truth, truth)

@@ -5,8 +5,8 @@ import io
 
 from fuzzy_stereo_ros.evaluation.report import markdown, Report, Table
 from fuzzy_stereo_ros.progress import follow
+from made_scenes import small_scene
 import numpy as np
-from small_scenes import small_scene
 
 NAN = np.nan
 

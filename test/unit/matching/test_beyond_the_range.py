@@ -11,6 +11,7 @@ from fuzzy_stereo_ros.matching.plausibility import cause_of
 from fuzzy_stereo_ros.matching.realtime.views import half_disparities
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
+from made_scenes import noisy
 import numpy as np
 import pytest
 
@@ -64,9 +65,7 @@ def test_the_next_frames_reject_what_is_nearer_too(known):
     nearer = known.truth > TOP + 0.5
     random = np.random.default_rng(0)
     for _ in range(4):
-        left, right = (np.clip(image + random.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
-                       for image in (known.left, known.right))
-        match = matcher.match(left, right)
+        match = matcher.match(*noisy((known.left, known.right), 2, random))
         assert (match.confidence[nearer] >= 0.5).mean() <= 0.05
         assert matcher.state.config == matcher.config
     assert match.warm

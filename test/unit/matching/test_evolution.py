@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
-from made_matches import bits
+from made_scenes import bits
 import numpy as np
 import pytest
 
@@ -69,14 +69,6 @@ def test_a_row_of_history_says_what_the_generation_reached():
     assert row.gains == {'step': 1.0, 'rest': 0.0}
     assert row.diversity == 0
     assert row.milliseconds >= 0
-
-
-def test_the_observer_sees_each_generation_with_its_genes():
-    population, seen = Climbers(), []
-    evolve(population, OPERATORS, SOURCE, Budget(3, 0, 0),
-           lambda number, genes: seen.append((number, genes)))
-    assert [number for number, _ in seen] == [1, 2, 3]
-    assert all(genes is population.genes for _, genes in seen)
 
 
 @settings(deadline=None)

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
-from made_matches import wrong
+from made_scenes import wrong
 import numpy as np
 import pytest
 import reference_grid as twins

@@ -8,7 +8,7 @@ from fuzzy_stereo_ros.matching.evolution import Random
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.matching.realtime.matcher import RealtimeMatcher
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
-from made_matches import bits, matched, scene, wrong
+from made_scenes import bits, matched, scene, wrong
 import numpy as np
 import pytest
 

@@ -10,7 +10,7 @@ from fuzzy_stereo_ros.matching.over_frames import camera_motion, moving_camera
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
 from fuzzy_stereo_ros.synthetic.street import pose, rig_of
 from hypothesis import given, settings, strategies as st
-from made_matches import wrong
+from made_scenes import wrong
 import numpy as np
 import pytest
 import reference_warp as twins

@@ -7,6 +7,7 @@ from fuzzy_stereo_ros.matching.config import MatcherConfig
 from fuzzy_stereo_ros.matching.evolution import Budget, Random
 from fuzzy_stereo_ros.matching.paper import operators
 from fuzzy_stereo_ros.matching.paper.matcher import LITERAL_STAGES, PaperMatcher, RIGHT, Stages
+from made_scenes import shifted_pair
 import numpy as np
 import pytest
 import reference
@@ -17,11 +18,9 @@ READINGS = ['literal', 'uniform']
 INITIAL = ['random', 'winner_takes_all']
 
 
-def pair(seed=0, shape=(ROWS, COLUMNS), shift=3):
+def pair(seed=0, shape=(ROWS, COLUMNS)):
     """Return a textured wall, seen with one disparity."""
-    generator = np.random.default_rng(seed)
-    wide = generator.integers(0, 256, (shape[0], shape[1] + shift)).astype(np.uint8)
-    return (np.ascontiguousarray(wide[:, :shape[1]]), np.ascontiguousarray(wide[:, shift:]))
+    return shifted_pair(3, *shape, seed)
 
 
 def config_for(**changes):

@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.over_frames import camera_motion
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_pair, make_sequence
 from hypothesis import given, settings, strategies as st
-from made_matches import wrong
+from made_scenes import wrong
 import numpy as np
 import pytest
 import reference_inheritance as twins

@@ -8,17 +8,18 @@ import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, plausibility, StereoMatcher
 from fuzzy_stereo_ros.matching.plausibility import PlausibilityCheck
 from fuzzy_stereo_ros.synthetic.scenes import make_pair
+from made_scenes import LARGE, large_scene, noisy
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
 
-ROWS, COLUMNS, DISPARITIES = 240, 320, 32
+ROWS, COLUMNS, DISPARITIES = LARGE
 CONFIG = MatcherConfig(disparities=DISPARITIES, warm_start=False)
 
 
 @pytest.fixture(scope='module')
 def scene():
-    return make_pair(ROWS, COLUMNS, DISPARITIES, seed=2, objects=6, noise=1.5)
+    return large_scene(1.5)
 
 
 def finding(left, right, config=CONFIG, **options):
@@ -31,14 +32,9 @@ def lower(image, pixels):
     return np.ascontiguousarray(np.roll(image, pixels, 0))
 
 
-def noisy(image, noise, seed=0):
-    random = np.random.default_rng(seed)
-    return np.clip(np.rint(image + noise * random.standard_normal(image.shape)), 0, 255).astype(
-        np.uint8)
-
-
 def plain(level, noise=1.5, seed=0):
-    return noisy(np.full((ROWS, COLUMNS), level, np.uint8), noise, seed)
+    wall = np.full((ROWS, COLUMNS), level, np.uint8)
+    return noisy([wall], noise, np.random.default_rng(seed))[0]
 
 
 def test_a_pair_that_fits_has_no_finding(scene):
@@ -102,7 +98,7 @@ def test_images_of_two_scenes_are_told(scene):
     (0, 0), (1.5, 0), (3, 0), (5, 0), (1.5, 100), (5, 100)])
 def test_a_wall_that_fills_the_picture_is_no_fault_and_told_by_its_texture(noise, shade):
     wall = 80 + np.linspace(0, shade, COLUMNS) * np.ones((ROWS, 1))
-    found = finding(*(noisy(wall, noise, seed) for seed in range(2)))
+    found = finding(*noisy([wall] * 2, noise, np.random.default_rng(0)))
     assert (found.cause, found.warns) == ('plain', False)
     assert 'little texture' in found.sentence
 
@@ -180,5 +176,5 @@ def test_real_pairs_that_fit_have_no_finding_with_noise_either_and_swapped_ones_
     for left, right, disparities in real_pairs():
         config = replace(CONFIG, disparities=disparities)
         assert finding(left, right, config) is None
-        assert finding(noisy(left, 1.5), noisy(right, 1.5, 1), config) is None
+        assert finding(*noisy((left, right), 1.5, np.random.default_rng(0)), config) is None
         assert finding(right, left, config).cause == 'swapped'

@@ -8,7 +8,7 @@ import weakref
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.matcher import ALGORITHMS
 from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
-from made_matches import bits, matched, scene
+from made_scenes import bits, matched, scene
 import numpy as np
 import pytest
 

@@ -9,7 +9,7 @@ from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.quality.matcher import Stages
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
-from made_matches import matched, scene, wrong
+from made_scenes import matched, scene, wrong
 import numpy as np
 
 CONFIG = MatcherConfig.from_profile('quality', disparities=24, threads=1, fill=True)

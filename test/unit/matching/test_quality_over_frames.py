@@ -12,7 +12,7 @@ from fuzzy_stereo_ros.matching.over_frames.inheritance import Inheritance
 from fuzzy_stereo_ros.matching.quality.matcher import LEAST_AGE, QualityState
 from fuzzy_stereo_ros.matching.quality.seed import parent_of, ScanlineSeed
 from fuzzy_stereo_ros.synthetic.scenes import FOCAL, make_sequence
-from made_matches import wrong
+from made_scenes import wrong
 import numpy as np
 import pytest
 

@@ -8,6 +8,7 @@ from fuzzy_stereo_ros.evaluation.scores import score
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.pairs.pair_reader import PairReader
 from made_messages import image, info
+import made_scenes
 import numpy as np
 import pytest
 from real_pairs import MIDDLEBURY, middlebury, motorcycle, seen_by_both
@@ -107,8 +108,7 @@ FEW = {'population': 20, 'generations': 20}
 def wrong(name, **changes):
     """Return what `bad_1` does of the profile paper, whose disparities are whole."""
     pair = middlebury(name)
-    found = matched(pair, 'paper', **changes).disparity
-    return score(found, pair.truth, pair.visible).bad_dense[1.0]
+    return made_scenes.wrong(matched(pair, 'paper', **changes), pair)
 
 
 def test_from_noise_tsukuba_is_below_table_i_with_the_papers_population():

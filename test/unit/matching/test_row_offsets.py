@@ -6,19 +6,20 @@ from fuzzy_stereo_ros.matching import MatcherConfig, row_offsets, StereoMatcher
 from fuzzy_stereo_ros.matching.row_offsets import (
     corner_offsets, feature_offsets, Misalignment, misalignment_of, PLACES, row_offset_in_words,
     terms_at)
-from fuzzy_stereo_ros.synthetic.scenes import make_pair, make_sequence
+from fuzzy_stereo_ros.synthetic.scenes import make_sequence
+from made_scenes import LARGE, large_scene
 import numpy as np
 import pytest
 from real_pairs import DATA, kitti_frames, middlebury, motorcycle, read_grey, third_size
 
-ROWS, COLUMNS, DISPARITIES = 240, 320, 32
+ROWS, COLUMNS, DISPARITIES = LARGE
 ERRORS = ({'tilt': 0.3}, {'tilt': -1.0}, {'roll': 0.2}, {'roll': -0.4}, {'zoom': 0.5},
           {'zoom': -0.4}, {'tilt': 0.8, 'roll': 0.1, 'zoom': -0.2})
 
 
 @pytest.fixture(scope='module')
 def scene():
-    return make_pair(ROWS, COLUMNS, DISPARITIES, seed=2, objects=6, noise=2.0)
+    return large_scene()
 
 
 def known(made, right=None):

@@ -13,6 +13,7 @@ from fuzzy_stereo_ros.matching.realtime.possibility import (
 from fuzzy_stereo_ros.matching.realtime.smoothing import MEAN, SHARPENED
 from fuzzy_stereo_ros.matching.realtime.views import Views
 from hypothesis import given, settings, strategies as st
+from made_scenes import noisy
 import numpy as np
 import pytest
 from real_pairs import DATA
@@ -176,8 +177,7 @@ def test_no_real_picture_is_taken_for_compressed_or_blurred(noise):
     draw, number = np.random.default_rng(0), 0
     for path in sorted([*DATA.glob('**/left*.png'), *DATA.glob('**/left/0000.png')]):
         other = DATA / str(path.relative_to(DATA)).replace('left', 'right')
-        left, right = (np.clip(np.rint(image + noise * draw.normal(size=image.shape)), 0, 255)
-                       .astype(np.uint8) for image in map(cv2.imread, map(str, (path, other))))
+        left, right = noisy(map(cv2.imread, map(str, (path, other))), noise, draw)
         views = read(left, right)
         assert not views._smoothing.compressed, path
         for image, found in zip((left, right), luminances(views)):

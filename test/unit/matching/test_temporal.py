@@ -19,6 +19,7 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
 from fuzzy_stereo_ros.matching.over_frames.averaging import Averaging, History, Motion, RULES
 from fuzzy_stereo_ros.matching.realtime.possibility import CensusPicture
 from hypothesis import given, settings, strategies as st
+from made_scenes import noisy
 import numpy as np
 import pytest
 import reference_averaging as twins
@@ -229,8 +230,7 @@ def follow(scenes, noise):
     for number, shown in enumerate(scenes):
         views = CensusPicture(*SIZE, False, 0), CensusPicture(*SIZE, True, 0)
         for view in views:
-            image = np.clip(np.rint(shown + noise * random.standard_normal(SIZE)), 0, 255)
-            view.read(image.astype(np.uint8), 0, 8, 0, SIZE[0])
+            view.read(*noisy([shown], noise, random), 0, 8, 0, SIZE[0])
         if number == 0:
             averaging.restart(pool, views)
         else:
@@ -386,9 +386,8 @@ def found_between(motion, before, now):
 @pytest.mark.parametrize('noise', [0, 6])
 def test_the_shift_of_a_picture_is_found(down, right, noise):
     motion, picture = Motion(*SHAPE), landscape(1).astype(np.float32)
-    random = np.random.default_rng(2)
-    before, now = (np.clip(image + noise * random.standard_normal(SHAPE), 0, 255).astype(np.uint8)
-                   for image in (seen(picture, 0, 0), seen(picture, down, right)))
+    before, now = noisy((seen(picture, 0, 0), seen(picture, down, right)), noise,
+                        np.random.default_rng(2))
     assert found_between(motion, before, now) == (down, right)
 
 

@@ -10,11 +10,10 @@ from fuzzy_stereo_ros.pairs.messages import read_image
 from fuzzy_stereo_ros.replay.report import ProgressBar
 from fuzzy_stereo_ros.views.video import CODECS, HEAD
 from made_bags import (
-    BEGIN, COLUMNS, content, DISPARITIES, ROWS, scene, STEP, write_bag,
-    write_torn_bag)
+    BEGIN, COLUMNS, content, DISPARITIES, ROWS, scene, write_bag)
 import numpy as np
 import pytest
-from replayed import clean_rejection, INTERRUPTED, rejection, replay, RESTRICTED, run
+from replayed import clean_rejection, INTERRUPTED, replay, RESTRICTED, run
 
 TIMES = 4       # that a narrow picture is repeated in a frame
 
@@ -149,20 +148,6 @@ def test_an_interrupted_replay_has_the_video_of_what_was_matched(folder, capsys,
     assert capsys.readouterr().err.endswith(
         'interrupted: 4 pairs were written to alone.avi, up to 0.100 s into the bag\n')
     assert len(film(folder / 'alone.avi')[0]) == 4
-
-
-@pytest.mark.parametrize('alone', [True, False])
-def test_a_damaged_bag_has_the_video_of_what_was_matched(folder, capsys, alone):
-    pairs = scene(30, rows=120, columns=240)
-    write_torn_bag(folder / 'torn', pairs, 20)
-    sentence = rejection(capsys, 'torn', options=[
-        '--video', 'video.avi', *(['--format', 'none'] if alone else [])])
-    frames, rate = film(folder / 'video.avi')
-    assert 5 < len(frames) <= 20 and rate == pytest.approx(30, rel=1e-3)
-    seconds = (STEP * (len(frames) - 1) + 3) / 1e9
-    far = f'{len(frames)} pairs were written to video.avi' if alone else \
-        f'out holds {len(frames)} pairs'
-    assert sentence.endswith(f'; {far}, up to {seconds:.3f} s into the bag')
 
 
 def test_where_the_disk_is_full_for_a_video_there_is_none_and_the_bag_is_whole(folder):

@@ -11,7 +11,7 @@ from fuzzy_stereo_ros.pairs.image_files import in_eight_bits
 from fuzzy_stereo_ros.views import video
 from fuzzy_stereo_ros.views.video import (
     CODECS, disparity_picture, HEAD, PANEL, side_by_side, VideoFile, VideoSink)
-from matched_scene import DISPARITIES, made_matched
+from made_scenes import DISPARITIES, made_matched
 import numpy as np
 import pytest
 
