@@ -35,11 +35,6 @@ FEWEST_NEARER = 100     # pixels beyond a range that is cut, of a scene that cou
 SURE = 0.5, 0.8         # confidence from which they would be a surface
 BESIDE = 'SGBM tuned', '3WAY tuned', 'HH4 tuned'
 NOISES = 0, 1.5, 3      # grey levels, standard deviation
-# {row of the table of a scene with whole-pixel truth: figure}
-OF_WHOLE_PIXELS = {'off by more than 1 px, rounded': 'bad',
-                   'off by more than 1 px, as it comes': 'raw_bad',
-                   'off by more than 0.5 px, rounded': 'fine',
-                   'off by more than 0.5 px, as it comes': 'raw_fine'}
 # At their defaults SGBM, 3WAY and HH4 differ too little to see in the picture.
 BARS = {OURS: BLUE, OURS_GREY: MIDDLE_BLUE, QUALITY: LIGHT_BLUE, '3WAY tuned': LIGHT_ORANGE,
         STRICTEST.name: ORANGE, 'SGBM default': LIGHT_GREY, 'BM default': GREY}
@@ -52,12 +47,12 @@ class Measured(NamedTuple):
     Four lists of dicts, one for each table of figures; each dict names group and scene.
 
     figures: of each noise and matcher: percentage off by more than the limit of the scene (`bad`)
-    and by more than 0.5 px (`fine`), both also without rounding (`raw_`) if the truth has whole
-    pixels; percentage of valid pixels that are wrong (`sparse`); percentage of valid pixels
-    (`density`). reliable: of each noise, profile and range of confidence: `number` of pixels with
-    truth, and the number of correct ones, `right`. confidence: of each scene, by the headings of
-    its tables, and the time of profile quality. nearer: by headings, what becomes of the pixels
-    that are nearer than a range cut by a quarter; empty where there are few.
+    and by more than 0.5 px (`fine`); whether the truth has whole pixels (`whole`); percentage of
+    valid pixels that are wrong (`sparse`); percentage of valid pixels (`density`). reliable: of
+    each noise, profile and range of confidence: `number` of pixels with truth, and the number of
+    correct ones, `right`. confidence: of each scene, by the headings of its tables, and the time
+    of profile quality. nearer: by headings, what becomes of the pixels that are nearer than a
+    range cut by a quarter; empty where there are few.
     """
 
     figures: list
@@ -123,10 +118,8 @@ def _figures(known, limit, filled, found):
     limits = limit, FINE_LIMIT
     bad = score(known.as_scored(filled), known.truth, known.counts, limits).bad_dense
     sparse = score(known.as_scored(found), known.truth, known.counts, limits)
-    raw = score(filled, known.truth, known.counts, limits).bad_dense if known.whole_pixel else {}
-    return {'bad': bad[limit], 'fine': bad[FINE_LIMIT], 'raw_bad': raw.get(limit),
-            'raw_fine': raw.get(FINE_LIMIT), 'sparse': sparse.bad_sparse[limit],
-            'density': sparse.density}
+    return {'bad': bad[limit], 'fine': bad[FINE_LIMIT], 'whole': known.whole_pixel,
+            'sparse': sparse.bad_sparse[limit], 'density': sparse.density}
 
 
 def _worth(known, scene, match, right):
@@ -211,8 +204,7 @@ def tables(several, kept=()):
         baseline.name for baseline in BASELINES)]
     tuned = [name for name in names if 'tuned' in name]
     clean = figures[figures.noise == 0]
-    fine = clean[clean.raw_bad.isna() & (clean.family != KITTI)]
-    whole = clean.dropna(subset='raw_bad')
+    fine = clean[~clean.whole & (clean.family != KITTI)]
     scenes = clean.pivot_table('bad', 'scene', 'matcher', sort=False).reindex(columns=names)
     halves = halved(clean, 'matcher')
     some = [(name, half) for name in (OURS, OURS_GREY, QUALITY, *tuned[-3:])
@@ -227,7 +219,6 @@ def tables(several, kept=()):
                      map(', '.join, some), axis=1)),
         Table.of('Off by more than 0.5 px, scenes with sub-pixel truth, percent',
                  means(fine, 'fine', names)),
-        *([_whole_pixels(whole, names)] if len(whole) else []),
         *(Table.of(title, means(figures, figure, [
             name for name in names if 'default' not in name]), note)
           for title, figure, note in (
@@ -248,15 +239,6 @@ def tables(several, kept=()):
                  scenes.join(confidence.set_index('scene')['seconds of quality']),
                  _much_worse(scenes, tuned)),
     ]
-
-
-def _whole_pixels(clean, names):
-    """Return the table of scenes with whole-pixel truth, rounded and not."""
-    rows = {f"{scene.split('/')[-1]}, {how}": one.set_index('matcher')[figure]
-            for scene, one in clean.groupby('scene', sort=False)
-            for how, figure in OF_WHOLE_PIXELS.items()}
-    return Table.of('Whole-pixel truth: rounded and as it comes, percent',
-                    pd.DataFrame(rows).T.reindex(columns=names))
 
 
 def _confidence(confidence, reliable):
