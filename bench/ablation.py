@@ -18,10 +18,11 @@ from bench.variants import DEFAULT, NOT_FOLLOWED, PAPER, QUALITY, REALTIME
 from bench.warm import FRAMES, KINDS, QUICK_FRAMES, walks
 from fuzzy_stereo_ros.evaluation.baselines import dense, grey
 from fuzzy_stereo_ros.evaluation.catalogue import Scene
-from fuzzy_stereo_ros.evaluation.report import mean, signed, Table
+from fuzzy_stereo_ros.evaluation.report import mean, Table
 import numpy as np
 import pandas as pd
 
+SIGNED = '{:+.2f}'.format       # of differences
 TURNS = 3           # runs, of which the fastest counts
 NOTABLE = 0.05      # percentage points of error: a smaller difference is none
 PROFILES = {'realtime': REALTIME, 'quality': QUALITY, 'paper': PAPER}
@@ -249,7 +250,7 @@ def balance_table(found):
                 for measured_on, figures in both.groupby('on', sort=False):
                     with_it, without = map(float, figures.mean())
                     rows.append((
-                        profile, part, name, measured_on, len(figures), with_it, without, signed(
+                        profile, part, name, measured_on, len(figures), with_it, without, SIGNED(
                             100 * (without - with_it) / without if without else 0.0)))
             if not chosen:
                 rows.append((profile, part, 'one chromosome: none to take away', *5 * [None]))
@@ -321,7 +322,7 @@ def sequence_tables(trials):
 
 def compared(differences):
     """Return a Series of differences as texts with signs, None for the matcher as it is."""
-    return differences.map(signed).astype(object).mask(differences.index == DEFAULT.name, None)
+    return differences.map(SIGNED).astype(object).mask(differences.index == DEFAULT.name, None)
 
 
 def draw_ablation(tables):

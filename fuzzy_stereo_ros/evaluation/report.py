@@ -105,11 +105,6 @@ def mean(values):
     return float(np.mean(known)) if known else math.nan
 
 
-def signed(difference):
-    """Return a difference with its sign, as tables print it."""
-    return f'{difference:+.2f}'
-
-
 def _list(sentences):
     return '\n'.join(f'- {sentence}' for sentence in sentences)
 
