@@ -148,10 +148,18 @@ def agreeing(truth, other):
 
     truth: float32 (R, C), pixels, NaN = unknown; other: the same of the right image.
     """
-    rows, target, inside = _targets(truth)
-    agree = np.zeros(inside.shape, bool)
-    agree[inside] = abs(truth[inside] - other[rows[inside], target[inside]]) <= TOLERANCE
-    return agree
+    return abs(truth - at_matches(truth, other)) <= TOLERANCE
+
+
+def at_matches(disparity, other):
+    """
+    Return the values of the right image at the matches of the left image's pixels: float (R, C).
+
+    disparity: float32 (R, C), pixels, NaN = invalid; other: float (R, C), of the right image. NaN
+    where there is no match inside.
+    """
+    rows, target, inside = _targets(disparity)
+    return np.where(inside, other[rows, target], np.float32(np.nan))
 
 
 def _targets(truth):

@@ -10,7 +10,8 @@ A map that agrees with itself may still be wrong.
 from dataclasses import dataclass, field
 
 import cv2
-from fuzzy_stereo_ros.evaluation.ground_truth import GroundTruthPair, MIDDLEBURY, TOLERANCE
+from fuzzy_stereo_ros.evaluation.ground_truth import (
+    at_matches, GroundTruthPair, MIDDLEBURY, TOLERANCE)
 from fuzzy_stereo_ros.evaluation.matchers import COLD, Task
 from fuzzy_stereo_ros.evaluation.page import data_uri
 from fuzzy_stereo_ros.evaluation.report import mean, Table
@@ -103,7 +104,7 @@ def _figures(pairs, matcher, start, task):
         valid = np.isfinite(maps.raw)
         figures['density'].append(100 * float(valid.mean()))
         if valid.any():
-            apart = np.abs(maps.raw - _partners(maps.raw, mirrored.raw[:, ::-1]))
+            apart = np.abs(maps.raw - at_matches(maps.raw, mirrored.raw[:, ::-1]))
             known = np.isfinite(apart)
             if known.any():
                 figures['agree'].append(100 * float(np.mean(apart[known] <= TOLERANCE)))
@@ -114,16 +115,6 @@ def _figures(pairs, matcher, start, task):
         figures['time'].append(maps.milliseconds)
         last = maps
     return figures, last
-
-
-def _partners(disparity, other):
-    """Return the right image's disparity of the match of each left pixel, NaN without one."""
-    columns = np.arange(disparity.shape[1])
-    valid = np.isfinite(disparity)
-    place = columns - np.rint(np.where(valid, disparity, 0)).astype(np.intp)
-    inside = valid & (place >= 0) & (place <= columns[-1])
-    found = np.take_along_axis(other, np.clip(place, 0, columns[-1]), axis=1)
-    return np.where(inside, found, np.nan)
 
 
 def _known(values):
