@@ -75,6 +75,8 @@ class Cut:
 
     It is exact where no pair is above 0. Pairs above 0 count as 0 in the cut; afterwards each
     connected region of the chosen cells is taken only if that is cheaper.
+
+    regions: the `Regions` of the same size that does so
     """
 
     def __init__(self, rows, columns, neighbours):
@@ -92,7 +94,7 @@ class Cut:
         self._waiting = zeros(places, np.bool_)
         self._places, self._open, self._active, self._orphans = (
             zeros(size, np.int32) for _ in range(4))
-        self._regions = Regions(rows, columns)
+        self.regions = Regions(rows, columns)
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""
@@ -107,4 +109,4 @@ class Cut:
                      self._parent, self._stamp, self._distance, self._active, self._waiting,
                      self._orphans)
         unload(places, self._state, self._tree, self._weight, exchange.taken)
-        return self._regions.keep_gains(exchange)
+        return self.regions.keep_gains(exchange)

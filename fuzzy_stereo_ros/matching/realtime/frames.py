@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, widened
-from fuzzy_stereo_ros.matching.crossover import Cut, Exchange, Regions
+from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_bent, reject_unfounded
@@ -94,7 +94,7 @@ class FrameEvolution:
         self._possibility, self._bands = possibility, cut_bands(shape[0])
         self._highest = np.float32(possibility.disparities - 1)
         self._exchange = Exchange(*shape, 4)
-        self._cut, self._regions = Cut(*shape, 4), Regions(*shape)
+        self._cut = Cut(*shape, 4)
         self._across, self._down, self._of_map, self._current, self._proposed = (
             zeros(shape, np.float32) for _ in range(5))
         self._tangents, self._proposal = (zeros((*shape, 3), np.float32) for _ in range(2))
@@ -238,7 +238,7 @@ class FrameEvolution:
                 genes.planes, self._tangents, genes.evolved, self._current, self._of_map,
                 np.float32(STALE), self._selected, self._proposal):
             self._measure()
-            self._accept(self._regions, random, False)
+            self._accept(self._cut.regions, random, False)
 
     def _grown(self, random):
         """Return the regions of random thresholds, as `GreyRegions.grow` does."""
