@@ -153,18 +153,13 @@ class Scanlines:
                 needs.append(completed[overwritten] if overwritten >= 0 else 0)
             start = len(items)
             if end > done:
-                items += ((self._complete, tile, done, end) for tile in range(tile_columns))
+                starts = tuple(min((tile_row + 1) * self.tile + OVERLAP, rows) - 1
+                               for tile_row in range(done, end))
+                items += ((_complete, tile, done, starts) for tile in range(tile_columns))
                 needs += (before + (tile + 1 if done > 0 else 0) for tile in range(tile_columns))
             completed[done:end] = [len(items)] * (end - done)
             done, before = end, start
         return items, needs
-
-    def _complete(self, search, scratch, tile, first, last):
-        """Choose the labels of a column of tiles in the rows of tiles first .. last - 1."""
-        rows = len(self.chosen.labels)
-        for tile_row in range(first, last):
-            start = min((tile_row + 1) * self.tile + OVERLAP, rows) - 1
-            down_and_up(search, scratch, tile, tile_row, start)
 
     def _pack(self):
         """Place the costs of the tiles one behind the other in a row of pixels."""
@@ -203,6 +198,12 @@ class Scanlines:
             features.census_stride, features.slope_stride, features.target_stride,
             chosen.target.shape[1], *_addresses(half_prior), *_addresses(previous_prior),
             self.tile, windows.low.shape[1], *map(address_of, windows), *map(address_of, chosen))
+
+
+def _complete(search, scratch, tile, first, starts):
+    """Choose the labels of a column of tiles, in rows of tiles from the first on, upwards."""
+    for tile_row, start in enumerate(starts, first):
+        down_and_up(search, scratch, tile, tile_row, start)
 
 
 def _addresses(prior):

@@ -41,6 +41,7 @@ def test_a_deleted_matcher_frees_its_memory_at_once(profile):
         algorithm = weakref.ref(matcher.algorithm)
         del matcher
         assert algorithm() is None
+        assert gc.collect() == 0    # no part of it was left in a circle of references
     finally:
         gc.enable()
 

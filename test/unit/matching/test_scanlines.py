@@ -180,15 +180,16 @@ def test_each_item_waits_for_the_rows_it_needs_and_for_those_whose_memory_it_tak
         need = made._needs[index]
         assert need <= index
         after = completed[-1].copy()
-        if work == made._complete:
-            column, first, last = place
+        if work == scanlines._complete:
+            column, first, starts = place
+            last = first + len(starts)
             assert begun[need] >= min(tile * last + OVERLAP, rows)
             assert first == completed[-1][column] == completed[need][column]
             after[column] = last
         else:
             assert place[0] == begun[-1]
             assert (place[1] - 1) // tile - min(completed[need]) < kept
-        begun.append(begun[-1] if work == made._complete else place[1])
+        begun.append(begun[-1] if work == scanlines._complete else place[1])
         completed.append(after)
     assert begun[-1] == rows
     assert completed[-1] == [-(-rows // tile)] * tiles
