@@ -9,9 +9,9 @@ best of all choices, by a minimum cut (Lempitsky et al., Fusion moves for Markov
 optimization, 2010).
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
-from fuzzy_stereo_ros.matching.kernels.genetic.exchange import take_regions, widest
+from fuzzy_stereo_ros.matching.kernels.genetic.exchange import Sets, take_regions, widest
 from fuzzy_stereo_ros.matching.kernels.genetic.minimum_cut import (
-    decide, load, maximum_flow, unload)
+    decide, load, maximum_flow, Trees, unload)
 import numpy as np
 
 LARGEST = 2**26     # largest change of cost of one cell or of two cells together
@@ -44,6 +44,10 @@ class Exchange:
             memory[:number]
             for memory in (self.all_cells, self._alone, self._pairs, self._taken))
 
+    def changes(self, part=slice(None)):
+        """Return the fields of the `Changes` of all cells or some, as kernels take them."""
+        return self.cells[part], self.alone[part], self.pairs[part]
+
 
 class Regions:
     """Partition crossover: takes connected regions of cells, as a whole, where that is cheaper."""
@@ -54,8 +58,8 @@ class Regions:
         size = rows * columns
         self._places = zeros(size, np.int32)
         self._region = zeros((rows + 2) * (columns + 1) + 1, np.int32)
-        self._parent, self._size = (zeros(size // 2 + 2, np.int32) for _ in range(2))
-        self._change = zeros(size // 2 + 2, np.int64)
+        self._sets = tuple(Sets(*(
+            zeros(size // 2 + 2, kind) for kind in (np.int32, np.int64, np.int32))))
 
     def __call__(self, exchange, random=None):
         """Choose the cells; return the change of cost, not above 0."""
@@ -64,9 +68,8 @@ class Regions:
 
     def keep_gains(self, exchange):
         """Take only the connected regions of the taken cells that gain; return the change."""
-        return take_regions(
-            exchange.cells, exchange.alone, exchange.pairs, self._columns, self._advantage,
-            exchange.taken, self._places, self._region, self._parent, self._change, self._size)
+        return take_regions(exchange.changes(), self._columns, self._advantage, exchange.taken,
+                            self._places, self._region, self._sets)
 
 
 class Cut:
@@ -87,11 +90,10 @@ class Cut:
         self._offsets = np.array([sign * step for step in ahead for sign in (-1, 1)])
         size, places = rows * columns + 1, (rows + 2) * wide + 1
         self._weight = zeros((places, neighbours), np.int32)
-        self._change, self._room, self._stamp, self._distance = (
-            zeros(places, np.int32) for _ in range(4))
+        self._change, self._room = (zeros(places, np.int32) for _ in range(2))
         self._state = zeros(places, np.uint8)
-        self._tree, self._parent = (zeros(places, np.int8) for _ in range(2))
-        self._waiting = zeros(places, np.bool_)
+        self._trees = Trees(*(zeros(places, kind) for kind in (
+            np.int8, np.int8, np.int32, np.int32, np.bool_)))
         self._places, self._open, self._active, self._orphans = (
             zeros(size, np.int32) for _ in range(4))
         self.regions = Regions(rows, columns)
@@ -101,12 +103,10 @@ class Cut:
         if widest(exchange.alone, exchange.pairs) > LARGEST:
             raise ValueError(f'a change of cost is beyond {LARGEST}')
         places = self._places[:exchange.cells.size]
-        load(exchange.cells, exchange.alone, exchange.pairs, self._columns, self._offsets,
-             places, self._weight, self._change, self._state)
-        number = decide(places, self._offsets, self._weight, self._change, self._room,
-                        self._state, self._open)
-        maximum_flow(self._open[:number], self._offsets, self._weight, self._change, self._tree,
-                     self._parent, self._stamp, self._distance, self._active, self._waiting,
+        network = self._offsets, self._weight, self._change
+        load(exchange.changes(), self._columns, *network, places, self._state)
+        number = decide(*network, places, self._room, self._state, self._open)
+        maximum_flow(self._open[:number], network, tuple(self._trees), self._active,
                      self._orphans)
-        unload(places, self._state, self._tree, self._weight, exchange.taken)
+        unload(places, self._state, self._trees.tree, self._weight, exchange.taken)
         return self.regions.keep_gains(exchange)

@@ -13,7 +13,7 @@ from fuzzy_stereo_ros.matching.kernels.temporal import warp
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
 from fuzzy_stereo_ros.matching.over_frames.averaging import (
     ANOTHER, Averaging, History, STILL)
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY, numbers
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
 from fuzzy_stereo_ros.matching.over_frames.pictures import luminance_shift, NoiseEstimate, Picture
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
 import numpy as np
@@ -143,8 +143,8 @@ class Inheritance:
             views = moving.motion.forward, moving.motion.mirrored_right(columns, moving.offset)
             self._scales = [tuple(view[2].tolist()) for view in views]
             for labels, origins, view in zip(maps, self._origins, views):
-                warp.move_labels(labels.astype(np.float32), moving.lowest, numbers(view),
-                                 self._nearest, origins)
+                warp.move_labels(labels.astype(np.float32), moving.kernel_motion(view),
+                                 (self._nearest, origins))
             return
         self._scales = [IN_PLACE] * len(self._origins)
         for tiles, origins, shift in zip(averaging.tiles, self._origins, averaging.shifts[:, 1]):

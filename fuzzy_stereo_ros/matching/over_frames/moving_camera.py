@@ -58,8 +58,8 @@ class MovingCamera:
         self.motion, self.description = between(
             before.half_grey, half_grey, before.cells, before.cell_validity, self.lowest, camera)
         if self.motion is not None:
-            warp.move_labels(before.cells, self.lowest,
-                             numbers(_between_cells(self.motion.forward)), self.moved, self.source)
+            warp.move_labels(before.cells, self.kernel_motion(_between_cells(self.motion.forward)),
+                             (self.moved, self.source))
         return self.motion is not None
 
     def warped(self, previous, others=(), sides=()):
@@ -69,14 +69,14 @@ class MovingCamera:
         others: uint16 (N, R, C), of the left or the mirrored right view, by sides: 0 or 1
         """
         closed = np.where(self.moved < 0, cv2.medianBlur(self.moved, HOLE), self.moved)
-        matrix = numbers(_of_centres(self.motion.back))
+        back = self.kernel_motion(_of_centres(self.motion.back))
         warp.to_right(closed, self._shift, self._right)
         pictures = np.empty_like(previous.pictures)
         ages, moved = np.empty_like(previous.ages), np.empty_like(others)
         for side, labels in enumerate((closed, self._right)):
             self._pool.each(lambda band, labels=labels, side=side: warp.look_back(
-                labels, self.lowest, matrix, self._shift, bool(side), self._columns, self._rows,
-                band[1], band[2]), self._bands)
+                labels, back, self._shift, bool(side), self._columns, self._rows, band[1],
+                band[2]), self._bands)
             across, down = (self._full_size(found) for found in (self._columns, self._rows))
             if side:        # mirrored, as the picture is
                 across, down = (np.ascontiguousarray(found[:, ::-1]) for found in (
@@ -106,17 +106,16 @@ class MovingCamera:
         return CameraState(self._half_grey.copy(), cells,
                            validity[:2 * rows:2, :2 * columns:2].copy())
 
+    def kernel_motion(self, matrix):
+        """Return the fields of the `Motion` by a matrix (3, 4), as kernels take them."""
+        return tuple(matrix.ravel().tolist()), self.lowest
+
     def _full_size(self, cells):
         """Return values of the cells' centres for all pixels, linear between them."""
         found = cv2.resize(cells, (2 * cells.shape[1], 2 * cells.shape[0]))
         rows, columns = self._shape
         return np.pad(found, ((0, rows - found.shape[0]), (0, columns - found.shape[1])),
                       constant_values=FARTHER)
-
-
-def numbers(matrix):
-    """Return a matrix (3, 4) as the tuple that kernels take."""
-    return tuple(matrix.ravel().tolist())
 
 
 def to_pixels(matrix):

@@ -189,18 +189,16 @@ def take_over(tools, population, slot, other, exchange, crossover, most=1.0):
     exchange: an `Exchange`; crossover: chooses cells in it; most: share of the cells; where the
     chromosomes differ in more, nothing changes
     """
-    genes, other_genes = population.framed[slot], population.framed[other]
-    number = differing_cells(genes, other_genes, exchange.all_cells)
+    ours, theirs = population.chromosome(slot), population.chromosome(other)
+    number = differing_cells(ours[0], theirs[0], exchange.all_cells)
     if not 0 < number <= most * population.genes[slot].size:
         return
     exchange.set_size(number)
-    fill_exchange(exchange.cells, genes, population.chosen[slot], other_genes,
-                  population.chosen[other], tools.fitness.weights, exchange.alone, exchange.pairs)
+    fill_exchange(ours, theirs, tools.fitness.weights, exchange.changes())
     change = crossover(exchange)
     if change < 0:
-        take_genes(exchange.cells, exchange.taken, other_genes, population.chosen[other],
-                   tools.fitness.weights, population.genes.shape[2], genes,
-                   population.chosen[slot], population.details[slot])
+        take_genes(exchange.cells, exchange.taken, theirs, tools.fitness.weights,
+                   population.genes.shape[2], ours)
         population.totals[slot] -= change
 
 
@@ -219,8 +217,7 @@ def mutate_by_uniform_patches(tools, population, random):
         slot = mutated[number]
         population.totals[slot] += mutate_by_patches(
             random.child(1, slot).key, patches, larger, fitness.planes, fitness.colours,
-            fitness.weights, population.framed[slot], population.chosen[slot],
-            population.details[slot], *tools.spares[thread])
+            fitness.weights, population.chromosome(slot), tools.spares[thread])
 
     tools.each(mutated.size, mutate)
 

@@ -54,6 +54,10 @@ class Population:
         """The chromosomes: uint16 (P, R, C), a view."""
         return inside(self.framed)
 
+    def chromosome(self, slot):
+        """Return genes, their possibilities and fitness, framed: as kernels take them."""
+        return self.framed[slot], self.chosen[slot], self.details[slot]
+
     @property
     def fitness(self):
         """The fitness of all: float64 (P,), higher is fitter."""

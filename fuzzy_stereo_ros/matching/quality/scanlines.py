@@ -44,8 +44,8 @@ class SurfaceScanlines:
         self._bands = cut_bands(rows)
         self._sums = []     # memory for the sums of bands, not in use now
         stride = padded + 2 * eight_directions.PAD
-        self._paths = [np.zeros((2, 4, columns, stride), np.uint16) for _ in self._bands]
-        self._least = [np.zeros((2, 4, columns), np.uint16) for _ in self._bands]
+        self._paths = [(np.zeros((2, 4, columns, stride), np.uint16),
+                        np.zeros((2, 4, columns), np.uint16)) for _ in self._bands]
         self._offered = [np.zeros((2, columns + padded), np.uint16) for _ in self._bands]
         self._numbers = np.arange(padded, dtype=np.uint16)
         self.steps = np.zeros((4, rows, columns), np.uint8)
@@ -69,8 +69,8 @@ class SurfaceScanlines:
         Choose labels.
 
         parent: int16 (R, C), the surface that paths follow; steepest: its largest step that
-        counts; chosen: labels, offsets, margins and target as of `choose_labels`, written; here:
-        the rows whose labels are chosen
+        counts; chosen: the fields of `ChosenLabels`, written; here: the rows whose labels are
+        chosen
         """
         weights = FULL * smoothness.jump * smoothness.weights()
         small, jump = (np.rint(share * weights).astype(np.uint16)
@@ -88,10 +88,10 @@ class SurfaceScanlines:
             sums = memory[:last - first]
             for upwards, start in ((False, above), (True, below)):
                 eight_directions.sum_paths(
-                    costs, parent, steepest, self.steps, small, jump, sums, upwards, start,
-                    first, last, self._paths[number], self._least[number])
+                    costs, (parent, steepest), (self.steps, small, jump), sums, upwards, start,
+                    first, self._paths[number])
             eight_directions.choose_labels(sums, disparities, self._offered[number],
-                                           self._numbers, *chosen, first, last)
+                                           self._numbers, chosen, first)
             self._sums.append(memory)
         pool.each(search, self._bands)
 
@@ -147,7 +147,7 @@ class ScanlineStrips:
     """
     Memory for one image size, and the scanline optima of the last search.
 
-    labels, target: int16, margins: uint16, offsets: float32 (R, C), see choose_labels; strips:
+    labels, target: int16, margins: uint16, offsets: float32 (R, C), see ChosenLabels; strips:
     list of `Strip`; steps: uint8 (2, R, C), of grey to the left and upwards
     """
 

@@ -7,13 +7,12 @@ Not in the paper, whose maps are whole-pixel. The fitness of a map is the possib
 matches over supports that keep to the parent's surface, and the steps of disparity, which are free
 as far as a slanted surface makes them and cost less at edges of grey.
 """
-from typing import NamedTuple
-
 import cv2
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.crossover import Exchange, Regions
 from fuzzy_stereo_ros.matching.kernels.genetic import surface_cost
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import copy_taken
+from fuzzy_stereo_ros.matching.kernels.genetic.surface_cost import Steps
 from fuzzy_stereo_ros.matching.kernels.possibility.fuzzy_costs import FULL
 from fuzzy_stereo_ros.matching.kernels.refinement import consistency, dense_map, filling
 from fuzzy_stereo_ros.matching.kernels.units import INVALID
@@ -79,15 +78,6 @@ class DenseSurface:
         return np.clip(self._smooth, 0, self._disparities - 1, out=self._smooth)
 
 
-class Steps(NamedTuple):
-    """The costs of steps of disparity, and the difference from which genes are different."""
-
-    slope: float         # cost of a px beyond the free ones, in parts of FULL
-    free: float          # px that cost nothing
-    jump: float          # the most that a step costs, in parts of FULL
-    apart: float         # px by which two genes differ
-
-
 class SurfaceFitness:
     """Measures and crosses dense maps of one image size."""
 
@@ -126,15 +116,15 @@ class SurfaceFitness:
         Give the first parent the second one's fitter regions, and their costs.
 
         first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), see measure.
-        Returns what it saved, in parts of surface_cost.PARTS.
+        steps: `Steps`, in parts of FULL. Returns what it saved, in parts of surface_cost.PARTS.
         """
-        exchange, apart = Exchange(*first.shape, 4), np.float32(steps.apart)
-        exchange.set_size(surface_cost.cells_apart(first, second, apart, exchange.all_cells))
-        full = FULL >> _HALF
+        exchange, full = Exchange(*first.shape, 4), FULL >> _HALF
+        steps = steps._replace(slope=steps.slope * full, jump=steps.jump * full)
+        steps = Steps(*map(np.float32, steps))
+        exchange.set_size(surface_cost.cells_apart(first, second, steps.apart, exchange.all_cells))
         surface_cost.exchange_changes(
-            first, first_costs, second, second_costs, self._across, self._down,
-            np.float32(steps.slope * full), np.float32(steps.free), np.float32(steps.jump * full),
-            apart, exchange.cells, exchange.alone, exchange.pairs)
+            first, first_costs, second, second_costs, self._across, self._down, tuple(steps),
+            exchange.changes())
         cost = Regions(*first.shape)(exchange)
         copy_taken(exchange.cells, exchange.taken, first, second)
         copy_taken(exchange.cells, exchange.taken, first_costs, second_costs)

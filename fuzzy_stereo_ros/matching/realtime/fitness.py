@@ -71,7 +71,7 @@ class CensusFitness:
             part = slice(share * band[0], share * (band[0] + 1))
             gene_cost.exchange_changes(
                 *self._kernel_arguments(), *self._possibility.penalties, first, second,
-                exchange.cells[part], exchange.alone[part], exchange.pairs[part])
+                exchange.changes(part))
         pool.each(change, self._bands)
         cost = crossover(exchange, random)
         if cost >= 0:

@@ -21,6 +21,7 @@ from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
 from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_bent, reject_unfounded
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
+from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 import numpy as np
 
@@ -245,8 +246,8 @@ class FrameEvolution:
         draws = random.uniform(2)
         step = int(STEPS[0] * (STEPS[1] / STEPS[0])**draws[0])
         apart = int(step * (APART[0] + (APART[1] - APART[0]) * draws[1]))
-        return self._grey_regions.grow(self._pool, self._half_luminance, self._everywhere, step,
-                                       apart, OVERLAP, SMALLEST)
+        return self._grey_regions.grow(self._pool, self._half_luminance, self._everywhere,
+                                       Likeness(step, apart, OVERLAP), SMALLEST)
 
     def _measure(self):
         """Write the costs of the matches of the genes and of the proposal, where selected."""

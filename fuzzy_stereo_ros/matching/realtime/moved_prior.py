@@ -12,8 +12,7 @@ import cv2
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
-from fuzzy_stereo_ros.matching.kernels.units import STEPS
-from fuzzy_stereo_ros.matching.over_frames.moving_camera import numbers, to_pixels
+from fuzzy_stereo_ros.matching.over_frames.moving_camera import to_pixels
 import numpy as np
 
 AROUND = 3           # cells of a side of the square in which distances of census are summed
@@ -33,7 +32,7 @@ class MovedPrior:
         cells = rows // 2, columns // 2
         self._shape, self._bands, self._moving = (rows, columns), cut_bands(cells[0]), moving
         self._labels = zeros((rows, columns), labels_type)
-        self._distances = [zeros(cells, np.uint8) for _ in range(2)]
+        self._distances = tuple(zeros(cells, np.uint8) for _ in range(2))
         self._strengths = zeros(cells, np.uint8)
         self.restart()
 
@@ -53,20 +52,20 @@ class MovedPrior:
         moving, own = self._moving, previous.own
         if moving.motion is None:
             return None
-        view = numbers(to_pixels(moving.motion.back))
-        packed = self._packed_census(pool, census)
+        back = moving.kernel_motion(to_pixels(moving.motion.back))
+        both = self._packed_census(pool, census), own.census
         pool.each(lambda band: warp.census_distances(
-            moving.moved, half.labels, NEAR, moving.lowest, view, packed, own.census,
-            *self._distances, band[1], band[2]), self._bands)
-        summed = [cv2.boxFilter(found, cv2.CV_16U, (AROUND, AROUND), normalize=False)
-                  for found in self._distances]
+            moving.moved, half.labels, NEAR, back, both, self._distances, band[1], band[2]),
+            self._bands)
+        summed = tuple(cv2.boxFilter(found, cv2.CV_16U, (AROUND, AROUND), normalize=False)
+                       for found in self._distances)
         highest = previous.config.disparities - 1
 
         def write_band(band):
             warp.trusted_moved(
-                moving.moved, moving.source, previous.camera.cell_validity, summed[0],
-                half.labels, summed[1], (UNLIKE, NEAR, LIKELIER, FLAT, LONGEST),
-                self._strengths, own.survived, band[1], band[2])
+                (moving.moved, moving.source), (previous.camera.cell_validity, own.survived),
+                half.labels, summed, (UNLIKE, NEAR, LIKELIER, FLAT, LONGEST), self._strengths,
+                band[1], band[2])
             warp.moved_prior(moving.moved, self._strengths, highest, above, labels, weights,
                              self._labels, band[1], band[2])
         pool.each(write_band, self._bands)
@@ -88,7 +87,7 @@ class MovedPrior:
         survived = np.zeros(cells.shape, np.uint8)
         before = survived if moving.motion is None else previous.own.survived
         pool.each(lambda band: warp.note_survivors(
-            fine, STEPS, moving.moved, self._strengths, moving.source, before, cells, survived,
+            fine, (moving.moved, moving.source), self._strengths, before, cells, survived,
             band[1], band[2]), self._bands)
         return cells, self._packed_census(pool, census), survived
 

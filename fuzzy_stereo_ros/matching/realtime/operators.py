@@ -13,11 +13,10 @@ from itertools import pairwise
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_bands, cut_parts
 from fuzzy_stereo_ros.matching.kernels.planes import segments
-from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement import filling
 import numpy as np
 
-STEP, APART, OVERLAP = 768, 384, 6   # of runs: 1/256 grey levels, half-size px; see find_runs
+LIKENESS = segments.Likeness(step=768, apart=384, overlap=6)    # of half-size pixels
 LEAST = 60           # half-size pixels of a region
 POINTS = 200         # of a region, at most, that its plane is fitted to
 ROUNDS, AGREEMENT = 24, 0.7          # random planes that are tried, and px by which a point agrees
@@ -72,19 +71,18 @@ class GreyRegions:
         self._row_runs = zeros((rows, 2), np.int32)
         self._sums = zeros((len(self._bands), 2, columns + 1), np.int32)
 
-    def grow(self, pool, luminance, weak, step, apart, overlap, least):
+    def grow(self, pool, luminance, weak, likeness, least):
         """
-        Return the runs of rows with their regions, as kernels take them, and how many regions.
+        Return the fields of the `Regions` of a picture, as kernels take them, and how many.
 
         luminance: uint16, the picture with a margin; weak: uint8 (r, c), where regions may lie;
-        step, apart, overlap: see find_runs; least: pixels of a region
+        likeness: a `Likeness`, of runs; least: pixels of a region
         """
-        runs = self._begin, self._end, self._parent, self._row_runs
+        runs, likeness = (self._begin, self._end, self._parent, self._row_runs), tuple(likeness)
         pool.each(lambda band: segments.find_runs(
-            luminance, MARGIN, weak, step, apart, overlap, *runs, self._sums[band[0]], band[1],
-            band[2]), self._bands)
-        segments.join_runs(luminance, MARGIN, apart, overlap, *runs, self._sums[0], self._edges)
-        number = segments.number_regions(*runs, least, self._size, self._region)
+            luminance, weak, likeness, runs, self._sums[band[0]], band[1], band[2]), self._bands)
+        segments.join_runs(luminance, likeness, runs, self._sums[0], self._edges)
+        number = segments.number_regions(runs, least, self._size, self._region)
         return (self._begin, self._end, self._row_runs, self._region), number
 
 
@@ -107,7 +105,7 @@ class WeakRegions:
         luminance: uint16, the half-size picture with a margin; weak: uint8 (r, c), where texture
         is weak
         """
-        return self._regions.grow(pool, luminance, weak, STEP, APART, OVERLAP, LEAST)
+        return self._regions.grow(pool, luminance, weak, LIKENESS, LEAST)
 
     def mutant(self, pool, grown, chosen, validity, disparities, target_range, parent, random):
         """
@@ -120,7 +118,7 @@ class WeakRegions:
         regions, number = grown
         planes, mutant, starts = self._planes[:number], self._mutant, self._starts[:number + 1]
         segments.gather_points(
-            *regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
+            regions, POINTS, chosen.labels, chosen.offsets, validity, self._tally[:number],
             starts, self._points)
         edges = np.searchsorted(starts, starts[-1] * np.arange(PARTS) / PARTS).tolist()
 
@@ -128,7 +126,7 @@ class WeakRegions:
             _, first, last = band
             mutant[first:last] = parent[first:last]
             segments.write_mutant(
-                *regions, planes, disparities, target_range, mutant, first // 2, last // 2)
+                regions, planes, disparities, target_range, mutant, first // 2, last // 2)
         pool.each(lambda part: segments.fit_planes(
             self._points, starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes, *part),
             list(pairwise([*edges, number])))

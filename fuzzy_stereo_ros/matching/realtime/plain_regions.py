@@ -107,7 +107,7 @@ class PlainRegions:
         pool.each(lambda band: left.mark(*band[1:]), bands)
         begin, end, parent, size, region = self._runs
         kernels.mask_regions(left.mask, left.ends, begin, end, parent, self._row_runs)
-        number = number_regions(begin, end, parent, self._row_runs, self._least, size, region)
+        number = number_regions((begin, end, parent, self._row_runs), self._least, size, region)
         if number == 0:
             return False
         regions = begin, end, self._row_runs, region

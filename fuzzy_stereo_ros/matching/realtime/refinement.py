@@ -40,24 +40,24 @@ class Speckles:
         self._columns, rows = columns, bands[-1][2]
         self._edges = zeros(len(bands), np.int64)
         self._marks = zeros((len(bands), 3), np.int64)
-        self._runs = [zeros(rows * columns, np.int32) for _ in range(4)]
+        self._runs = tuple(zeros(rows * columns, np.int32) for _ in range(4))
 
     def find(self, labels, validity, step, band):
         """Find the components of a band."""
         index, first, last = band
         self._edges[index] = first
-        find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, *self._runs,
+        find_components(labels.reshape(-1), validity.reshape(-1), self._columns, step, self._runs,
                         self._marks[index], first, last)
 
     def join(self, labels, step):
         """Join the components of all bands where they touch."""
-        join_components(labels.reshape(-1), self._columns, step, *self._runs, self._marks,
+        join_components(labels.reshape(-1), self._columns, step, self._runs, self._marks,
                         self._edges)
 
     def reject(self, validity, smallest, band):
         """Reject the pixels of a band that belong to small components."""
         index, first, _ = band
-        reject_small(validity.reshape(-1), smallest, *self._runs, first * self._columns,
+        reject_small(validity.reshape(-1), smallest, self._runs, first * self._columns,
                      self._marks[index, 2])
 
 
@@ -166,6 +166,10 @@ class Refinement:
         """
         disparity, confidence = (np.empty(labels.shape, np.float32) for _ in range(2))
 
+        rules = tuple(subpixel.OutputRules(
+            np.float32(config.min_disparity),
+            np.float32(config.min_disparity + config.disparities - 1), self._lines,
+            np.float32(config.confidence_threshold), config.fill))
         blur = partial(cv2.boxFilter, ddepth=cv2.CV_32S, ksize=(AROUND, AROUND), normalize=False)
 
         def write_band(band):
@@ -177,8 +181,7 @@ class Refinement:
             subpixel.smooth_offsets(labels, self._fitted, *self._rows[band[0]], self._fine,
                                     self._agreeing, *band[1:])
             subpixel.write_out(
-                self._fine, self.final_validity, self._around, self._agreeing, self._lines,
-                config.min_disparity, config.disparities, config.fill,
-                np.float32(config.confidence_threshold), disparity, confidence, *band[1:])
+                self._fine, self.final_validity, self._around, self._agreeing, rules, disparity,
+                confidence, *band[1:])
         pool.each(write_band, self._parts)
         return disparity, confidence

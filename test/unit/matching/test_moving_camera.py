@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.kernels.temporal import warp
+from fuzzy_stereo_ros.matching.kernels.units import STEPS
 from fuzzy_stereo_ros.matching.match import Camera
 from fuzzy_stereo_ros.matching.over_frames import camera_motion, moving_camera
 from fuzzy_stereo_ros.synthetic.scenes import BASELINE, FOCAL, make_sequence
@@ -60,14 +61,15 @@ def test_kernels_that_move_maps_do_as_their_twins(rows, columns, seed):
     labels = random.uniform(0, 30, (rows, columns)).astype(np.float32)
     view, lowest = views(random), random.choice((-3.0, 0.0, 4.5))
     moved, source = np.zeros_like(labels), np.zeros(labels.shape, np.int32)
-    warp.move_labels(labels, lowest, view, moved, source)
+    warp.move_labels(labels, (view, lowest), (moved, source))
     expected = twins.move_labels(labels, lowest, view)
     assert np.array_equal(moved, expected[0]) and np.array_equal(source, expected[1])
 
     now, before = random.integers(0, 2**24, (2, 2 * rows, 2 * columns), np.uint32)
     half = random.integers(0, 15, (rows, columns), np.uint8)
     distances = np.zeros((2, rows, columns), np.uint8)
-    warp.census_distances(moved, half, 3, lowest, view, now, before, *distances, 0, rows)
+    warp.census_distances(moved, half, 3, (view, lowest), (now, before), tuple(distances), 0,
+                          rows)
     assert np.array_equal(distances, twins.census_distances(moved, half, 3, lowest, view, now,
                                                             before))
     seen = np.zeros_like(labels)
@@ -75,7 +77,7 @@ def test_kernels_that_move_maps_do_as_their_twins(rows, columns, seed):
     assert np.array_equal(seen, twins.to_right(moved, -1))
     across, down = np.zeros((2, rows, columns), np.float32)
     for of_right in (False, True):
-        warp.look_back(moved, lowest, view, -1, of_right, across, down, 0, rows)
+        warp.look_back(moved, (view, lowest), -1, of_right, across, down, 0, rows)
         np.testing.assert_allclose((across, down), twins.look_back(moved, lowest, view, -1,
                                                                    of_right), rtol=1e-6)
 
@@ -93,7 +95,7 @@ def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed)
     sums = random.integers(60, 85, (2, *shape), np.uint16)
     half, survived = random.integers(0, 4, (2, *shape), np.uint8)
     strengths, rules = np.zeros(shape, np.uint8), (72, 3, 4, 3, 3)
-    warp.trusted_moved(moved, source, validity, sums[0], half, sums[1], rules, strengths, survived,
+    warp.trusted_moved((moved, source), (validity, survived), half, tuple(sums), rules, strengths,
                        0, rows)
     assert np.array_equal(strengths, twins.trusted_moved(
         moved, source, validity, sums[0], half, sums[1], rules, survived))
@@ -108,10 +110,10 @@ def test_the_prior_of_a_moved_map_is_that_of_the_twins(rows, columns, odd, seed)
 
     fine = random.integers(0, 90, full, np.int16)
     cells, now = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
-    warp.note_survivors(fine, 16, moved, strengths, np.maximum(source, 0), survived, cells, now,
-                        0, rows)
+    warp.note_survivors(fine, (moved, np.maximum(source, 0)), strengths, survived, cells, now, 0,
+                        rows)
     assert np.array_equal((cells, now), twins.note_survivors(
-        fine, 16, moved, strengths, np.maximum(source, 0), survived))
+        fine, STEPS, moved, strengths, np.maximum(source, 0), survived))
 
 
 def test_census_is_packed_into_words():

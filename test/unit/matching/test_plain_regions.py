@@ -175,7 +175,8 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         begin, end, parent, of_size, region = plain._runs
         kernels.mask_regions(plain._left.mask, plain._left.ends, begin, end, parent,
                              plain._row_runs)
-        number = number_regions(begin, end, parent, plain._row_runs, plain._least, of_size, region)
+        number = number_regions((begin, end, parent, plain._row_runs), plain._least, of_size,
+                                region)
         assert number > 0
         plain._vote(pool, views.target_range, half, (begin, end, plain._row_runs, region), number)
     finally:
@@ -218,7 +219,7 @@ def test_regions_of_a_mask_are_connected_as_the_twin_has_it(seed, rows, columns,
     row_runs = np.zeros((rows, 2), np.int32)
     ends = np.full((rows, 2), (0, columns), np.int32)
     kernels.mask_regions(mask, ends, begin, end, parent, row_runs)
-    number_regions(begin, end, parent, row_runs, 3, size, region)
+    number_regions((begin, end, parent, row_runs), 3, size, region)
     numbers = np.full(mask.shape, -1)
     for row in range(rows):
         for run in range(*row_runs[row]):

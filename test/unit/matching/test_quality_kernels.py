@@ -145,10 +145,10 @@ def check_paths(shape, labels, upwards, steepest):
     small, jump = (np.linspace(high, high / 8, 256).astype(np.uint16) for high in (90, 700))
     sums = random_map(costs.shape, 9, 3, np.uint16)
     before = sums.astype(int) if upwards else 0
-    paths = np.zeros((2, 4, columns, labels + 2 * eight_directions.PAD), np.uint16)
-    eight_directions.sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards,
-                               rows - 1 if upwards else 0, 0, rows, paths,
-                               np.zeros((2, 4, columns), np.uint16))
+    paths = (np.zeros((2, 4, columns, labels + 2 * eight_directions.PAD), np.uint16),
+             np.zeros((2, 4, columns), np.uint16))
+    eight_directions.sum_paths(costs, (parent, steepest), (steps, small, jump), sums, upwards,
+                               rows - 1 if upwards else 0, 0, paths)
     np.testing.assert_array_equal(sums, before + twins.summed_paths(
         costs, parent, steepest, steps, small, jump, upwards))
 
@@ -163,7 +163,7 @@ def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
     expected = twins.chosen_labels(sums.astype(int), disparities)
     eight_directions.choose_labels(
         sums, disparities, np.zeros((2, columns + sums.shape[2]), np.uint16),
-        np.arange(sums.shape[2], dtype=np.uint16), labels, offsets, margins, target, 0, rows)
+        np.arange(sums.shape[2], dtype=np.uint16), (labels, offsets, margins, target), 0)
     for found, wanted in zip((labels, offsets, margins, target), expected):
         np.testing.assert_allclose(found, wanted, atol=1e-6)
 
@@ -171,7 +171,8 @@ def test_labels_are_chosen_from_both_sides_as_by_the_twin(shape, disparities):
 def guessed(costs, parent, threads=1, here=slice(None)):
     guess, shape = SurfaceScanlines(costs.shape), costs.shape[:2]
     guess.set_colour(random_map((*shape, 3), 30, 7))
-    chosen = [np.zeros(shape, kind) for kind in (np.int16, np.float32, np.uint16, np.int16)]
+    chosen = tuple(np.zeros(shape, kind)
+                   for kind in (np.int16, np.float32, np.uint16, np.int16))
     guess.search(ThreadPool(threads), costs, 24, SMOOTHNESS, parent, 2, chosen, here)
     return chosen
 
@@ -297,8 +298,8 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(abs(first - second) > apart))
     exchange.pairs[:] = 99
     surface_cost.exchange_changes(
-        first, first_costs, second, second_costs, across, down, *numbers, apart, exchange.cells,
-        exchange.alone, exchange.pairs)
+        first, first_costs, second, second_costs, across, down, (*numbers, apart),
+        exchange.changes())
     for share in (2, 5, 10):
         exchange.taken[:] = random_map((exchange.cells.size,), 10, share) < share
         child = first.copy()

@@ -92,8 +92,7 @@ def test_an_exchange_has_the_change_of_cost_from_the_first_parent_to_the_child(
     exchange.set_size(differing_cells(first, second, exchange.all_cells))
     np.testing.assert_array_equal(exchange.cells, np.flatnonzero(first != second))
     exchange.pairs[:] = 99
-    exchange_changes(*fields(scene), *penalties, first, second, exchange.cells, exchange.alone,
-                     exchange.pairs)
+    exchange_changes(*fields(scene), *penalties, first, second, exchange.changes())
 
     def cost(chromosome):
         return int(twin(chromosome).sum() + smoothness(chromosome, penalties).sum())

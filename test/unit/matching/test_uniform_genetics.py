@@ -51,8 +51,7 @@ def exchanged(scene, first, second):
     """Return the Exchange of two chromosomes."""
     exchange = Exchange(*first[0].shape, 8)
     exchange.set_size(differing_cells(first[0], second[0], exchange.all_cells))
-    fill_exchange(exchange.cells, *first[:2], *second[:2], scene.weights, exchange.alone,
-                  exchange.pairs)
+    fill_exchange(first[:3], second[:3], scene.weights, exchange.changes())
     return exchange
 
 
@@ -107,7 +106,7 @@ def test_taking_genes_leaves_a_child_that_is_worth_what_the_crossover_said(shape
     framed = first[0].shape
     change = (Cut(*framed, 8) if crossover == 'cut' else Regions(*framed))(exchange)
     assert change <= 0
-    take_genes(exchange.cells, exchange.taken, *second[:2], scene.weights, shape[1], *first[:3])
+    take_genes(exchange.cells, exchange.taken, second[:3], scene.weights, shape[1], first[:3])
     again = scene.chromosome(inside(first[0]))
     for found, expected in zip(first[:3], again[:3]):
         np.testing.assert_array_equal(inside(found), inside(expected))
@@ -116,9 +115,9 @@ def test_taking_genes_leaves_a_child_that_is_worth_what_the_crossover_said(shape
 
 def mutate(scene, chromosome, patches, half=3, key=1):
     """Mutate a chromosome in place; return the gain."""
-    spares = (np.zeros(SPARE_ROWS * LANES, kind) for kind in (np.uint16, np.uint8, np.uint16))
+    spare = tuple(np.zeros(SPARE_ROWS * LANES, kind) for kind in (np.uint16, np.uint8, np.uint16))
     return mutate_by_patches(key_of(key), patches, larger_halves(half), scene.planes,
-                             scene.colours, scene.weights, *chromosome[:3], *spares)
+                             scene.colours, scene.weights, chromosome[:3], spare)
 
 
 @settings(max_examples=60, deadline=None)

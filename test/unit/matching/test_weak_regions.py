@@ -35,7 +35,7 @@ def patches(seed, rows, columns):
 def grown(grey, weak, least=6, overlap=3):
     """Return the regions of a picture, as kernels write them, and how many there are."""
     return GreyRegions(*grey.shape).grow(
-        ThreadPool(1), padded(grey), weak, 400, 250, overlap, least)
+        ThreadPool(1), padded(grey), weak, segments.Likeness(400, 250, overlap), least)
 
 
 def as_map(regions, shape):
@@ -71,7 +71,7 @@ def test_points_are_consistent_matches_evenly_spread(seed, most):
     validity = draw.integers(0, 3, full).astype(np.uint8)
     tally, starts = np.zeros((number, 3), np.int32), np.zeros(number + 1, np.int32)
     found = np.zeros((3, grey.size), np.float32)
-    segments.gather_points(*regions, most, labels, offsets, validity, tally, starts, found)
+    segments.gather_points(regions, most, labels, offsets, validity, tally, starts, found)
     numbers = as_map(regions, shape)
     for region in range(number):
         mine = found[:, starts[region]:starts[region + 1]]
@@ -130,7 +130,7 @@ def test_the_mutant_takes_labels_of_planes_that_are_farther_than_one(seed, insid
     parent = draw.integers(0, DISPARITIES, (17, 43)).astype(np.uint8)
     child = parent.copy()
     for rows in ((0, 3), (3, 8)):
-        segments.write_mutant(*regions, found, DISPARITIES, np.array(inside), child, *rows)
+        segments.write_mutant(regions, found, DISPARITIES, np.array(inside), child, *rows)
     np.testing.assert_array_equal(child, twins.mutant(
         as_map(regions, shape), found.astype(float), DISPARITIES, inside, parent))
 

@@ -7,10 +7,28 @@ An exchange: see crossover.Exchange. Partition crossover takes connected regions
 not at all (Whitley et al., Partition crossover for pseudo-Boolean optimization, 2009 and 2015).
 Regions meet only where the parents agree, so that the gain is the sum over the regions taken.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, first_set, LANES, load
 import numpy as np
+
+
+class Changes(NamedTuple):
+    """The cells of an exchange and what it changes there, see crossover.Exchange."""
+
+    cells: np.ndarray    # int32 (n,)
+    alone: np.ndarray    # int32 (n,)
+    pairs: np.ndarray    # int32 (n, K)
+
+
+class Sets(NamedTuple):
+    """Working memory for the union-find of connected cells, from 1 on; 0 is none."""
+
+    parent: np.ndarray   # int32 (m,), m > number of regions
+    change: np.ndarray   # int64 (m,), of cost, of all cells of a region
+    size: np.ndarray     # int32 (m,), number of its cells
 
 
 @kernel
@@ -80,17 +98,18 @@ def _joined(parent, region, other):
 
 
 @kernel
-def take_regions(cells, alone, pairs, columns, advantage, taken, places, region, parent, change,
-                 size):
+def take_regions(changes, columns, advantage, taken, places, region, sets):
     """
     Take each region of cells whose change of cost is negative; return the change of all taken.
 
-    cells: int32 (n,), row * columns + column, ascending; alone: int32 (n,); pairs: int32 (n, K);
-    see crossover.Exchange; advantage: cost a cell by which a region must be the cheaper one.
-    taken: bool (n,), which cells may be taken, then which are; places: int32 (n,), region: int32
-    ((R + 2) * (columns + 1),), the image with a border, 0 before and after; parent: int32 (m,),
-    change: int64 (m,), size: int32 (m,), with m > number of regions; working memory.
+    changes: the fields of Changes; advantage: cost a cell by which a region must be the cheaper
+    one. taken: bool (n,), which cells may be taken, then which are; places: int32 (n,), region:
+    int32 ((R + 2) * (columns + 1),), the image with a border, 0 before and after; sets: the fields
+    of Sets; working memory.
     """
+    cells, alone, pairs = changes
+    sets = Sets(*sets)
+    parent, change, size = sets
     diagonal, wide = pairs.shape[1] == 4, columns + 1
     known, row = 1, 0
     for index in range(cells.size):
@@ -121,7 +140,7 @@ def take_regions(cells, alone, pairs, columns, advantage, taken, places, region,
         region[place] = mine
         change[mine] += cost
         size[mine] += 1
-    total = _choose(parent, change, size, known, advantage)
+    total = _choose(sets, known, advantage)
     for index in range(cells.size):
         place = np.uint64(places[index])
         taken[index] = taken[index] and change[region[place]] < 0
@@ -130,8 +149,9 @@ def take_regions(cells, alone, pairs, columns, advantage, taken, places, region,
 
 
 @called
-def _choose(parent, change, size, known, advantage):
+def _choose(sets, known, advantage):
     """Let `change` be negative for regions to take, 0 for others; return the sum of the former."""
+    parent, change, size = sets
     total = np.int64(0)
     for region in range(known - 1, 0, -1):
         above = parent[region]

@@ -72,14 +72,15 @@ def gene_costs(features, scene, chromosome, costs, every, first, last):
 
 
 @kernel
-def exchange_changes(features, scene, small, across, down, first, second, cells, alone, pairs):
+def exchange_changes(features, scene, small, across, down, first, second, changes):
     """
     Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
 
     features: the fields of Features; scene: those of a Scene; small, across, down: Penalties;
-    first, second: (R, C) labels; cells: int32 (n,), some of those where they differ; alone: int32
-    (n,), pairs: int32 (n, 2), written.
+    first, second: (R, C) labels; changes: the fields of Changes, cells some of those where they
+    differ, the others written.
     """
+    cells, alone, pairs = changes
     features, scene = Features(*features), Scene(*scene)
     rows, columns = first.shape
     row = 0

@@ -13,6 +13,8 @@ algorithms for energy minimization in vision, 2004. A node is its place in a gri
 direction d leads to the node at `offsets[d]`, and d ^ 1 back. Capacities are symmetric at first:
 int32 (nodes, D).
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
@@ -20,6 +22,24 @@ import numpy as np
 FREE, SOURCE, SINK = 0, 1, -1       # what tree a node belongs to
 ROOT, ORPHAN = 8, 9                 # parents that are no directions
 _FAR = 2**30
+
+
+class Network(NamedTuple):
+    """N nodes in a grid with a border, and what still fits between them."""
+
+    offsets: np.ndarray      # int64 (D,)
+    capacity: np.ndarray     # int32 (N, D), 0 out of the nodes that take part
+    supply: np.ndarray       # int32 (N,), what comes from the source, below 0 goes to the sink
+
+
+class Trees(NamedTuple):
+    """What is known of each node while the trees of the source and of the sink grow."""
+
+    tree: np.ndarray         # int8 (N,), FREE, SOURCE or SINK
+    parent: np.ndarray       # int8 (N,), a direction, ROOT or ORPHAN
+    stamp: np.ndarray        # int32 (N,), when `distance` was found
+    distance: np.ndarray     # int32 (N,), nodes to the root
+    waiting: np.ndarray      # bool (N,), whether it is an active node
 
 
 @inlined
@@ -36,8 +56,9 @@ def _after(queue, begin):
 
 
 @called
-def _narrowest(offsets, capacity, supply, parent, node, side):
+def _narrowest(network, parent, node, side):
     """Return the least capacity from the root of the source to a node, or from it to the sink."""
+    offsets, capacity, supply = network
     least = np.int64(_FAR) * 4
     while parent[node] != ROOT:
         direction = np.int64(parent[node])
@@ -51,8 +72,9 @@ def _narrowest(offsets, capacity, supply, parent, node, side):
 
 
 @called
-def _push(offsets, capacity, supply, parent, node, side, flow, orphans, begin):
+def _push(network, parent, node, side, flow, orphans, begin):
     """Send flow along that way; put nodes cut off in front of the orphans; return their begin."""
+    offsets, capacity, supply = network
     while parent[node] != ROOT:
         direction = np.int64(parent[node])
         above = node + offsets[direction]
@@ -78,8 +100,9 @@ def _push(offsets, capacity, supply, parent, node, side, flow, orphans, begin):
 
 
 @inlined
-def _distance_to_root(offsets, parent, stamp, distance, node, now):
+def _distance_to_root(offsets, trees, node, now):
     """Return how far a node is from its root, _FAR if it has none; remember it on the way."""
+    parent, stamp, distance = trees.parent, trees.stamp, trees.distance
     far, place = 0, node
     while True:
         if stamp[place] == now:
@@ -102,9 +125,10 @@ def _distance_to_root(offsets, parent, stamp, distance, node, now):
 
 
 @called
-def _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waiting, end, orphans,
-           begin, stop):
+def _adopt(network, trees, now, active, end, orphans, begin, stop):
     """Find new parents for the orphans, or free them; return the new end of the active nodes."""
+    offsets, capacity, _ = network
+    tree, parent, stamp, distance, waiting = trees
     directions = offsets.size
     while begin != stop:
         node = np.int64(orphans[begin])
@@ -116,7 +140,7 @@ def _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waitin
             left = (capacity[other, direction ^ 1] if side == SOURCE
                     else capacity[node, direction])
             if left > 0 and tree[other] == side:
-                far = _distance_to_root(offsets, parent, stamp, distance, other, now)
+                far = _distance_to_root(offsets, trees, other, now)
                 if far < nearest:
                     nearest, chosen = far, direction
         parent[node] = chosen
@@ -140,12 +164,13 @@ def _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waitin
 
 
 @called
-def _gather(nodes, offsets, capacity, supply):
+def _gather(nodes, network):
     """
     Send as much supply as fits from each node to earlier neighbours, from the last node on.
 
     Sources meet sinks, and few are left: the trees then need half the time.
     """
+    offsets, capacity, supply = network
     for place in range(nodes.size - 1, -1, -1):
         node = np.int64(nodes[place])
         for direction in range(0, offsets.size, 2):
@@ -161,16 +186,17 @@ def _gather(nodes, offsets, capacity, supply):
 
 
 @kernel
-def maximum_flow(nodes, offsets, capacity, supply, tree, parent, stamp, distance, active, waiting,
-                 orphans):
+def maximum_flow(nodes, network, trees, active, orphans):
     """
     Send all the flow that fits; afterwards `tree` is SOURCE where a source still reaches.
 
-    nodes: int32 (n,); offsets: int64 (D,); capacity: int32 (N, D), 0 out of the nodes; supply:
-    int32 (N,), what comes from the source, below 0 what goes to the sink; tree, parent: int8
-    (N,), stamp, distance: int32 (N,), waiting: bool (N,), active, orphans: int32 (> n,), memory.
+    nodes: int32 (n,), those that take part; network: the fields of Network; trees: those of Trees,
+    active, orphans: int32 (> n,), memory.
     """
-    _gather(nodes, offsets, capacity, supply)
+    network, trees = Network(*network), Trees(*trees)
+    offsets, capacity, supply = network
+    tree, parent, stamp, distance, waiting = trees
+    _gather(nodes, network)
     begin = end = 0
     for place in range(nodes.size):
         node = np.int64(nodes[place])
@@ -210,14 +236,13 @@ def maximum_flow(nodes, offsets, capacity, supply, tree, parent, stamp, distance
         other = node + offsets[met]
         source, sink, across = (node, other, met) if side == SOURCE else (other, node, met ^ 1)
         flow = min(np.int64(capacity[source, across]),
-                   _narrowest(offsets, capacity, supply, parent, source, SOURCE),
-                   _narrowest(offsets, capacity, supply, parent, sink, SINK))
+                   _narrowest(network, parent, source, SOURCE),
+                   _narrowest(network, parent, sink, SINK))
         capacity[source, across] -= flow
         capacity[sink, across ^ 1] += flow
-        first = _push(offsets, capacity, supply, parent, source, SOURCE, flow, orphans, 0)
-        first = _push(offsets, capacity, supply, parent, sink, SINK, flow, orphans, first)
-        end = _adopt(offsets, capacity, tree, parent, stamp, distance, now, active, waiting, end,
-                     orphans, first, 0)
+        first = _push(network, parent, source, SOURCE, flow, orphans, 0)
+        first = _push(network, parent, sink, SINK, flow, orphans, first)
+        end = _adopt(network, trees, now, active, end, orphans, first, 0)
     return now
 
 
@@ -225,13 +250,14 @@ LEFT, OPEN, TAKEN = 0, 1, 2     # state of a cell; places without a cell are LEF
 
 
 @kernel
-def load(cells, alone, pairs, columns, offsets, places, weight, change, state):
+def load(changes, columns, offsets, weight, change, places, state):
     """
     Write the costs of a choice into a grid with a border: int32 places (n,) of the cells there.
 
-    cells, alone, pairs: see crossover.Exchange; pairs above 0, or with no cell, count as 0;
-    weight: int32 (N, D), change: int32 (N,), state: uint8 (N,). weight and state are 0 before.
+    changes: the fields of Changes; pairs above 0, or with no cell, count as 0; weight: int32
+    (N, D), change: int32 (N,), state: uint8 (N,). weight and state are 0 before.
     """
+    cells, alone, pairs = changes
     row = 0
     for index in range(cells.size):
         row = row_of(cells[index], row, columns)
@@ -249,12 +275,12 @@ def _decided(change, room):
 
 
 @kernel
-def decide(places, offsets, weight, change, room, state, stack):
+def decide(offsets, weight, change, places, room, state, stack):
     """
     Take or leave all cells that need no cut; return how many are open, whose places come first.
 
-    places: int32 (n,); change: int32 (N,), what a cell costs if no open neighbour is taken; room:
-    int32 (N,), if all of them are; state: uint8 (N,); stack: int32 (n,), memory.
+    change: int32 (N,), what a cell costs if no open neighbour is taken; places: int32 (n,); room:
+    int32 (N,), what it costs if all of them are; state: uint8 (N,); stack: int32 (n,), memory.
     """
     for index in range(places.size):
         place = np.int64(places[index])

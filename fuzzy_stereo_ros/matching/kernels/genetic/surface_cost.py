@@ -1,11 +1,22 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """The cost of the genes of a map with sub-pixel disparities."""
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.exchange import row_of
 import numpy as np
 
 PARTS = 1024        # of a unit of cost that an exchange counts
+
+
+class Steps(NamedTuple):
+    """The costs of steps of disparity, and the difference from which genes are different."""
+
+    slope: float         # cost of a px beyond the free ones
+    free: float          # px that cost nothing
+    jump: float          # the most that a step costs
+    apart: float         # px by which two genes differ
 
 
 @called
@@ -58,21 +69,22 @@ def _parts(cost):
 
 
 @called
-def _step_parts(one, other, weight, slope, free, jump):
-    return _parts(weight * step_cost(one, other, slope, free, jump))
+def _step_parts(one, other, weight, steps):
+    return _parts(weight * step_cost(one, other, steps.slope, steps.free, steps.jump))
 
 
 @kernel
-def exchange_changes(first, first_costs, second, second_costs, across, down, slope, free, jump,
-                     apart, cells, alone, pairs):
+def exchange_changes(first, first_costs, second, second_costs, across, down, steps, changes):
     """
     Write the changes of cost where cells take the second parent's genes: see crossover.Exchange.
 
     first, second: float32 (R, C), px; first_costs, second_costs: float32 (R, C), what the genes
-    cost; across, down: float32 (R, C), weights of the steps to the left and up; slope, free,
-    jump: see step_cost; cells: int32 (n,), some of
-    those where the parents are `apart`; alone: int32 (n,), pairs: int32 (n, 2), written.
+    cost; across, down: float32 (R, C), weights of the steps to the left and up; steps: the fields
+    of Steps, float32; changes: those of Changes, cells some of those where the parents are
+    `apart`, the others written.
     """
+    steps = Steps(*steps)
+    cells, alone, pairs = changes
     rows, columns = first.shape
     row = 0
     for index in range(cells.size):
@@ -86,16 +98,16 @@ def exchange_changes(first, first_costs, second, second_costs, across, down, slo
                 place = row - side, column - 1 + side
                 weight = down[row, column] if side else across[row, column]
                 its_old, its_new = first[place], second[place]
-                before = _step_parts(old, its_old, weight, slope, free, jump)
-                after = _step_parts(new, its_old, weight, slope, free, jump)
+                before = _step_parts(old, its_old, weight, steps)
+                after = _step_parts(new, its_old, weight, steps)
                 change += after - before
-                if abs(its_old - its_new) > apart:
+                if abs(its_old - its_new) > steps.apart:
                     pairs[index, side] = before - after + (
-                        _step_parts(new, its_new, weight, slope, free, jump)
-                        - _step_parts(old, its_new, weight, slope, free, jump))
+                        _step_parts(new, its_new, weight, steps)
+                        - _step_parts(old, its_new, weight, steps))
             if (row + 1 < rows) if side else (column + 1 < columns):
                 place = row + side, column + 1 - side
                 weight = down[place] if side else across[place]
-                change += (_step_parts(new, first[place], weight, slope, free, jump)
-                           - _step_parts(old, first[place], weight, slope, free, jump))
+                change += (_step_parts(new, first[place], weight, steps)
+                           - _step_parts(old, first[place], weight, steps))
         alone[index] = change

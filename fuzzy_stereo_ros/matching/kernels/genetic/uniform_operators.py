@@ -5,12 +5,22 @@ Operators of the uniform reading: what an exchange of genes changes in its fitne
 
 Mutation gives patches of uniform cells one gene.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels import simd
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed, unit
 from fuzzy_stereo_ros.matching.kernels.genetic.uniform_fitness import (
     EQUAL, fill_fitness, fitness_of_block, FRAME, ONE_APART, WEIGHTS)
 import numpy as np
+
+
+class Chromosome(NamedTuple):
+    """A framed map of genes, the possibility that each chose, and the fitness of each cell."""
+
+    genes: np.ndarray    # uint16 (R + 2, W)
+    chosen: np.ndarray   # uint8 (R + 2, W), 255ths
+    fitness: np.ndarray  # uint16 (R + 2, W), 65280ths
 
 
 @inlined
@@ -52,21 +62,21 @@ def _change_beside(genes, chosen, weights, cell, side, offset):
 
 
 @kernel
-def fill_exchange(cells, first_genes, first_chosen, second_genes, second_chosen, weights,
-                  alone, pairs):
+def fill_exchange(first, second, weights, changes):
     """
     Write the cost of taking the second parent's genes: fitness lost, 65280ths.
 
     Two neighbours share (a_p w_pq + a_q w_qp) * smoothness of their genes, a the possibility that
     each chose; the sum over all pairs of neighbours is the fitness.
 
-    cells: int32 (n,), row * W + column of a framed map, where the parents differ
-    genes: uint16, chosen: uint8, framed maps; weights: uint8 (8, R + 2, W)
-    alone: int32 (n,), pairs: int32 (n, 4), written; see crossover.Exchange
+    first, second: the fields of each parent's Chromosome; weights: uint8 (8, R + 2, W); changes:
+    the fields of Changes of framed maps, cells where the parents differ, the others written
     """
-    width = first_genes.shape[1]
-    genes = first_genes.reshape(-1), second_genes.reshape(-1)
-    chosen = first_chosen.reshape(-1), second_chosen.reshape(-1)
+    first, second = Chromosome(*first), Chromosome(*second)
+    cells, alone, pairs = changes
+    width = first.genes.shape[1]
+    genes = first.genes.reshape(-1), second.genes.reshape(-1)
+    chosen = first.chosen.reshape(-1), second.chosen.reshape(-1)
     flat_weights = weights.reshape(-1)
     for index in range(cells.size):
         cell = np.int64(cells[index])
@@ -87,17 +97,19 @@ def fill_exchange(cells, first_genes, first_chosen, second_genes, second_chosen,
 
 
 @kernel
-def take_genes(cells, taken, other_genes, other_chosen, weights, columns, genes, chosen, fitness):
+def take_genes(cells, taken, other, weights, columns, chromosome):
     """
     Take genes of the second parent, and write the fitness of the rows around them.
 
     cells: int32 (n,), ascending, taken: bool (n,), see crossover.Exchange; columns: of the image
-    other_genes: uint16, other_chosen: uint8, of the second parent; weights: uint8 (8, R + 2, W)
-    genes: uint16, chosen: uint8, fitness: uint16 (R + 2, W), framed, changed
+    other: the fields of the second parent's Chromosome; weights: uint8 (8, R + 2, W)
+    chromosome: the fields of the first parent's, changed
     """
+    other = Chromosome(*other)
+    genes, chosen, fitness = chromosome
     rows, width = genes.shape[0] - 2, genes.shape[1]
     ours, our_chosen = genes.reshape(-1), chosen.reshape(-1)
-    theirs, their_chosen = other_genes.reshape(-1), other_chosen.reshape(-1)
+    theirs, their_chosen = other.genes.reshape(-1), other.chosen.reshape(-1)
     for index in range(cells.size):
         if taken[index]:
             cell = cells[index]
@@ -141,10 +153,11 @@ def _half_of_patch(bits, larger):
 
 
 @inlined
-def _gene_of_patch(bits, any_gene, row, column, reach, genes, rows, columns, disparities):
+def _gene_of_patch(bits, any_gene, row, column, reach, genes, disparities):
     """Return any gene, or that of a cell near the middle, at random one more or less."""
     if any_gene:
         return np.int64(below(bits, np.uint64(disparities)))
+    rows, columns = genes.shape[0] - 2, genes.shape[1] - FRAME
     side = np.uint64(2 * reach + 1)
     under = row - reach + np.int64(below(bits, side))
     beside = column - reach + np.int64(below(bits << np.uint64(24), side))
@@ -155,8 +168,7 @@ def _gene_of_patch(bits, any_gene, row, column, reach, genes, rows, columns, dis
 
 
 @kernel
-def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes, chosen,
-                      fitness, spare_genes, spare_chosen, spare_fitness):
+def mutate_by_patches(key, patches, larger, possibility, colours, weights, chromosome, spare):
     """
     Try patches of one gene; each stays where the fitness does not fall. Return the gain.
 
@@ -165,10 +177,11 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes
 
     key: uint64; larger: float64, from `larger_halves`
     possibility: uint8 (D, R + 2, W), 255ths; colours: uint8 (3, R + 2, W)
-    weights: uint8 (8, R + 2, W); genes: uint16, chosen: uint8, fitness: uint16 (R + 2, W),
-    changed; spare_genes: uint16, spare_chosen: uint8, spare_fitness: uint16
-    (SPARE_ROWS * LANES,), memory. All maps are framed, see uniform_fitness.
+    weights: uint8 (8, R + 2, W); chromosome: the fields of a Chromosome, changed; spare: those of
+    another, (SPARE_ROWS * LANES,), memory. All maps are framed, see uniform_fitness.
     """
+    genes, chosen, fitness = chromosome
+    spare = Chromosome(*spare)
     rows, columns = genes.shape[0] - 2, genes.shape[1] - FRAME
     width, plane, disparities = genes.shape[1], genes.size, possibility.shape[0]
     flat_genes, flat_chosen = genes.reshape(-1), chosen.reshape(-1)
@@ -185,7 +198,7 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes
         half = _half_of_patch(shape, larger)
         gene = _gene_of_patch(mixed(key, np.uint64(3 * patch + 2)),
                               unit(shape << np.uint64(12)) >= NEAR_SHARE, row, column, half + 2,
-                              genes, rows, columns, disparities)
+                              genes, disparities)
         middle = row * width + column
         if (np.int64(flat_possibility[gene * plane + middle]) + NEARLY) * (
                 WEIGHTS * EQUAL) < np.int64(flat_fitness[middle]):
@@ -200,7 +213,7 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes
         within = np.uint32((1 << (right - left)) - 1)
         changed = np.uint32(0)      # a bit for each line of the patch
         for line in range(top, bottom):
-            start, spare = line * width + left, simd.LANES * (line - top)
+            start, place = line * width + left, simd.LANES * (line - top)
             old = simd.load(flat_genes, start)
             if ~simd.equal_bits(old, fresh) & within == 0:
                 continue
@@ -215,8 +228,8 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes
                 continue
             changed |= np.uint32(1) << np.uint32(line - top)
             old_chosen = simd.load(flat_chosen, start)
-            simd.store(spare_genes, spare, old)
-            simd.store(spare_chosen, spare, old_chosen)
+            simd.store(spare.genes, place, old)
+            simd.store(spare.chosen, place, old_chosen)
             simd.store(flat_genes, start, new)
             simd.store(flat_chosen, start, simd.choose(
                 uniform, simd.load(flat_possibility, gene * plane + start), old_chosen))
@@ -230,18 +243,18 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes
             line = top - 1 + simd.first_set(lines)
             lines &= lines - np.uint32(1)
             if 1 <= line <= rows:
-                start, spare = line * width + first, simd.LANES * (line - top + 1)
+                start, place = line * width + first, simd.LANES * (line - top + 1)
                 block = fitness_of_block(flat_genes, flat_chosen, flat_weights, start, width,
                                          plane)
-                simd.store(spare_fitness, spare, block)
+                simd.store(spare.fitness, place, block)
                 gain += simd.total(block) - simd.total(simd.load(flat_fitness, start))
         if gain < 0:
             while changed != 0:
                 line = top + simd.first_set(changed)
                 changed &= changed - np.uint32(1)
-                start, spare = line * width + left, simd.LANES * (line - top)
-                simd.store(flat_genes, start, simd.load(spare_genes, spare))
-                simd.store(flat_chosen, start, simd.load(spare_chosen, spare))
+                start, place = line * width + left, simd.LANES * (line - top)
+                simd.store(flat_genes, start, simd.load(spare.genes, place))
+                simd.store(flat_chosen, start, simd.load(spare.chosen, place))
             continue
         gained += gain
         while around != 0:
@@ -249,5 +262,5 @@ def mutate_by_patches(key, patches, larger, possibility, colours, weights, genes
             around &= around - np.uint32(1)
             if 1 <= line <= rows:
                 simd.store(flat_fitness, line * width + first,
-                           simd.load(spare_fitness, simd.LANES * (line - top + 1)))
+                           simd.load(spare.fitness, simd.LANES * (line - top + 1)))
     return gained

@@ -8,14 +8,43 @@ Segments are those of Felzenszwalb and Huttenlocher, Efficient graph-based image
 edges are sorted, and noise joins no regions across an edge. Their coordinates are those of the
 half-size image; its pixel (y, x) stands for the full pixels (2 y .. 2 y + 1, 2 x .. 2 x + 1).
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.fits import LEAST, least_squares, random_plane
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
 PARTS = 16           # differences of pixels are counted in units of 1 / PARTS
 LEVELS = 2**13       # larger differences count as equal
+
+
+class Runs(NamedTuple):
+    """Runs of like pixels in the rows of an image of r * c pixels."""
+
+    begin: np.ndarray    # int32 (r * c,), first column of each run
+    end: np.ndarray      # int32 (r * c,), the column after its last one
+    parent: np.ndarray   # int32 (r * c,), the union-find of runs
+    rows: np.ndarray     # int32 (r, 2), the first run of each row and the one after its last
+
+
+class Regions(NamedTuple):
+    """Regions of an image, by the runs of its rows."""
+
+    begin: np.ndarray    # of Runs
+    end: np.ndarray      # of Runs
+    rows: np.ndarray     # of Runs
+    region: np.ndarray   # int32 (r * c,), the region of each run, -1 for none
+
+
+class Likeness(NamedTuple):
+    """Which pixels belong to one run, and which runs above each other to one region."""
+
+    step: int            # largest difference of a pixel from its run, 1 / 256 grey level
+    apart: int           # largest difference of the means of two runs where they overlap
+    overlap: int         # px, least length of that
 
 
 @kernel
@@ -103,32 +132,29 @@ _REFITS = 4          # by least squares, each to what agrees with the one before
 
 
 @kernel
-def find_runs(luminance, margin, weak, step, apart, overlap, begin, end, parent, row_runs, sums,
-              first, last):
+def find_runs(luminance, weak, likeness, runs, sums, first, last):
     """
     Write runs of similar pixels of weak texture and merge vertically adjacent similar ones.
 
     Those of the rows first .. last are numbered from first * c on.
 
-    luminance: uint16 (r + 2 margin, ...), with a margin; weak: uint8 (r, c); step: largest
-    difference of a pixel from its run; apart: largest difference of the means of two runs that
-    are joined, where they overlap by `overlap` pixels or more; begin, end, parent: int32 (r * c,),
-    columns of each run and
-    the union-find of runs; row_runs: int32 (r, 2), the first run of each row and the one after
-    its last; sums: int32 (2, c + 1), memory.
+    luminance: uint16 (r + 2 MARGIN, ...); weak: uint8 (r, c); likeness: the fields of a Likeness;
+    runs: those of Runs, written; sums: int32 (2, c + 1), memory.
     """
+    likeness, runs = Likeness(*likeness), Runs(*runs)
+    begin, end, parent = runs.begin, runs.end, runs.parent
     columns = weak.shape[1]
     known = first * columns
     for row in range(first, last):
         here, above = sums[row & 1], sums[1 - (row & 1)]
-        line, textured = luminance[row + margin], weak[row]
-        row_runs[row, 0] = known
+        line, textured = luminance[row + MARGIN], weak[row]
+        runs.rows[row, 0] = known
         total, mean, open_at = np.int32(0), np.int32(0), np.int32(-1)
         for column in range(columns):
             here[column] = total
-            grey = np.int32(line[np.uint64(column + margin)])
+            grey = np.int32(line[np.uint64(column + MARGIN)])
             total += grey
-            if open_at >= 0 and (not textured[column] or abs(grey - mean) > step):
+            if open_at >= 0 and (not textured[column] or abs(grey - mean) > likeness.step):
                 begin[known], end[known], parent[known] = open_at, column, known
                 known += 1
                 open_at = np.int32(-1)
@@ -141,58 +167,63 @@ def find_runs(luminance, margin, weak, step, apart, overlap, begin, end, parent,
         if open_at >= 0:
             begin[known], end[known], parent[known] = open_at, columns, known
             known += 1
-        row_runs[row, 1] = known
+        runs.rows[row, 1] = known
         if row > first:
-            _join(row_runs[row - 1], row_runs[row], here, above, apart, overlap, begin, end,
-                  parent)
+            _join(runs, row, likeness, here, above)
 
 
 @kernel
-def join_runs(luminance, margin, apart, overlap, begin, end, parent, row_runs, sums, edges):
-    """Join the runs of bands of rows where they meet; edges: the first row of each band."""
+def join_runs(luminance, likeness, runs, sums, edges):
+    """
+    Join the runs of bands of rows where they meet; edges: the first row of each band.
+
+    The other arguments: as of find_runs.
+    """
+    likeness, runs = Likeness(*likeness), Runs(*runs)
     for row in edges[1:]:
         for part in range(2):
-            total, line = np.int32(0), luminance[row - part + margin]
+            total, line = np.int32(0), luminance[row - part + MARGIN]
             for column in range(sums.shape[1]):
                 sums[part, column] = total
-                total += np.int32(line[np.uint64(column + margin)])
-        _join(row_runs[row - 1], row_runs[row], sums[0], sums[1], apart, overlap, begin, end,
-              parent)
+                total += np.int32(line[np.uint64(column + MARGIN)])
+        _join(runs, row, likeness, sums[0], sums[1])
 
 
 @inlined
-def _join(upper_runs, runs, here, above, apart, overlap, begin, end, parent):
-    """Join the runs of a row with the like ones above; runs: the first, and the one after."""
-    other, stop = upper_runs
-    for run in range(runs[0], runs[1]):
+def _join(runs, row, likeness, here, above):
+    """Join the runs of a row with the like ones above; here, above: sums of grey from the left."""
+    begin, end, parent = runs.begin, runs.end, runs.parent
+    other, stop = runs.rows[row - 1]
+    for run in range(runs.rows[row, 0], runs.rows[row, 1]):
         while other < stop and end[other] <= begin[run]:
             other += 1
         upper = other
         while upper < stop and begin[upper] < end[run]:
             low, high = max(begin[upper], begin[run]), min(end[upper], end[run])
             difference = here[high] - here[low] - above[high] + above[low]
-            if high - low >= overlap and abs(difference) <= apart * (high - low):
+            if high - low >= likeness.overlap and abs(difference) <= likeness.apart * (high - low):
                 one, two = root(parent, run), root(parent, upper)
                 parent[max(one, two)] = min(one, two)
             upper += 1
 
 
 @kernel
-def number_regions(begin, end, parent, row_runs, least, size, region):
+def number_regions(runs, least, size, region):
     """
     Give numbers to the regions of at least so many pixels; return how many there are.
 
-    begin, end, parent, row_runs: of find_runs; size: int32, memory; region: int32, by run, -1 for
-    those of smaller regions
+    runs: the fields of Runs; size: int32, memory; region: int32, by run, -1 for those of smaller
+    regions
     """
-    for first, last in row_runs:
+    runs = Runs(*runs)
+    for first, last in runs.rows:
         for run in range(first, last):
             size[run] = 0
-            size[root(parent, run)] += end[run] - begin[run]
+            size[root(runs.parent, run)] += runs.end[run] - runs.begin[run]
     number = 0
-    for first, last in row_runs:
+    for first, last in runs.rows:
         for run in range(first, last):
-            above = root(parent, run)
+            above = root(runs.parent, run)
             if above == run:
                 region[run] = -1
                 if size[run] >= least:
@@ -204,15 +235,15 @@ def number_regions(begin, end, parent, row_runs, least, size, region):
 
 
 @kernel
-def gather_points(begin, end, row_runs, region, most, labels, offsets, validity, tally, starts,
-                  points):
+def gather_points(regions, most, labels, offsets, validity, tally, starts, points):
     """
     Write consistent matches of each region, at most `most` of them, evenly spread.
 
-    labels, offsets, validity: (R, C), of the full image; tally: int32 (regions, 3), memory;
-    starts: int32 (regions + 1,); points: float32 (3, r * c), x, y and disparity in full px: those
-    of region i are points[:, starts[i]:starts[i + 1]]
+    regions: the fields of Regions; labels, offsets, validity: (R, C), of the full image; tally:
+    int32 (regions, 3), memory; starts: int32 (regions + 1,); points: float32 (3, r * c), x, y and
+    disparity in full px: those of region i are points[:, starts[i]:starts[i + 1]]
     """
+    begin, end, row_runs, region = regions
     every, due, place = tally[:, 0], tally[:, 1], tally[:, 2]
     every[:] = 0
     for row in range(len(row_runs)):
@@ -294,14 +325,14 @@ def fit_planes(points, starts, rounds, limit, share, key, planes, begin, end):
 
 
 @kernel
-def write_mutant(begin, end, row_runs, region, planes, disparities, target_range, mutant, first,
-                 last):
+def write_mutant(regions, planes, disparities, target_range, mutant, first, last):
     """
     Give the cells of regions that have a plane its labels where they differ by more than one.
 
-    target_range: first and last column of the target that exist, whose matches alone are proposed;
-    mutant: (R, C) labels; first, last: half-size rows
+    regions: the fields of Regions; target_range: first and last column of the target that exist,
+    whose matches alone are proposed; mutant: (R, C) labels; first, last: half-size rows
     """
+    begin, end, row_runs, region = regions
     half = np.float32(0.5)
     for row in range(first, last):
         for run in range(row_runs[row, 0], row_runs[row, 1]):

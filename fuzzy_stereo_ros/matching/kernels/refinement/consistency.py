@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels to reject: left-right consistency and small components (speckles)."""
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, equal_bits, first_set, LANES, load, saturating_subtract, splat,
@@ -97,6 +99,15 @@ def reject_changed(labels, genes, validity, final_validity, first, last):
             final_validity[row, column] = np.uint8(INVALID) if away > 1 else before
 
 
+class ComponentRuns(NamedTuple):
+    """The runs of the components of a map of R * C pixels, and the union-find of these."""
+
+    begin: np.ndarray    # int32 (R * C,), the first pixel of each run
+    end: np.ndarray      # int32 (R * C,), the one after its last
+    parent: np.ndarray   # int32 (R * C,)
+    size: np.ndarray     # int32 (R * C,), pixels of the component, known for its representative
+
+
 @called
 def root(parent, run):
     """Return the representative of a set, halving the way to it (union-find)."""
@@ -173,8 +184,9 @@ def _unite(parent, size, one, two):
 
 
 @inlined
-def _join_rows(labels, columns, step, begin, end, parent, size, above, stop, first, last):
+def _join_rows(labels, columns, step, runs, above, stop, first, last):
     """Join the runs first .. last of a row with those above, above .. stop, that they touch."""
+    begin, end, parent, size = runs
     for run in range(first, last):
         low, high = begin[run] - columns, end[run] - columns
         while above < stop and end[above] <= low:
@@ -188,14 +200,15 @@ def _join_rows(labels, columns, step, begin, end, parent, size, above, stop, fir
 
 
 @kernel
-def find_components(labels, validity, columns, step, begin, end, parent, size, marks, first, last):
+def find_components(labels, validity, columns, step, runs, marks, first, last):
     """
     Find the components of some rows: 4-connected by steps of at most `step`, of valid pixels.
 
-    labels, validity: flat, of R * columns pixels; begin, end, parent, size: int32, as long, an
-    element a run, of which those of these rows begin at first * columns; marks: int64 (3,), where
-    the runs of the first row end, where those of the last row begin, and end
+    labels, validity: flat, of R * columns pixels; runs: the fields of ComponentRuns, those of
+    these rows begin at first * columns; marks: int64 (3,), where the runs of the first row end,
+    where those of the last row begin, and end
     """
+    begin, end, parent, size = runs
     known = above = first * columns
     for row in range(first, last):
         begun = known
@@ -206,23 +219,23 @@ def find_components(labels, validity, columns, step, begin, end, parent, size, m
         if row == first:
             marks[0] = known
         else:
-            _join_rows(labels, columns, step, begin, end, parent, size, above, begun, begun,
-                       known)
+            _join_rows(labels, columns, step, runs, above, begun, begun, known)
         above = begun
     marks[1], marks[2] = above, known
 
 
 @kernel
-def join_components(labels, columns, step, begin, end, parent, size, marks, edges):
+def join_components(labels, columns, step, runs, marks, edges):
     """Join the components of bands where they touch; edges: the first row of each band."""
     for band in range(1, edges.size):
-        _join_rows(labels, columns, step, begin, end, parent, size, marks[band - 1, 1],
-                   marks[band - 1, 2], edges[band] * columns, marks[band, 0])
+        _join_rows(labels, columns, step, runs, marks[band - 1, 1], marks[band - 1, 2],
+                   edges[band] * columns, marks[band, 0])
 
 
 @kernel
-def reject_small(validity, smallest, begin, end, parent, size, first, last):
+def reject_small(validity, smallest, runs, first, last):
     """Reject the runs first .. last that belong to components of fewer than `smallest` pixels."""
+    begin, end, parent, size = runs
     for run in range(first, last):
         top = run
         while parent[top] != top:       # other threads read the same: nothing is shortened

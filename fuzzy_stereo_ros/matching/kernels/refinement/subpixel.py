@@ -5,6 +5,8 @@ Sub-pixel disparities, the mean offset of similar neighbours of a pixel, and the
 
 The output is disparity and confidence as the user gets them.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, bit_and, LANES, load, splat_like, store, subtract)
@@ -103,22 +105,29 @@ def certainty(sums, margins, prior_weight, margin_of_prior, validity, certain, f
                 * (margin / (margin + np.float32(CLEAR_MARGIN))))
 
 
+class OutputRules(NamedTuple):
+    """Which disparities are written, and their confidence."""
+
+    lowest: float        # px
+    highest: float       # px
+    lines: np.ndarray    # float32 (LINES, 2), intercept and slope by certain * agreeing
+    threshold: float     # pixels of less confidence are NaN
+    fill: bool           # unless they are filled
+
+
 @kernel
-def write_out(fine, validity, certain, agreeing, lines, min_disparity, disparities, fill,
-              threshold, disparity, confidence, first, last):
+def write_out(fine, validity, certain, agreeing, rules, disparity, confidence, first, last):
     """
     Write disparities in pixels and their confidence.
 
     A disparity that few neighbours found has less confidence: the surface ends there.
 
     fine: int16 or int32 (R, C + slack), 1 / STEPS px; certain: int32 (R, C), the sum of the area;
-    agreeing: uint8 (R, C), see smooth_offsets; lines: float32 (LINES, 2), confidence is the least
-    of lines[:, 0] + lines[:, 1] * certain * agreeing;
-    threshold: float32, pixels of less confidence are NaN unless filled; disparity, confidence:
-    float32 (R, C). What is not consistent, or has no certain pixel around, has confidence 0.
+    agreeing: uint8 (R, C), see smooth_offsets; rules: the fields of OutputRules, float32; the
+    confidence is the least of the lines and 1; disparity, confidence: float32 (R, C). What is not
+    consistent, or has no certain pixel around, has confidence 0.
     """
-    lowest = np.float32(min_disparity)
-    highest = np.float32(min_disparity + disparities - 1)
+    lowest, highest, lines, threshold, fill = rules
     for row in range(first, last):
         of_area, agree, share = certain[row], agreeing[row], confidence[row]
         for column in range(share.size):

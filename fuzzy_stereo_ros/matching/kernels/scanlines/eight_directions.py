@@ -9,6 +9,8 @@ Semi-global stereo matching with surface orientation priors, 2017): slanted surf
 Four directions are summed on the way down the rows, the others on the way up, where the labels
 are chosen at once. Sums are uint16: a path costs at most FULL + P2.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, at_most, choose, equal_bits, first_set, LANES, load, lowest, minimum, splat, store,
@@ -20,6 +22,37 @@ FAR = 30000          # costs more than any path
 STRETCH = 0.8        # power of twice an offset; below 1 it grows
 ACROSS, DOWN_RIGHT, DOWN, DOWN_LEFT = range(4)     # planes of grey steps
 _RIGHTWARDS = 1, 1, 0, -1     # columns that a path steps on the way down, by plane
+
+
+class Surface(NamedTuple):
+    """The surface of a parent, which paths follow."""
+
+    labels: np.ndarray   # int16 (R, C)
+    steepest: int        # its largest step that is followed
+
+
+class StepPenalties(NamedTuple):
+    """What a change of labels costs, by the step of grey between two pixels."""
+
+    steps: np.ndarray    # uint8 (4, R, C), of grey to the left, above left, above, above right
+    small: np.ndarray    # uint16 (256,), P1
+    jump: np.ndarray     # uint16 (256,), P2
+
+
+class Paths(NamedTuple):
+    """Memory of the four paths to the pixels of an even and of an odd row."""
+
+    costs: np.ndarray    # uint16 (2, 4, C, labels + 2 * PAD)
+    least: np.ndarray    # uint16 (2, 4, C), of each path's costs
+
+
+class ChosenLabels(NamedTuple):
+    """The labels of least sum, seen from both sides."""
+
+    labels: np.ndarray   # int16 (R, C)
+    offsets: np.ndarray  # float32 (R, C), of the minimum of two lines, stretched
+    margins: np.ndarray  # uint16 (R, C), how much worse the best label elsewhere is
+    target: np.ndarray   # int16 (R, C), labels of the target's pixels
 
 
 @called
@@ -34,13 +67,14 @@ def _begin(costs, cell, labels, paths, place):
 
 
 @called
-def _step(costs, cell, labels, path, least, small, jump, paths, place):
+def _step(costs, cell, labels, path, least, penalty, paths, place):
     """
     Continue a path by a pixel. Returns the least.
 
     path: index in `paths` of the path so far to the label that continues as label 0; its
-    neighbours in memory are those of the labels below and above.
+    neighbours in memory are those of the labels below and above; penalty: P1 and P2.
     """
+    small, jump = penalty
     limit, step, base = splat(np.uint16(least + jump)), splat(small), splat(least)
     smallest = splat(np.uint16(FAR))
     for block in range(0, labels, LANES):
@@ -53,19 +87,16 @@ def _step(costs, cell, labels, path, least, small, jump, paths, place):
 
 
 @called
-def _row_of_paths(costs, parent, steepest, steps, small, jump, row, other, begins, upwards,
-                  paths, least):
-    """
-    Continue all four paths by a row; other: the row before, in the direction of the pass.
-
-    paths: uint16 (2, 4, C, labels + 2 * PAD), least: uint16 (2, 4, C), of even and odd rows.
-    """
+def _row_of_paths(costs, parent, penalties, row, other, begins, upwards, paths):
+    """Continue all four paths by a row; other: the row before, in the direction of the pass."""
+    steps, small, jump = penalties
     columns, labels = costs.shape[1:]
-    flat, flat_paths, stride = costs.reshape(-1), paths.reshape(-1), labels + 2 * PAD
+    flat, flat_paths, stride = costs.reshape(-1), paths.costs.reshape(-1), labels + 2 * PAD
+    least = paths.least
     here, there = row & 1, other & 1
     for number in range(columns):
         column = columns - 1 - number if upwards else number
-        cell, surface = (row * columns + column) * labels, np.int64(parent[row, column])
+        cell, surface = (row * columns + column) * labels, np.int64(parent.labels[row, column])
         for plane in range(4):
             near = column + _RIGHTWARDS[plane] if upwards else column - _RIGHTWARDS[plane]
             place = ((here * 4 + plane) * columns + column) * stride + PAD
@@ -75,12 +106,12 @@ def _row_of_paths(costs, parent, steepest, steps, small, jump, row, other, begin
                 continue
             source, parity = (row, here) if sideways else (other, there)
             step = steps[plane, source, near] if upwards else steps[plane, row, column]
-            shift = surface - np.int64(parent[source, near])
-            if abs(shift) > steepest:
+            shift = surface - np.int64(parent.labels[source, near])
+            if abs(shift) > parent.steepest:
                 shift = 0
             path = ((parity * 4 + plane) * columns + near) * stride + PAD - shift
             least[here, plane, column] = _step(
-                flat, cell, labels, path, least[parity, plane, near], small[step], jump[step],
+                flat, cell, labels, path, least[parity, plane, near], (small[step], jump[step]),
                 flat_paths, place)
 
 
@@ -100,29 +131,27 @@ def _add_paths(paths, parity, columns, labels, sums, place):
 
 
 @kernel
-def sum_paths(costs, parent, steepest, steps, small, jump, sums, upwards, begin, first, last,
-              paths, least):
+def sum_paths(costs, parent, penalties, sums, upwards, begin, first, paths):
     """
     Write the sums of the paths from the left and from above, or add those of the way upwards.
 
-    costs: uint16 (R, C, labels); parent: int16 (R, C), a surface in labels; steepest: its largest
-    step that is followed; steps: uint8 (4, R, C), grey steps to the left, above left, above, above
-    right; small, jump: uint16 (256,), P1 and P2 by grey step; sums: uint16 (last - first, C,
-    labels), of the rows from first to last - 1; upwards: add the paths from the right and from
-    below; begin: the row in which the paths start; paths: uint16 (2, 4, C, labels + 2 * PAD),
-    least: uint16 (2, 4, C), working memory.
+    costs: uint16 (R, C, labels); parent: the fields of a Surface; penalties: those of
+    StepPenalties; sums: uint16 (n, C, labels), of n rows from `first` on; upwards: add the paths
+    from the right and from below; begin: the row in which the paths start; paths: the fields of
+    Paths, working memory.
     """
+    parent, penalties, paths = Surface(*parent), StepPenalties(*penalties), Paths(*paths)
     columns, labels = costs.shape[1:]
-    flat = sums.reshape(-1)
+    flat, last = sums.reshape(-1), first + len(sums)
     stop, onwards = (first - 1, -1) if upwards else (last, 1)
-    paths[:] = FAR
+    paths.costs[:] = FAR
     for row in range(begin, stop, onwards):
-        _row_of_paths(costs, parent, steepest, steps, small, jump, row, row - onwards,
-                      row == begin, upwards, paths, least)
+        _row_of_paths(costs, parent, penalties, row, row - onwards, row == begin, upwards, paths)
         if first <= row < last:
             if not upwards:
                 sums[row - first] = 0
-            _add_paths(paths, row & 1, columns, labels, flat, (row - first) * columns * labels)
+            _add_paths(paths.costs, row & 1, columns, labels, flat,
+                       (row - first) * columns * labels)
 
 
 @called
@@ -151,20 +180,18 @@ def _stretched(offset):
 
 
 @kernel
-def choose_labels(sums, disparities, offered, numbers, labels, offsets, margins, target, first,
-                  last):
+def choose_labels(sums, disparities, offered, numbers, chosen, first):
     """
     Choose the labels of least sum of some rows, seen from both sides.
 
-    sums: uint16 (last - first, C, padded labels), of these rows; those from `disparities` on are
+    sums: uint16 (n, C, padded labels), of n rows from `first` on; those from `disparities` on are
     overwritten; offered: uint16 (2, C + padded labels), working memory; numbers: uint16, 0, 1, ...
-    a label; labels: int16 (R, C); offsets: float32 (R, C), of the minimum of two lines, stretched;
-    margins: uint16 (R, C), how much worse the best label elsewhere is; target: int16 (R, C),
-    labels of the target's pixels.
+    a label; chosen: the fields of ChosenLabels, written in these rows.
     """
+    labels, offsets, margins, target = chosen
     columns, padded = sums.shape[1:]
     flat, best_sums, best_labels = sums.reshape(-1), offered[0], offered[1]
-    for row in range(first, last):
+    for row in range(first, first + len(sums)):
         best_sums[:] = 65535
         best_labels[:] = 0
         for column in range(columns):

@@ -7,11 +7,13 @@ Maps lie on the half grid: cell (r, c) is the pixel (2 r, 2 c). A matrix P (3, 4
 numbers: P (column, row, 1, d) = s (column', row', 1) of the other frame, and d' = d / s. Labels
 are disparities minus `lowest`.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row
 from fuzzy_stereo_ros.matching.kernels.simd import count_bits_of_word
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
-from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT
+from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, STEPS
 import numpy as np
 
 NOTHING = -1.0      # label of a cell that nothing moved to
@@ -20,6 +22,27 @@ FARTHEST = 0.3      # px of disparity; points with less are not moved
 WIDEST = 3.0        # cells that a moved cell covers at the most, in each direction
 NEW = -1            # origin of a cell that the previous frame did not show
 BEHIND = 0.05       # least new distance of a point, as a share of its old one
+
+
+class Motion(NamedTuple):
+    """The motion of the camera between two frames."""
+
+    matrix: tuple        # 12 numbers
+    lowest: float        # px, disparity of label 0
+
+
+class Moved(NamedTuple):
+    """A map of the previous frame, moved to this one."""
+
+    labels: np.ndarray   # float32 (r, c), NOTHING where no cell moved to
+    source: np.ndarray   # int32 (r, c), the cell there came from, row * c + column; -1 for none
+
+
+class PreviousCells(NamedTuple):
+    """What is known of the cells of the previous frame."""
+
+    validity: np.ndarray     # uint8 (r, c), see units
+    survived: np.ndarray     # uint8 (r, c), how many frames the label had survived
 
 
 @inlined
@@ -38,16 +61,17 @@ def _seen_from(matrix, column, row, disparity):
 
 
 @kernel
-def move_labels(labels, lowest, matrix, moved, source):
+def move_labels(labels, motion, moved):
     """
     Move each cell to its place in the other frame; where several meet, the nearest one stays.
 
-    labels: float32 (r, c); matrix: from cells to cells; moved: float32 (r, c), labels there,
-    NOTHING where no cell moved to; source: int32 (r, c), the cell of the previous frame, row * c +
-    column, -1 where there is none.
+    labels: float32 (r, c); motion: the fields of a Motion from cells to cells; moved: those of
+    Moved, written.
     """
+    matrix, lowest = motion
+    found, source = moved
     rows, columns = labels.shape
-    moved[:] = NOTHING
+    found[:] = NOTHING
     source[:] = -1
     for row in range(rows):
         for column in range(columns):
@@ -63,8 +87,8 @@ def move_labels(labels, lowest, matrix, moved, source):
                                min(int(np.floor(down + reach)), rows - 1) + 1):
                 for right in range(max(int(np.ceil(across - reach)), 0),
                                    min(int(np.floor(across + reach)), columns - 1) + 1):
-                    if label > moved[below, right] and label >= 0:
-                        moved[below, right] = label
+                    if label > found[below, right] and label >= 0:
+                        found[below, right] = label
                         source[below, right] = row * columns + column
 
 
@@ -79,25 +103,27 @@ def pack_census(census, packed, first, last):
 
 
 @inlined
-def _place_before(label, lowest, matrix, row, column, rows, columns):
+def _place_before(label, motion, row, column, rows, columns):
     """Return the pixel, row * columns + column, that showed the point of a cell; or -1."""
-    across, down, nearness = _seen_from(matrix, column, row, np.float64(label) + lowest)
+    across, down, nearness = _seen_from(motion.matrix, column, row,
+                                        np.float64(label) + motion.lowest)
     inside = (nearness > 0.0) & (across > -0.5) & (across < columns - 0.5) & (down > -0.5) & (
         down < rows - 0.5)
     return np.int64(down + 0.5) * columns + np.int64(across + 0.5) if inside else np.int64(-1)
 
 
 @kernel
-def census_distances(moved, half, near, lowest, matrix, now, before, distances, half_distances,
-                     first, last):
+def census_distances(moved, half, near, motion, census, distances, first, last):
     """
     Write the census distance between each cell and the place of its point in the previous frame.
 
-    The place is computed as if the point stood still. moved: of move_labels; half: (r, c), labels
-    of the half map; near: labels that differ by less count as equal; matrix: from cells now to
-    pixels before; now, before: uint32 (R, C), of pack_census; distances, half_distances: uint8
-    (r, c), by the moved label, and by that of the half map; the half rows first to last - 1.
+    The place is computed as if the point stood still. moved: labels of Moved; half: (r, c), labels
+    of the half map; near: labels that differ by less count as equal; motion: the fields of a
+    Motion from cells now to pixels before; census: now and before, uint32 (R, C), of pack_census;
+    distances: two of uint8 (r, c), by the moved label, and by that of the half map; the half rows
+    first to last - 1.
     """
+    motion, (now, before), (by_moved, by_half) = Motion(*motion), census, distances
     rows, columns = before.shape
     then = before.reshape(-1)       # an array handed to an inlined function is counted each time
     for row in range(first, last):
@@ -106,38 +132,36 @@ def census_distances(moved, half, near, lowest, matrix, now, before, distances, 
             found = other = np.int64(UNSEEN)
             if label >= 0:
                 here = now[2 * row, 2 * column]
-                place = _place_before(label, lowest, matrix, row, column, rows, columns)
+                place = _place_before(label, motion, row, column, rows, columns)
                 if place >= 0:
                     found = count_bits_of_word(here ^ then[place])
                 seen = np.float32(2 * np.int32(half[row, column])) + np.float32(0.5)
                 other = found
                 if abs(seen - label) > near:
-                    place = _place_before(seen, lowest, matrix, row, column, rows, columns)
+                    place = _place_before(seen, motion, row, column, rows, columns)
                     other = count_bits_of_word(here ^ then[place]) if place >= 0 else np.int64(
                         UNSEEN)
-            distances[row, column], half_distances[row, column] = found, other
+            by_moved[row, column], by_half[row, column] = found, other
 
 
 @kernel(allocates=True)
-def trusted_moved(moved, source, validity, distances, half, half_distances, rules, strengths,
-                  survived, first, last):
+def trusted_moved(moved, previous, half, distances, rules, strengths, first, last):
     """
     Write the weight of the moved map in the prior of each cell: 0, or a strength.
 
-    moved, source: of move_labels; validity: (r, c), of the previous cells; distances,
-    half_distances: uint16 (r, c), summed, of the moved map and of the half map; half: (r, c),
-    labels of the half map; rules: int64 (most, near, likelier, flat, longest): the largest
-    distance; the largest difference from the half map; by how much the distance must be smaller
-    where the difference is larger; the largest range of labels around a cell; the largest
-    strength; strengths: uint8 (r, c), written; survived: uint8 (r, c), how many frames the label
-    had survived in the previous frame.
+    moved: the fields of Moved; previous: those of PreviousCells; half: (r, c), labels of the half
+    map; distances: two of uint16 (r, c), summed, of the moved map and of the half map; rules:
+    int64 (most, near, likelier, flat, longest): the largest distance; the largest difference from
+    the half map; by how much the distance must be smaller where the difference is larger; the
+    largest range of labels around a cell; the largest strength; strengths: uint8 (r, c), written.
     """
     most, near, likelier, flat, longest = rules
-    rows, columns = moved.shape
+    (labels, source), (validity, survived), (by_moved, by_half) = moved, previous, distances
+    rows, columns = labels.shape
     flat_validity, flat_survived = validity.reshape(-1), survived.reshape(-1)
     low, high = np.full(columns + 2, np.inf, np.float32), np.full(columns + 2, NOTHING, np.float32)
     for row in range(first, last):
-        above, here, below = moved[max(row - 1, 0)], moved[row], moved[min(row + 1, rows - 1)]
+        above, here, below = labels[max(row - 1, 0)], labels[row], labels[min(row + 1, rows - 1)]
         for column in range(columns):
             low[column + 1] = min(_or_far(above[column]), _or_far(here[column]),
                                   _or_far(below[column]))
@@ -145,12 +169,12 @@ def trusted_moved(moved, source, validity, distances, half, half_distances, rule
         for column in range(columns):
             strengths[row, column] = 0
             cell, label = np.int64(source[row, column]), here[column]
-            if cell < 0 or distances[row, column] > most:
+            if cell < 0 or by_moved[row, column] > most:
                 continue
             if flat_validity[cell] != CONSISTENT:
                 continue
             if (abs(np.float32(2 * np.int32(half[row, column])) + np.float32(0.5) - label) > near
-                    and distances[row, column] + likelier > half_distances[row, column]):
+                    and by_moved[row, column] + likelier > by_half[row, column]):
                 continue
             least = min(low[column], low[column + 1], low[column + 2])
             largest = max(high[column], high[column + 1], high[column + 2])
@@ -191,23 +215,23 @@ def moved_prior(moved, strengths, highest, above, known, weights, labels, first,
 
 
 @kernel
-def note_survivors(fine, steps, moved, strengths, source, survived, labels, survived_now, first,
-                   last):
+def note_survivors(fine, moved, strengths, survived, labels, survived_now, first, last):
     """
     Write the labels of this frame on the half grid, and how many frames they survived.
 
-    fine: (R, C), 1 / steps of a label; moved, strengths, source: of this frame, survived: uint8
-    (r, c), of the one before; labels: float32 (r, c), survived_now: uint8 (r, c), written: 0 where
-    the search did not rely on the moved label, or chose another.
+    fine: (R, C), 1 / STEPS of a label; moved: the fields of Moved, and strengths: of this frame;
+    survived: uint8 (r, c), of the one before; labels: float32 (r, c), survived_now: uint8 (r, c),
+    written: 0 where the search did not rely on the moved label, or chose another.
     """
+    moved = Moved(*moved)
     columns, flat_survived = labels.shape[1], survived.reshape(-1)
     for row in range(first, last):
         for column in range(columns):
-            label = np.float32(fine[2 * row, 2 * column]) / np.float32(steps)
+            label = np.float32(fine[2 * row, 2 * column]) / np.float32(STEPS)
             labels[row, column] = label
             age = np.int64(0)
-            if strengths[row, column] > 0 and abs(label - moved[row, column]) <= 1:
-                cell = np.int64(source[row, column])
+            if strengths[row, column] > 0 and abs(label - moved.labels[row, column]) <= 1:
+                cell = np.int64(moved.source[row, column])
                 age = min(np.int64(flat_survived[cell]) + 1, 255)
             survived_now[row, column] = age
 
@@ -234,14 +258,15 @@ def to_right(moved, shift, seen):
 
 
 @kernel
-def look_back(labels, lowest, matrix, shift, of_right, across, down, first, last):
+def look_back(labels, motion, shift, of_right, across, down, first, last):
     """
     Write the pixel of the previous frame that showed the point at each cell's centre.
 
-    labels: float32 (r, c), as the left or the right image sees them; matrix: from centres of cells
-    of the left image to its pixels before; shift: as of to_right; across, down: float32 (r, c),
-    px, outside the image where it is not known.
+    labels: float32 (r, c), as the left or the right image sees them; motion: the fields of a
+    Motion from centres of cells of the left image to its pixels before; shift: as of to_right;
+    across, down: float32 (r, c), px, outside the image where it is not known.
     """
+    matrix, lowest = motion
     for row in range(first, last):
         for column in range(labels.shape[1]):
             across[row, column] = down[row, column] = -10.0
