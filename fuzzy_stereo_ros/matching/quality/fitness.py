@@ -24,7 +24,7 @@ class PlaneFitness:
     """
     Measures plane maps, float32 (R, C, 3), of one view of a pair.
 
-    trust: int16 (R, C), how much the match of each pixel counts, 0 to TRUSTED
+    trusted: bool (R, C), where matches count in full
     largest: the cost of a map of impossible matches; disparities_searched: their number
     """
 
@@ -33,10 +33,11 @@ class PlaneFitness:
         self._bands, self.disparities_searched = cut_bands(rows), disparities
         shape = rows, columns
         side = 2 * RADIUS + 1
-        self._supports = np.zeros((*shape, side * side), np.uint8)
-        self._masses = np.zeros(shape, np.uint16)
-        self._across, self._down = (np.zeros(shape, np.float32) for _ in range(2))
-        self.trust = np.full(shape, kernels.TRUSTED, np.int16)
+        self._supports = kernels.Supports(
+            STRIDE, np.zeros((*shape, side, side), np.uint8), np.zeros(shape, np.uint16))
+        self._penalties = kernels.PlanePenalties(
+            *(np.zeros(shape, np.float32) for _ in range(2)), np.float32(MOST))
+        self.trusted = np.ones(shape, np.bool_)
         self._sums = np.zeros(rows, np.int64)
         self._by_colour = (255 * np.exp(-np.arange(766) / SUPPORT_COLOUR)).astype(np.float32)
         distance = np.arange(-RADIUS, RADIUS + 1) * STRIDE
@@ -53,13 +54,13 @@ class PlaneFitness:
         label 0 is; colour: uint8 (R, C, 3); roots: float32 (R, C, 3), of the colours;
         weak: float32 (R, C), how weak the texture is, 0 to 1
         """
-        self._volume = volume
-        self._origin, self._column_step = (0, 0) if origin is None else (origin, 1)
-        self.trust[:] = kernels.TRUSTED
+        self._volume = kernels.Volume(volume, *((0, 0) if origin is None else (origin, 1)))
+        self.trusted[:] = True
         self._fill_supports(pool, colour)
         share = kernels.UNIT * (STRONG_TEXTURE + (1 - STRONG_TEXTURE) * weak)
-        self._across[:, 1:] = share[:, 1:] * _smooth_over(roots[:, 1:] - roots[:, :-1])
-        self._down[1:] = share[1:] * _smooth_over(roots[1:] - roots[:-1])
+        across, down, _ = self._penalties
+        across[:, 1:] = share[:, 1:] * _smooth_over(roots[:, 1:] - roots[:, :-1])
+        down[1:] = share[1:] * _smooth_over(roots[1:] - roots[:-1])
 
     def _fill_supports(self, pool, colour):
         """
@@ -69,21 +70,17 @@ class PlaneFitness:
         its disparity. Pixels of the support that are farther from the edge are better evidence.
         """
         def fill(stride, by_distance, share):
+            supports = tuple(self._supports._replace(stride=stride))
             pool.each(lambda band: kernels.fill_supports(
-                colour, RADIUS, stride, self._by_colour, by_distance, share, self._supports,
-                self._masses, band[1], band[2]), self._bands)
+                colour, self._by_colour, by_distance, share, supports, *band[1:]), self._bands)
         even, all_of_it = np.ones_like(self._by_distance), np.ones(colour.shape[:2], np.float32)
         fill(1, even, all_of_it)        # the pixels that a census compares
-        pure = self._masses / np.float32(255 * even.size**2)
+        pure = self._supports.masses / np.float32(255 * even.size**2)
         fill(STRIDE, self._by_distance, np.maximum(pure, np.float32(LEAST_PURE)))
 
     def trust_consistent(self, consistent):
         """Trust matches in full where the views agree, bool (R, C), and little elsewhere."""
-        self.trust[:] = np.where(consistent, kernels.TRUSTED, UNTRUSTED)
-
-    def trusted(self):
-        """Return where matches count in full: bool (R, C)."""
-        return self.trust == kernels.TRUSTED
+        self.trusted[:] = consistent
 
     def match_costs(self, pool, planes, selected=None):
         """
@@ -94,35 +91,34 @@ class PlaneFitness:
         costs = np.zeros(planes.shape[:2], np.int16)
         selected = np.ones(costs.shape, np.bool_) if selected is None else selected
         pool.each(lambda band: kernels.plane_costs(
-            self._volume, self.disparities_searched, planes, selected, self._supports,
-            self._masses, RADIUS, STRIDE, self._origin, self._column_step, costs, *band[1:]),
-            self._bands)
+            tuple(self._volume), self.disparities_searched, tuple(self._supports), selected,
+            (planes, costs), *band[1:]), self._bands)
         return costs
 
     def trusted_costs(self, pool, costs):
         """Return match costs times the trust in them: int16 (R, C)."""
         trusted = np.empty_like(costs)
         pool.each(lambda band: kernels.trusted_costs(
-            costs, self.trust, trusted, band[1], band[2]), self._bands)
+            costs, self.trusted, UNTRUSTED, trusted, band[1], band[2]), self._bands)
         return trusted
 
     def total(self, pool, planes, costs):
         """Return the cost of a map with smoothness; costs: int16 (R, C), trusted ones."""
         pool.each(lambda band: kernels.smoothness(
-            planes, self._across, self._down, np.float32(MOST), self._sums, band[1], band[2]),
-            self._bands)
+            planes, tuple(self._penalties), self._sums, band[1], band[2]), self._bands)
         return int(costs.sum(dtype=np.int64)) + int(self._sums.sum())
 
     def fill(self, exchange, first, second, selected):
         """
         Write the changes of cost of taking the second parent's planes in the selected cells.
 
-        exchange: crossover.Exchange; first, second: (planes, trusted costs); selected: bool (R, C)
+        exchange: crossover.Exchange; first, second: the fields of a `Parent`, trusted costs;
+        selected: bool (R, C)
         """
         exchange.set_size(kernels.list_cells(selected, exchange.all_cells))
-        kernels.fill_exchange(*first, *second, selected, exchange.cells, self._across, self._down,
-                              np.float32(MOST), np.empty(selected.shape, np.int32),
-                              exchange.alone, exchange.pairs)
+        kernels.fill_exchange(
+            first, second, tuple(self._penalties), selected, np.empty(selected.shape, np.int32),
+            exchange.changes())
 
     def disparities(self, pool, planes):
         """Return the disparities of planes: float32 (R, C), px from 0."""

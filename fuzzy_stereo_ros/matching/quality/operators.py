@@ -9,13 +9,13 @@ alone, since a smooth plane is fitter than a rough surface even where these have
 as in shadows on a road: a region moves only if its matches, without smoothness, are not less
 possible. A small loss is allowed for each pixel on which the two views disagree.
 """
-from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_unfounded, UNIT
+from fuzzy_stereo_ros.matching.kernels.planes.costs import (
+    Demands, RegionSets, reject_unfounded, UNIT)
 from fuzzy_stereo_ros.matching.quality.planes import listed, region_planes, tiles
 import numpy as np
 
-FAR = 0.5            # px from which a pixel counts as moved
-PRICE = 0.2          # loss allowed by a pixel that the views disagree on, of an impossible match
-LEAST = 100          # px of the smallest region that needs evidence
+# The price is that of a pixel that the views disagree on.
+DEMANDS = Demands(far=np.float32(0.5), price=int(0.2 * UNIT), least=100)
 TILES = 40, 20       # px, sides of tiles that take the plane fitted to them
 
 
@@ -24,15 +24,12 @@ class Evidence:
 
     def __init__(self, rows, columns):
         """Allocate."""
-        self._region = np.zeros((rows, columns), np.int32)
-        self._parent, self._size = (np.zeros(rows * columns + 1, np.int32) for _ in range(2))
-        self._excess = np.zeros(rows * columns + 1, np.int64)
+        self._sets = RegionSets(np.zeros((rows, columns), np.int32), *(
+            np.zeros(rows * columns + 1, kind) for kind in (np.int32, np.int64, np.int32)))
 
-    def reject(self, labels, old, new, old_costs, new_costs, trusted, selected):
+    def reject(self, labels, old, new, trusted, selected):
         """Set `selected` to false in regions that must not move: see reject_unfounded."""
-        reject_unfounded(labels, old, new, np.float32(FAR), old_costs, new_costs, trusted,
-                         int(PRICE * UNIT), LEAST, self._region, self._parent, self._excess,
-                         self._size, selected)
+        reject_unfounded(labels, old, new, trusted, tuple(DEMANDS), tuple(self._sets), selected)
 
 
 def segment_planes(population, random):
@@ -64,5 +61,5 @@ OPERATORS = {'segments': segment_planes, 'tiles': tile_planes, 'trust': update_t
 
 def _propose_fitted(view, regions, random):
     """Propose to each region the plane fitted to it."""
-    planes = region_planes(view.pool, view.disparities, view.fitness.trusted(), regions, random)
+    planes = region_planes(view.pool, view.disparities, view.fitness.trusted, regions, random)
     view.propose(np.take(planes, regions.labels, axis=0), regions, random)

@@ -77,14 +77,15 @@ class EvolvingView:
         selected = differ[..., 0] | differ[..., 1] | differ[..., 2]
         match_costs = fitness.match_costs(pool, planes, selected)
         crossover, exchange, evidence = self._tools
-        evidence.reject(regions.labels, self.disparities, fitness.disparities(pool, planes),
-                        self.match_costs, match_costs, fitness.trusted(), selected)
-        costs = fitness.trusted_costs(pool, match_costs)
-        fitness.fill(exchange, (self.planes, self._costs), (planes, costs), selected)
+        evidence.reject(
+            regions.labels, (self.disparities, self.match_costs),
+            (fitness.disparities(pool, planes), match_costs), fitness.trusted, selected)
+        parents = (self.planes, self._costs), (planes, fitness.trusted_costs(pool, match_costs))
+        fitness.fill(exchange, *parents, selected)
         crossover(exchange, random)
         taken = exchange.cells[exchange.taken]
         self.match_costs.reshape(-1)[taken] = match_costs.reshape(-1)[taken]
-        take_planes(self.planes, self._costs, planes, costs, exchange.cells, exchange.taken)
+        take_planes(*parents, exchange.cells, exchange.taken)
 
     def trust_consistent(self, consistent):
         """Trust matches where the views agree, bool (R, C), and measure the map anew."""

@@ -56,7 +56,7 @@ def averaged_with_planes(view, disparity, surface, random):
     A plane over a large region errs by less than its pixels do; a segment that is curved has too
     few pixels near any plane. surface: float32 (R, C), px, what the planes are fitted to
     """
-    trusted, result = view.fitness.trusted(), disparity
+    trusted, result = view.fitness.trusted, disparity
     for labels, number in view.segments[1:]:        # the finest are too small for that
         regions = listed(labels, number)
         planes = region_planes(view.pool, surface, trusted, regions, random)

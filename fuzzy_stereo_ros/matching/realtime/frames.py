@@ -19,8 +19,10 @@ from fuzzy_stereo_ros.matching.bands import cut_bands, widened
 from fuzzy_stereo_ros.matching.crossover import Cut, Exchange
 from fuzzy_stereo_ros.matching.evolution import Durations, evolve, Stopwatch
 from fuzzy_stereo_ros.matching.kernels.planes import costs, grid, grid_labels
-from fuzzy_stereo_ros.matching.kernels.planes.costs import reject_bent, reject_unfounded
+from fuzzy_stereo_ros.matching.kernels.planes.costs import (
+    Demands, PlanePenalties, RegionSets, reject_bent, reject_unfounded)
 from fuzzy_stereo_ros.matching.kernels.planes.fits import region_planes
+from fuzzy_stereo_ros.matching.kernels.planes.grid import CellMap, FrameMap, Genes
 from fuzzy_stereo_ros.matching.kernels.planes.segments import Likeness
 from fuzzy_stereo_ros.matching.realtime.operators import GreyRegions
 import numpy as np
@@ -34,7 +36,7 @@ UNTRUSTED = 5            # trust in a match, of TRUSTED, that is hidden or not c
 MOST = 3.0               # largest difference of neighbours' planes that counts, px
 SMOOTH = 0.18            # cost of 1 px of difference without an edge, in impossible matches
 EDGE, LEAST_EDGE = 3.3, 0.005    # step of 16 * root of grey at which it falls to 1 / e; floor
-FAR, LEAST = 0.5, 100    # px of move and number of cells from which a region needs evidence
+DEMANDS = Demands(far=np.float32(0.5), price=0, least=100)   # of regions that move
 STEPS = 256, 2048        # grey, in 1 / 256, by which a cell may differ from its run: from, to
 APART = 0.3, 0.7         # share of it by which the means of joined runs may differ: from, to
 OVERLAP, SMALLEST = 6, 40    # cells by which joined runs overlap; cells of a region
@@ -44,21 +46,6 @@ STALE = 1.0              # px from the map of this frame at which evolved genes 
 NEW = 0.75               # px from a label at which an evolved gene replaces it
 ROOT_PARTS = 64          # steps of a root of grey in the table
 WRITING = 'set the map and write it'    # for Durations
-
-
-class Genes(NamedTuple):
-    """
-    The chromosome of planes, as the next frame inherits it.
-
-    planes: float32 (r, c, 3), of cells; evolved: uint8 (r, c), 0 where a gene follows the map;
-    proposals: uint8 (r, c), how often a plane was proposed; origin: uint8 (2,), pixel of the first
-    cell
-    """
-
-    planes: np.ndarray
-    evolved: np.ndarray
-    proposals: np.ndarray
-    origin: np.ndarray
 
 
 class TileHistory(NamedTuple):
@@ -96,25 +83,27 @@ class FrameEvolution:
         self._highest = np.float32(possibility.disparities - 1)
         self._exchange = Exchange(*shape, 4)
         self._cut = Cut(*shape, 4)
-        self._across, self._down, self._of_map, self._current, self._proposed = (
-            zeros(shape, np.float32) for _ in range(5))
-        self._tangents, self._proposal = (zeros((*shape, 3), np.float32) for _ in range(2))
-        self._consistent, self._mutated, self._trusted, self._selected = (
-            zeros(shape, np.bool_) for _ in range(4))
-        self._trust, self._labels, self._numbers, self._old, self._new, self._region = (
-            zeros(shape, np.int32) for _ in range(6))
-        self._doubts, self._everywhere = zeros(shape, np.uint8), np.ones(shape, np.uint8)
-        self._grey_regions = GreyRegions(*shape)
-        self._parent, self._size = (zeros(cells + 1, np.int32) for _ in range(2))
-        self._pixels, self._excess = zeros(cells, np.int32), zeros(cells + 1, np.int64)
+        across, down, self._current, self._proposed = (zeros(shape, np.float32) for _ in range(4))
+        self._penalties = PlanePenalties(across, down, np.float32(MOST))
+        self._map = CellMap(
+            zeros(shape, np.float32), zeros((*shape, 3), np.float32),
+            *(zeros(shape, kind) for kind in (np.bool_, np.bool_, np.uint8)))
+        self._proposal = zeros((*shape, 3), np.float32)
+        self._trusted, self._selected = (zeros(shape, np.bool_) for _ in range(2))
+        self._labels, self._numbers, self._old, self._new = (
+            zeros(shape, np.int32) for _ in range(4))
+        self._everywhere, self._grey_regions = np.ones(shape, np.uint8), GreyRegions(*shape)
+        self._sets = RegionSets(zeros(shape, np.int32), *(
+            zeros(cells + 1, kind) for kind in (np.int32, np.int64, np.int32)))
+        self._pixels = zeros(cells, np.int32)
         self._points, self._planes = zeros((3, cells), np.float32), zeros(
             (most, 3), np.float32)
         self._known, self._starts = zeros((3, most), np.int64), zeros(most + 1, np.int32)
         self._chosen, self._ends = (zeros(most, np.int32) for _ in range(2))
         self._nearest = [zeros(possibility.right.columns // 2 + 1, np.float32)
                          for _ in self._bands]
-        self._lines = zeros((len(self._bands), 2, 4, shape[1] + 1), np.float32)
-        self._doubted = zeros((len(self._bands), shape[1]), np.uint8)
+        self._lines = [(zeros((2, 4, shape[1] + 1), np.float32), zeros(shape[1], np.uint8))
+                       for _ in self._bands]
         self._roots = np.rint(ROOT_PARTS * np.sqrt(np.arange(256))).astype(np.int32)
         steps = np.arange(16 * ROOT_PARTS + 1) * (16 / ROOT_PARTS)
         self._by_step = np.float32(
@@ -141,19 +130,18 @@ class FrameEvolution:
         """
         self._pool, self.fitness[:] = pool, 0
         down, right = (0, 0) if previous is None else map(int, previous.origin + history.shift)
-        self._origin = down & 1, right & 1
         quiet = history.ages >= min((history.noise / QUIET)**2, OLDEST)
         self._quiet = (quiet & (history.strengths > 0)).astype(np.uint8)
         self.converged = previous is None or not self._quiet.any()
         make = np.zeros if self.converged else np.empty
         self.carried = Genes(
             make((*self._shape, 3), np.float32), *(make(self._shape, np.uint8) for _ in range(2)),
-            np.array(self._origin, np.uint8))
+            np.array([down & 1, right & 1], np.uint8))
         if self.converged:
             return False
         pool.each(lambda band: grid.move_genes(
-            *previous[:3], history.choices, self._quiet, down >> 1, right >> 1,
-            *self.carried[:3], band[1], band[2]), self._bands)
+            tuple(previous), history.choices, self._quiet, (down >> 1, right >> 1),
+            tuple(self.carried), band[1], band[2]), self._bands)
         return True
 
     def evolve(self, chromosome, chosen, validity, views, random, budget, evolution_ms):
@@ -166,78 +154,72 @@ class FrameEvolution:
         """
         if self.converged or not budget.in_time(self._durations[WRITING]):
             return []
-        watch, found = Stopwatch(), (chromosome, chosen, validity)
-        self._set_map(*found, views.half.left.luminance, views.target_range)
+        watch, found = Stopwatch(), tuple(FrameMap(
+            chromosome, chosen.labels, chosen.offsets, chosen.margins, validity))
+        self._set_map(found, views.half.left.luminance, views.target_range)
         watch.lap('set_map')
         history = evolve(self, self.operators, random, budget.reserving(
             self._durations[WRITING]).limited_to(evolution_ms), None, self._durations)
         watch.lap('generations')
-        self._write(*found, views.full.left.luminance)
+        self._write(found, views.full.left.luminance)
         watch.lap('write')
         self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
         return history
 
-    def _set_map(self, chromosome, chosen, validity, half_luminance, target_range):
+    def _set_map(self, frame_map, half_luminance, target_range):
         """Set the map of this frame; genes that are not inherited follow it."""
-        genes, self._half_luminance = self.carried, half_luminance
+        genes, cell_map, self._half_luminance = self.carried, self._map, half_luminance
         self._target_range = target_range
 
         def follow(band):
             rows = band[1:]
-            grid.sample_map(
-                chromosome, chosen.labels, chosen.offsets, validity, chosen.margins, CLEAR,
-                *self._origin, self._of_map, self._consistent, self._mutated, self._doubts,
-                *widened(band, REACH, self._shape[0]))
-            grid.edge_weights(half_luminance, self._roots, self._by_step, self._across, self._down,
+            grid.sample_map(frame_map, CLEAR, genes.origin, tuple(cell_map),
+                            *widened(band, REACH, self._shape[0]))
+            grid.edge_weights(half_luminance, self._roots, self._by_step, *self._penalties[:2],
                               *rows)
-            grid.follow_map(self._of_map, REACH, np.float32(STEEPEST), self._mutated,
-                            genes.evolved, genes.planes, self._tangents, *rows)
-            grid.trust_visible(
-                genes.planes, self._consistent, self._origin[1], target_range[0], self._highest,
-                costs.TRUSTED, UNTRUSTED, self._nearest[band[0]], self._current, self._trusted,
-                self._trust, *rows)
+            grid.follow_map(tuple(cell_map), REACH, np.float32(STEEPEST), tuple(genes), *rows)
+            costs.disparities_of(genes.planes, self._highest, self._current, *rows)
+            grid.trust_visible(self._current, cell_map.consistent, genes.origin, target_range[0],
+                               self._nearest[band[0]], self._trusted, *rows)
         self._pool.each(follow, self._bands)
 
-    def _write(self, chromosome, chosen, validity, luminance):
+    def _write(self, frame_map, luminance):
         """Write the evolved genes into the map of this frame."""
-        genes = self.carried
         self._pool.each(lambda band: grid_labels.write_labels(
-            genes.planes, genes.evolved, self._trusted, luminance, *self._origin, np.float32(NEW),
-            self._highest, chromosome, chosen.labels, chosen.offsets, validity,
-            self._lines[band[0]], self._doubted[band[0]], band[1], band[2]), self._bands)
+            tuple(self.carried), self._trusted, luminance, np.float32(NEW), self._highest,
+            frame_map, self._lines[band[0]], *band[1:]), self._bands)
 
     def _propose_regions(self, population, random):
         """Mutate: propose to doubted regions the planes that fit the map of this frame."""
         if not _proposes_planes(random):
             return
-        runs, number = self._grown(random)
+        regions, number = self._grown(random)
         known, starts = self._known[:, :number], self._starts
-        grid.rank_regions(*runs, self._doubts, self.carried.proposals, *known)
+        grid.rank_regions(regions, self._map.doubts, self.carried.proposals, *known)
         cells, doubt, proposals = known
         order = np.argsort(-(1 + doubt / cells) / (1 + proposals / cells), kind='stable')
         number = grid.choose_regions(order, cells, self._labels.size // SHARE,
                                      self._chosen[:number], starts)
         starts, planes = starts[:number + 1], self._planes[:number]
-        grid.list_chosen(*runs, self._chosen, starts, self._ends[:number], self._pixels,
+        grid.list_chosen(regions, self._chosen, starts, self._ends[:number], self._pixels,
                          self._labels, self._selected, self.carried.proposals)
-        region_planes(self._of_map, self._trusted, starts, self._pixels, ROUNDS,
+        region_planes(self._map.disparities, self._trusted, starts, self._pixels, ROUNDS,
                       np.float32(AGREEMENT), random.key, self._points, planes, 0, number)
-        reject_bent(planes, starts, self._pixels, self._of_map, self._trusted, np.float32(NEAR),
-                    FLAT, self._selected)
+        reject_bent(planes, starts, self._pixels, self._map.disparities, self._trusted,
+                    np.float32(NEAR), FLAT, self._selected)
         grid.propose_planes(self.carried.planes, self._labels, planes, self._quiet,
                             self._highest, self._selected, self._proposal, self._proposed)
         self._measure()
-        reject_unfounded(self._labels, self._current, self._proposed, np.float32(FAR), self._old,
-                         self._new, self._trusted, 0, LEAST, self._region, self._parent,
-                         self._excess, self._size, self._selected)
+        reject_unfounded(
+            self._labels, (self._current, self._old), (self._proposed, self._new), self._trusted,
+            tuple(DEMANDS), tuple(self._sets), self._selected)
         self._accept(self._cut, random, True)
 
     def _cross_with_map(self, population, random):
         """Cross: replace evolved genes by those of the map of this frame where that is fitter."""
-        genes = self.carried
         if not _proposes_planes(random) and grid.propose_map(
-                genes.planes, self._tangents, genes.evolved, self._current, self._of_map,
-                np.float32(STALE), self._selected, self._proposal):
+                tuple(self.carried), self._current, tuple(self._map), np.float32(STALE),
+                self._selected, self._proposal):
             self._measure()
             self._accept(self._cut.regions, random, False)
 
@@ -254,26 +236,27 @@ class FrameEvolution:
         features, largest = tuple(self._possibility.features), self._possibility.model.largest
 
         def measure(band):
-            for planes, found in ((self.carried.planes, self._old), (self._proposal, self._new)):
-                grid.grid_costs(
-                    features, largest, costs.UNIT, self._target_range, *self._origin, planes,
-                    self._selected, found, band[1], band[2])
+            for parent in self._parents:
+                grid.grid_costs(features, largest, self._target_range, self.carried.origin,
+                                self._selected, parent, *band[1:])
         self._pool.each(measure, self._bands)
+
+    @property
+    def _parents(self):
+        """The fields of the `Parent`s: the genes, and the proposal."""
+        return (self.carried.planes, self._old), (self._proposal, self._new)
 
     def _accept(self, crossover, random, evolved):
         """Take the genes of the proposal that a crossover chooses; evolved: their mark."""
-        genes, exchange, rows = self.carried, self._exchange, self._shape[0]
+        parents, exchange, rows = self._parents, self._exchange, self._shape[0]
         for found in (self._old, self._new):
-            costs.trusted_costs(found, self._trust, found, 0, rows)
+            costs.trusted_costs(found, self._trusted, UNTRUSTED, found, 0, rows)
         exchange.set_size(costs.list_cells(self._selected, exchange.all_cells))
-        costs.fill_exchange(
-            genes.planes, self._old, self._proposal, self._new, self._selected, exchange.cells,
-            self._across, self._down, np.float32(MOST), self._numbers, exchange.alone,
-            exchange.pairs)
+        costs.fill_exchange(*parents, tuple(self._penalties), self._selected, self._numbers,
+                            exchange.changes())
         self.fitness -= crossover(exchange, random) / (costs.UNIT * self._labels.size)
-        costs.take_planes(genes.planes, self._old, self._proposal, self._new, exchange.cells,
-                          exchange.taken)
-        grid.mark_taken(exchange.cells, exchange.taken, evolved, genes.evolved)
+        costs.take_planes(*parents, exchange.cells, exchange.taken)
+        grid.mark_taken(exchange.cells, exchange.taken, evolved, self.carried.evolved)
 
 
 class NothingInherited(FrameEvolution):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import widened
+from fuzzy_stereo_ros.matching.kernels.planes.grid import Genes
 from fuzzy_stereo_ros.matching.kernels.scanlines import disparity_ranges
 from fuzzy_stereo_ros.matching.kernels.temporal import previous_best
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -21,7 +22,7 @@ from fuzzy_stereo_ros.matching.kernels.units import OUTSIDE
 from fuzzy_stereo_ros.matching.over_frames.averaging import ANOTHER, Averaging, History, STILL
 from fuzzy_stereo_ros.matching.over_frames.moving_camera import MovingCamera, NOISY
 from fuzzy_stereo_ros.matching.over_frames.state import FrameState, NO_COLOURS
-from fuzzy_stereo_ros.matching.realtime.frames import Genes, TileHistory
+from fuzzy_stereo_ros.matching.realtime.frames import TileHistory
 from fuzzy_stereo_ros.matching.realtime.moved_prior import MovedPrior
 from fuzzy_stereo_ros.matching.realtime.scanlines import gene_type, prior_of
 from fuzzy_stereo_ros.matching.realtime.still_scene import (
@@ -44,7 +45,7 @@ class RealtimeState(NamedTuple):
 
     labels: uint8 or uint16 (R, C), the best chromosome; validity: uint8 (R, C), 0 = consistent;
     planes: float32 (R / 2, C / 2, 3), evolved, proposals: uint8 (R / 2, C / 2), origin: uint8
-    (2,), the chromosome of planes, see frames.Genes; census, survived: see
+    (2,), the chromosome of planes, see grid.Genes; census, survived: see
     moved_prior.MovedPrior.note; still to still_confidence: see still_scene.StillResult
     """
 

@@ -49,8 +49,9 @@ def test_genes_move_with_the_picture_where_it_shows_the_same(shape, shift):
     genes = planes_of(cells), random_map(cells, 2), random_map(cells, 200, 1)
     choices, quiet = random_map(tiles, 2, 2, np.int8), random_map(tiles, 2, 3)
     found = [np.zeros_like(part) for part in genes]
+    origin = np.zeros(2, np.uint8)
     for first, last in ((0, 1), (1, cells[0])):
-        grid.move_genes(*genes, choices, quiet, *shift, *found, first, last)
+        grid.move_genes((*genes, origin), choices, quiet, shift, (*found, origin), first, last)
     for mine, twin in zip(found, twins.moved(*genes, choices, quiet, shift)):
         np.testing.assert_allclose(mine, twin, atol=1e-4)
 
@@ -66,10 +67,10 @@ def test_matches_of_planes_cost_what_lies_between_those_of_their_labels(
     planes, selected = planes_of(cells), random_map(cells, 2, dtype=bool)
     inside = min_disparity, min_disparity + shape[1] - 1
     found = np.full(cells, -1, np.int32)
-    grid.grid_costs(tuple(possibility.features), possibility.model.largest, 1024, inside, *origin,
-                    planes, selected, found, 0, cells[0])
+    grid.grid_costs(tuple(possibility.features), possibility.model.largest, inside,
+                    np.uint8(origin), selected, (planes, found), 0, cells[0])
     twin = twins.costs(twin_costs(left, right, disparities, min_disparity), planes, origin, inside,
-                       possibility.model.largest, 1024)
+                       possibility.model.largest, costs.UNIT)
     assert (found[~selected] == -1).all()
     np.testing.assert_allclose(found[selected], twin[selected], atol=1)
 
@@ -79,9 +80,9 @@ def test_planes_that_are_not_finite_cost_as_much_as_impossible_matches():
     planes = np.full((2, 20, 3), np.nan, np.float32)
     planes[1] = 1e30
     found = np.zeros((2, 20), np.int32)
-    grid.grid_costs(tuple(possibility.features), possibility.model.largest, 1024, (0, 39), 0, 0,
-                    planes, np.ones((2, 20), bool), found, 0, 2)
-    assert (found == 1024).all()
+    grid.grid_costs(tuple(possibility.features), possibility.model.largest, (0, 39),
+                    np.zeros(2, np.uint8), np.ones((2, 20), bool), (planes, found), 0, 2)
+    assert (found == costs.UNIT).all()
 
 
 @pytest.mark.parametrize('shape', SHAPES)
@@ -89,14 +90,14 @@ def test_planes_that_are_not_finite_cost_as_much_as_impossible_matches():
 def test_trusted_is_what_is_consistent_and_not_hidden_by_something_nearer(shape, right, begin):
     cells = cells_of(shape)
     planes, consistent = planes_of(cells, slope=0), random_map(cells, 4) > 0
-    disparities, trust = np.zeros(cells, np.float32), np.zeros(cells, np.int32)
-    trusted, nearest = np.zeros(cells, bool), np.zeros(shape[1] // 2 + 3, np.float32)
-    grid.trust_visible(planes, consistent, right, begin, np.float32(9), 256, 5, nearest,
-                       disparities, trusted, trust, 0, cells[0])
+    disparities, trusted = np.zeros(cells, np.float32), np.zeros(cells, bool)
+    nearest = np.zeros(shape[1] // 2 + 3, np.float32)
+    costs.disparities_of(planes, np.float32(9), disparities, 0, cells[0])
     np.testing.assert_array_equal(disparities, np.clip(planes[..., 2], 0, 9))
-    expected = consistent & twins.visible(disparities, right, begin, nearest.size)
-    np.testing.assert_array_equal(trusted, expected)
-    np.testing.assert_array_equal(trust, np.where(expected, 256, 5))
+    grid.trust_visible(disparities, consistent, np.array([0, right], np.uint8), begin, nearest,
+                       trusted, 0, cells[0])
+    np.testing.assert_array_equal(
+        trusted, consistent & twins.visible(disparities, right, begin, nearest.size))
 
 
 @pytest.mark.parametrize('shape', SHAPES)
@@ -108,11 +109,12 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     chromosome = random_map(shape, 10, 6)
     found, labels = chromosome.copy(), chromosome.copy()
     offsets, validity = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
+    genes = planes, evolved, np.zeros_like(evolved), np.uint8(origin)
+    frame_map = found, labels, offsets, np.zeros(shape, np.uint8), validity
     memory = np.zeros((2, 4, cells[1] + 1), np.float32), np.zeros(cells[1], np.uint8)
     for first, last in ((0, cells[0] // 2), (cells[0] // 2, cells[0])):
-        grid_labels.write_labels(
-            planes, evolved, trusted, np.pad(fine, MARGIN), *origin, np.float32(0.75),
-            np.float32(9), found, labels, offsets, validity, *memory, first, last)
+        grid_labels.write_labels(genes, trusted, np.pad(fine, MARGIN), np.float32(0.75),
+                                 np.float32(9), frame_map, memory, first, last)
     twin = twins.written(planes, evolved, fine, origin, 0.75, 9, chromosome)
     np.testing.assert_array_equal(found, twin)
     np.testing.assert_array_equal(labels, twin)

@@ -120,7 +120,7 @@ def smoothness(fitness, planes):
     def at(plane, y, x):
         return plane[..., 0] * x + plane[..., 1] * y + plane[..., 2]
     total = 0.0
-    for axis, weight in ((1, fitness._across), (0, fitness._down)):
+    for axis, weight in ((1, fitness._penalties.across), (0, fitness._penalties.down)):
         one, other = np.delete(wide, 0, axis), np.delete(wide, -1, axis)
         y1, x1 = np.delete(row, 0, axis), np.delete(column, 0, axis)
         y2, x2 = np.delete(row, -1, axis), np.delete(column, -1, axis)
@@ -161,7 +161,7 @@ def test_an_exchange_has_the_exact_change_of_any_choice_of_cells(seed):
             if neighbour not in place:
                 assert exchange.pairs[index, side] == 0
     before = fitness.total(POOL, *priced[0])
-    costs.take_planes(*priced[0], *priced[1], exchange.cells, chosen)
+    costs.take_planes(*priced, exchange.cells, chosen)
     assert fitness.total(POOL, *priced[0]) - before == change
 
 
@@ -257,12 +257,11 @@ def rejected(dearer, trusted=(True,) * 5, least=0, labels=None):
     selected = np.ones(shape, bool)
     old = np.zeros(shape, np.float32)
     new = np.where(np.array(dearer) == 0, 0.1, 2).reshape(shape).astype(np.float32)
-    memory = np.zeros(shape, np.int32), np.zeros(99, np.int32), np.zeros(99, np.int64), np.zeros(
+    sets = np.zeros(shape, np.int32), np.zeros(99, np.int32), np.zeros(99, np.int64), np.zeros(
         99, np.int32)
     reject_unfounded(np.zeros(shape, np.int32) if labels is None else np.array([labels], np.int32),
-                     old, new, np.float32(0.5), np.zeros(shape, np.int32),
-                     np.array([dearer], np.int32), np.array([trusted], bool), 10, least, *memory,
-                     selected)
+                     (old, np.zeros(shape, np.int32)), (new, np.array([dearer], np.int32)),
+                     np.array([trusted], bool), (np.float32(0.5), 10, least), sets, selected)
     return (~selected[0]).tolist()
 
 

@@ -8,6 +8,8 @@ follows its own plane (Bleyer et al., PatchMatch stereo, 2011), and by how much 
 neighbours differ at both of them (Olsson et al., In defense of 3D-label stereo, 2013). A region
 changes its plane only if its visible matches get no worse.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 import numpy as np
@@ -18,26 +20,62 @@ MOST = 255           # the cost of an impossible match in a volume
 _OUTSIDE = 128       # the least that a match beyond the other image costs in a volume
 
 
+class Volume(NamedTuple):
+    """
+    The costs of all matches of the left image's pixels, and where a view has its own among them.
+
+    Column x of the mirrored right view has its match of label d in column origin - x + d of the
+    left image.
+    """
+
+    costs: np.ndarray        # uint8 (R, C, labels), 0 to MOST
+    origin: int              # of the mirrored right view; 0 for the left one
+    column_step: int         # columns for each label: 1 for the mirrored right view, else 0
+
+
+class Supports(NamedTuple):
+    """The weights of the pixels around each pixel over which its plane is measured."""
+
+    stride: int              # px from neighbour to neighbour
+    weights: np.ndarray      # uint8 (R, C, side, side), 0 outside the image
+    masses: np.ndarray       # uint16 (R, C), their sums
+
+
+class Parent(NamedTuple):
+    """A parent of a crossover of planes."""
+
+    planes: np.ndarray       # float32 (R, C, 3)
+    costs: np.ndarray        # int (R, C), of the matches
+
+
+class PlanePenalties(NamedTuple):
+    """What differences of neighbours' planes cost."""
+
+    across: np.ndarray       # float32 (R, C), UNITs a px, to the left neighbour
+    down: np.ndarray         # float32 (R, C), to the upper neighbour
+    most: np.float32         # px, the largest difference that counts
+
+
 @kernel
-def fill_supports(colours, radius, stride, by_colour, by_distance, share, supports, masses,
-                  first, last):
+def fill_supports(colours, by_colour, by_distance, share, supports, first, last):
     """
     Weigh the neighbours of each pixel by colour, distance and a share, and sum the weights.
 
-    colours: uint8 (R, C, 3); radius: in strides; stride: px between neighbours; by_colour:
-    float32 (766,), by the sum of differences of the channels; by_distance: float32
-    (2 * radius + 1,), by rows or columns; share: float32 (R, C), 0 to 1, of each neighbour;
-    supports: uint8 (R, C, (2 * radius + 1)**2), 0 outside the image; masses: uint16 (R, C)
+    colours: uint8 (R, C, 3); by_colour: float32 (766,), by the sum of differences of the channels;
+    by_distance: float32 (side,), by rows or columns; share: float32 (R, C), 0 to 1, of each
+    neighbour; supports: the fields of Supports, whose weights and masses are written
     """
-    rows, columns = masses.shape
+    stride, weights, masses = supports
+    (rows, columns), side = masses.shape, by_distance.size
+    radius = side // 2
     for row in range(first, last):
         for column in range(columns):
             blue, green, red = (np.int32(colours[row, column, 0]),
                                 np.int32(colours[row, column, 1]),
                                 np.int32(colours[row, column, 2]))
-            place, mass = 0, 0
-            for down in range(2 * radius + 1):
-                for right in range(2 * radius + 1):
+            mass = 0
+            for down in range(side):
+                for right in range(side):
                     y = row + (down - radius) * stride
                     x = column + (right - radius) * stride
                     weight = np.uint8(0)
@@ -48,9 +86,8 @@ def fill_supports(colours, radius, stride, by_colour, by_distance, share, suppor
                         weight = np.uint8(by_colour[unlike] * by_distance[down]
                                           * by_distance[right] * share[y, x]
                                           + np.float32(0.5))
-                    supports[row, column, place] = weight
+                    weights[row, column, down, right] = weight
                     mass += weight
-                    place += 1
             masses[row, column] = mass
 
 
@@ -68,19 +105,20 @@ def _cost_at(volume, row, column, label, column_step):
 
 
 @kernel
-def plane_costs(volume, disparities, planes, selected, supports, masses, radius, stride, origin,
-                column_step, costs, first, last):
+def plane_costs(volume, disparities, supports, selected, parent, first, last):
     """
     Write the costs of the planes of the selected pixels over their supports, 0 to UNIT.
 
-    volume: uint8 (R, C, labels), 0 to MOST, of the left image's pixels; origin, column_step: 0, 0
-    for planes of the left view; for the mirrored right view column x has its match of label d in
-    column origin - x + d of the left image, column_step is 1. planes: float32 (R, C, 3);
-    selected: bool (R, C); supports, masses: see fill_supports; costs: int16 (R, C)
+    volume: the fields of a Volume; supports: of Supports; selected: bool (R, C); parent: the
+    fields of a Parent, whose costs are written
     """
-    rows, columns = selected.shape
-    side, direction, reach = 2 * radius + 1, 1 - 2 * column_step, radius * stride
-    labels, flat, weights = volume.shape[2], volume.reshape(-1), supports.reshape(-1)
+    volume, origin, column_step = volume
+    stride, weights, masses = supports
+    planes, costs = parent
+    (rows, columns), side = selected.shape, weights.shape[2]
+    radius, direction = side // 2, 1 - 2 * column_step
+    reach = radius * stride
+    labels, flat, weights = volume.shape[2], volume.reshape(-1), weights.reshape(-1)
     step = 1 + column_step * labels
     top, half = np.float32(disparities - 1), np.float32(0.5)
     for row in range(first, last):
@@ -154,13 +192,13 @@ def bend(one, row, column, other, y, x, weight, most):
 
 
 @kernel
-def smoothness(planes, across, down, most, row_sums, first, last):
+def smoothness(planes, penalties, row_sums, first, last):
     """
     Write the costs of the differences of neighbours: int64 (R,), the sums of rows.
 
-    planes: float32 (R, C, 3); across, down: float32 (R, C), weights of the pairs with the left
-    and the upper neighbour; most: px
+    planes: float32 (R, C, 3); penalties: the fields of PlanePenalties
     """
+    across, down, most = penalties
     for row in range(first, last):
         total = np.int64(0)
         for column in range(planes.shape[1]):
@@ -188,15 +226,17 @@ def list_cells(selected, cells):
 
 
 @kernel
-def fill_exchange(first_planes, first_costs, second_planes, second_costs, selected, cells, across,
-                  down, most, numbers, alone, pairs):
+def fill_exchange(first, second, penalties, selected, numbers, changes):
     """
     Write the changes of cost of taking the second parent's planes: see crossover.Exchange.
 
-    first_costs, second_costs: int (R, C); selected: bool (R, C), the cells; cells: int32 (n,),
-    the same as a list, ascending; numbers: int32 (R, C), memory; alone: int32 (n,), pairs: int32
-    (n, 2)
+    first, second: the fields of a Parent; penalties: of PlanePenalties; selected: bool (R, C), the
+    cells; numbers: int32 (R, C), memory; changes: the fields of exchange.Changes, whose cells are
+    set
     """
+    cells, alone, pairs = changes
+    (first_planes, first_costs), (second_planes, second_costs) = first, second
+    across, down, most = penalties
     rows, columns = selected.shape
     for number in range(cells.size):
         row, column = cells[number] // columns, cells[number] % columns
@@ -230,8 +270,9 @@ def fill_exchange(first_planes, first_costs, second_planes, second_costs, select
 
 
 @kernel
-def take_planes(first_planes, first_costs, second_planes, second_costs, cells, taken):
-    """Give the first parent the second one's planes, and what they cost, in the taken cells."""
+def take_planes(first, second, cells, taken):
+    """Give the first Parent the second one's planes, and what they cost, in the taken cells."""
+    (first_planes, first_costs), (second_planes, second_costs) = first, second
     columns = first_costs.shape[1]
     for index in range(cells.size):
         if taken[index]:
@@ -242,11 +283,16 @@ def take_planes(first_planes, first_costs, second_planes, second_costs, cells, t
 
 
 @kernel
-def trusted_costs(raw, trust, costs, first, last):
-    """Write costs times the trust in them, int (R, C): trust 0 to TRUSTED."""
+def trusted_costs(raw, trusted, little, costs, first, last):
+    """
+    Write costs times the trust in them, int (R, C).
+
+    trusted: bool (R, C), those that count in full; little: the trust in others, of TRUSTED
+    """
     for row in range(first, last):
         for column in range(raw.shape[1]):
-            costs[row, column] = raw[row, column] * trust[row, column] // TRUSTED
+            cost = raw[row, column]
+            costs[row, column] = cost if trusted[row, column] else cost * little // TRUSTED
 
 
 @kernel
@@ -284,20 +330,38 @@ def reject_bent(planes, starts, pixels, disparities, trusted, near, share, selec
                 selected[pixel // columns, pixel % columns] = False
 
 
+class Demands(NamedTuple):
+    """When a region that moves needs evidence, and how much."""
+
+    far: np.float32          # px by which it moves
+    price: int               # of cost that it may gain for each pixel that is not trusted
+    least: int               # number of its pixels
+
+
+class RegionSets(NamedTuple):
+    """Memory for the union-find of moving regions, numbered from 1 on; 0 is none."""
+
+    region: np.ndarray       # int32 (R, C)
+    parent: np.ndarray       # int32 (R * C + 1,)
+    excess: np.ndarray       # int64 (R * C + 1,), cost that its trusted pixels gain over the price
+    size: np.ndarray         # int32 (R * C + 1,), pixels
+
+
 @kernel
-def reject_unfounded(labels, old, new, far, old_costs, new_costs, trusted, price, least, region,
-                     parent, excess, size, selected):
+def reject_unfounded(labels, old, new, trusted, demands, sets, selected):
     """
     Reject regions that a proposal moves although their visible matches get worse.
 
-    A region is what is 4-connected, of one label, and moves by more than `far` px. It may move if
-    its trusted pixels do not cost more, in sum, than `price` for each pixel that is not trusted;
-    or if it is smaller than `least` px.
+    A region is what is 4-connected, of one label, and moves far. It may move if its trusted pixels
+    do not cost more, in sum, than the price of those that are not trusted; or if it is small.
 
-    labels: int32 (R, C); old, new: float32 (R, C), px; old_costs, new_costs: int (R, C), without
-    smoothness; trusted: bool (R, C); region: int32 (R, C), parent, size: int32, excess: int64
-    (R * C + 1,), memory; selected: bool (R, C), set to false in regions that are rejected
+    labels: int32 (R, C); old, new: disparities, float32 (R, C), px, and costs without smoothness,
+    int (R, C); trusted: bool (R, C); demands: the fields of Demands; sets: of RegionSets;
+    selected: bool (R, C), set to false in regions that are rejected
     """
+    (old, old_costs), (new, new_costs) = old, new
+    far, price, least = demands
+    region, parent, excess, size = sets
     rows, columns = selected.shape
     known = 1
     for row in range(rows):

@@ -7,7 +7,10 @@ Cell (r, x) of the grid is the pixel (2 r + down, 2 x + right); down and right a
 with the picture, so that a cell stays with what it shows. The planes (a, b, c) are those of grid
 coordinates: the disparity of cell (r, x), in px of the image, is a x + b r + c.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.costs import UNIT
 from fuzzy_stereo_ros.matching.kernels.possibility.costs import Features, match_cost
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import TILE
@@ -15,17 +18,47 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
 
 
+class Genes(NamedTuple):
+    """The chromosome of planes, as the next frame inherits it."""
+
+    planes: np.ndarray       # float32 (r, c, 3), of cells
+    evolved: np.ndarray      # uint8 (r, c), 0 where a gene follows the map
+    proposals: np.ndarray    # uint8 (r, c), how often a plane was proposed
+    origin: np.ndarray       # uint8 (2,), pixel of the first cell: down, right
+
+
+class FrameMap(NamedTuple):
+    """The map of a frame: what its search has found, and the chromosome evolved from it."""
+
+    chromosome: np.ndarray   # (R, C) labels
+    labels: np.ndarray       # of the `SearchResult`, as offsets and margins
+    offsets: np.ndarray
+    margins: np.ndarray
+    validity: np.ndarray     # uint8 (R, C), which of its labels are consistent
+
+
+class CellMap(NamedTuple):
+    """The same map at the cells."""
+
+    disparities: np.ndarray  # float32 (r, c), px
+    tangents: np.ndarray     # float32 (r, c, 3), the planes through it
+    consistent: np.ndarray   # bool (r, c)
+    mutated: np.ndarray      # bool (r, c), consistent ones whose label the chromosome has changed
+    doubts: np.ndarray       # uint8 (r, c), 0 where the margin is clear
+
+
 @kernel
-def move_genes(planes, evolved, proposals, choices, quiet, down, right, moved_planes,
-               moved_evolved, moved_proposals, first, last):
+def move_genes(genes, choices, quiet, shift, moved_genes, first, last):
     """
     Shift the genes of moved tiles by a number of cells; copy those of unmoved tiles.
 
-    planes: float32 (r, c, 3); evolved: uint8 (r, c), 0 where a gene follows the map; proposals:
-    uint8 (r, c), how many planes were proposed; choices: int8 (tile rows, tile columns), 0 where
-    a tile of pixels stayed; quiet: uint8, likewise, 0 for tiles whose genes are set to 0; down,
-    right: cells; the rows first to last - 1 are written
+    genes, moved_genes: the fields of Genes; choices: int8 (tile rows, tile columns), 0 where a
+    tile of pixels stayed; quiet: uint8, likewise, 0 for tiles whose genes are set to 0; shift:
+    cells down and right; the rows first to last - 1 are written
     """
+    planes, evolved, proposals, _ = genes
+    moved_planes, moved_evolved, moved_proposals, _ = moved_genes
+    down, right = shift
     rows, columns = evolved.shape
     side = TILE // 2
     for row in range(first, last):
@@ -51,42 +84,43 @@ def move_genes(planes, evolved, proposals, choices, quiet, down, right, moved_pl
 
 
 @kernel
-def sample_map(chromosome, labels, offsets, validity, margins, clear, down, right, disparities,
-               consistent, mutated, doubts, first, last):
+def sample_map(frame_map, clear, origin, cell_map, first, last):
     """
-    Sample a chromosome and the result of the search at the cells of some rows.
+    Sample the map of a frame at the cells of some rows; its tangents are not written.
 
-    chromosome: (R, C) labels; labels, offsets, margins: of the `SearchResult`; validity: uint8
-    (R, C); clear: margin that leaves no doubt; disparities: float32 (r, c), px; consistent: bool
-    (r, c); mutated: bool (r, c), consistent matches whose label the chromosome has changed;
-    doubts: uint8 (r, c), 0 to clear
+    frame_map: the fields of FrameMap; clear: margin that leaves no doubt; origin: of the Genes;
+    cell_map: the fields of CellMap
     """
+    found, cells = FrameMap(*frame_map), CellMap(*cell_map)
+    down, right = np.int64(origin[0]), np.int64(origin[1])
     for row in range(first, last):
         y = 2 * row + down
-        for column in range(disparities.shape[1]):
+        for column in range(cells.disparities.shape[1]):
             x = 2 * column + right
-            label = np.int32(chromosome[y, x])
+            label, validity = np.int32(found.chromosome[y, x]), found.validity[y, x]
             disparity = np.float32(label)
-            if label == np.int32(labels[y, x]):
-                disparity += np.float32(offsets[y, x]) / np.float32(STEPS)
-            disparities[row, column] = disparity
-            consistent[row, column] = validity[y, x] != INVALID
-            mutated[row, column] = validity[y, x] != INVALID and abs(
-                label - np.int32(labels[y, x])) > 1
-            doubts[row, column] = clear - (
-                min(np.int64(margins[y, x]), clear) if validity[y, x] == CONSISTENT else 0)
+            if label == np.int32(found.labels[y, x]):
+                disparity += np.float32(found.offsets[y, x]) / np.float32(STEPS)
+            cells.disparities[row, column] = disparity
+            cells.consistent[row, column] = validity != INVALID
+            cells.mutated[row, column] = validity != INVALID and abs(
+                label - np.int32(found.labels[y, x])) > 1
+            cells.doubts[row, column] = clear - (
+                min(np.int64(found.margins[y, x]), clear) if validity == CONSISTENT else 0)
 
 
 @kernel
-def follow_map(disparities, reach, limit, mutated, evolved, planes, tangents, first, last):
+def follow_map(cell_map, reach, limit, genes, first, last):
     """
     Reset unevolved genes to the tangent planes of a map; its mutated cells count as evolved.
 
     The planes through the cells of the map are sloped as the neighbours `reach` cells away are.
 
-    disparities: float32 (r, c), px; limit: px by which those neighbours may differ; mutated: bool,
-    evolved: uint8 (r, c); planes, tangents: float32 (r, c, 3), the genes, and those of the map
+    cell_map: the fields of CellMap, whose tangents are written; limit: px by which those
+    neighbours may differ; genes: the fields of Genes
     """
+    disparities, tangents, _, mutated, _ = cell_map
+    planes, evolved, _, _ = genes
     rows, columns = evolved.shape
     for row in range(first, last):
         here, above, below = disparities[row], disparities[row], disparities[row]
@@ -116,17 +150,17 @@ def _slope(before, here, after, reach, limit):
 
 
 @kernel
-def grid_costs(features, largest, unit, target_range, down, right, planes, selected, costs, first,
-               last):
+def grid_costs(features, largest, target_range, origin, selected, parent, first, last):
     """
-    Write what the matches of the selected cells cost: int32 (r, c), 0 to unit.
+    Write what the matches of the selected cells cost, 0 to UNIT.
 
     features: the fields of Features; largest: cost of the least possible match; target_range:
-    first and last column of the target that exist, beyond which half is paid; planes: float32
-    (r, c, 3); selected: bool (r, c)
+    first and last column of the target that exist, beyond which half is paid; origin: of the
+    Genes; selected: bool (r, c); parent: the fields of a Parent
     """
-    features = Features(*features)
-    top, scale = np.float32(features.disparities - 1), np.float32(unit) / np.float32(largest)
+    features, (planes, costs) = Features(*features), parent
+    down, right = np.int64(origin[0]), np.int64(origin[1])
+    top, scale = np.float32(features.disparities - 1), np.float32(UNIT) / np.float32(largest)
     for row in range(first, last):
         y = 2 * row + down
         for column in range(selected.shape[1]):
@@ -134,13 +168,13 @@ def grid_costs(features, largest, unit, target_range, down, right, planes, selec
                 continue
             disparity = _disparity(planes[row, column], row, column)
             if not (np.float32(-0.5) <= disparity <= top + np.float32(0.5)):
-                costs[row, column] = unit
+                costs[row, column] = UNIT
                 continue
             disparity = min(max(disparity, np.float32(0)), top)
             label, x = np.int64(disparity), 2 * column + right
             beyond = min(label + 1, features.disparities - 1)
             if x - beyond < target_range[0] or x - label > target_range[1]:
-                costs[row, column] = unit // 2
+                costs[row, column] = UNIT // 2
                 continue
             low = np.float32(match_cost(features, y, x, label))
             high = np.float32(match_cost(features, y, x, beyond))
@@ -170,42 +204,38 @@ def edge_weights(luminance, roots, by_step, across, down, first, last):
 
 
 @kernel
-def trust_visible(planes, consistent, right, begin, highest, full, little, nearest, disparities,
-                  trusted, trust, first, last):
+def trust_visible(disparities, consistent, origin, begin, nearest, trusted, first, last):
     """
     Trust matches that are consistent and that nothing nearer of their row hides.
 
-    planes: float32 (r, c, 3); consistent: bool (r, c); begin: first column of the target that
-    exists; highest: px; full, little: trust; nearest: float32 (N,), memory, a cell for two
-    columns of the target; disparities: float32 (r, c), px; trusted: bool, trust: int32 (r, c)
+    disparities: float32 (r, c), px; consistent: bool (r, c); origin: of the Genes; begin: first
+    column of the target that exists; nearest: float32 (N,), memory, a cell for two columns of the
+    target; trusted: bool (r, c)
     """
-    columns = trust.shape[1]
+    columns, right = trusted.shape[1], np.int64(origin[1])
     for row in range(first, last):
         nearest[:] = -1
         for column in range(columns):
-            disparity = min(max(_disparity(planes[row, column], row, column), np.float32(0)),
-                            highest)
-            disparities[row, column] = disparity
+            disparity = disparities[row, column]
             place = (np.int64(np.rint(2 * column + right - disparity)) - begin) >> 1
             if 0 <= place < nearest.size:
                 nearest[place] = max(nearest[place], disparity)
         for column in range(columns):
             disparity = disparities[row, column]
             place = (np.int64(np.rint(2 * column + right - disparity)) - begin) >> 1
-            known = (consistent[row, column] and 0 <= place < nearest.size
-                     and nearest[place] <= disparity + 1)
-            trusted[row, column] = known
-            trust[row, column] = full if known else little
+            trusted[row, column] = (consistent[row, column] and 0 <= place < nearest.size
+                                    and nearest[place] <= disparity + 1)
 
 
 @kernel
-def rank_regions(begin, end, row_runs, region, doubts, proposals, cells, doubt, proposed):
+def rank_regions(regions, doubts, proposals, cells, doubt, proposed):
     """
     Sum cells, doubt and proposals per region: int64 (N,).
 
-    begin, end, row_runs, region: runs of rows and their regions, see segments.py; doubts,
-    proposals: uint8 (r, c), of the cells; cells, doubt, proposed: their number and sums by region
+    regions: the fields of segments.Regions; doubts, proposals: uint8 (r, c), of the cells; cells,
+    doubt, proposed: their number and sums by region
     """
+    begin, end, row_runs, region = regions
     cells[:] = doubt[:] = proposed[:] = 0
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
@@ -236,14 +266,15 @@ def choose_regions(order, cells, most, numbers, starts):
 
 
 @kernel
-def list_chosen(begin, end, row_runs, region, numbers, starts, ends, pixels, labels, selected,
-                proposals):
+def list_chosen(regions, numbers, starts, ends, pixels, labels, selected, proposals):
     """
     List the cells of the chosen regions, and count a proposal for each of these cells.
 
-    starts: int32 (n + 1,); ends: int32 (n,), memory; pixels: int32, those of region i are
-    pixels[starts[i]:starts[i + 1]]; labels: int32 (r, c), its number; selected: bool (r, c)
+    regions: the fields of segments.Regions; starts: int32 (n + 1,); ends: int32 (n,), memory;
+    pixels: int32, those of region i are pixels[starts[i]:starts[i + 1]]; labels: int32 (r, c), its
+    number; selected: bool (r, c)
     """
+    begin, end, row_runs, region = regions
     copy_row(starts, ends)
     selected[:] = False
     for row in range(len(row_runs)):
@@ -283,14 +314,16 @@ def propose_planes(planes, labels, region_planes, quiet, highest, selected, prop
 
 
 @kernel
-def propose_map(planes, tangents, evolved, current, disparities, apart, selected, proposal):
+def propose_map(genes, current, cell_map, apart, selected, proposal):
     """
     Write a proposal: evolved cells more than `apart` px from a map lie in its tangent planes.
 
-    planes, tangents, proposal: float32 (r, c, 3); evolved: uint8 (r, c); current, disparities:
-    float32 (r, c), px, of the genes and of the map; selected: bool (r, c); returns how many cells
+    genes: the fields of Genes; current: float32 (r, c), px, their disparities; cell_map: the
+    fields of CellMap; selected: bool (r, c); proposal: float32 (r, c, 3); returns how many cells
     these are
     """
+    planes, evolved, _, _ = genes
+    disparities, tangents, _, _, _ = cell_map
     number = 0
     for row in range(selected.shape[0]):
         for column in range(selected.shape[1]):

@@ -5,6 +5,8 @@ From plane genes on a grid, see grid.py, to the labels of all pixels around its 
 
 Few pixels change in a frame: SIMD finds these candidates; a scalar loop handles them.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.addresses import next_byte
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
@@ -12,6 +14,13 @@ from fuzzy_stereo_ros.matching.kernels.units import CONSISTENT, INVALID, STEPS
 import numpy as np
 
 _ROUNDING = np.float32(0.01)     # px, more than sums of a plane are rounded by
+
+
+class Lines(NamedTuple):
+    """Memory for the candidates of a row of pixels."""
+
+    planes: np.ndarray       # float32 (2, 4, c + 1), of the cells above and below, see _spread
+    doubted: np.ndarray      # uint8 (c,), which pixels of every other column are candidates
 
 
 @inlined
@@ -72,29 +81,32 @@ def _doubted(upper, lower, down, side, labels, begin, doubted):
 
 
 @kernel
-def write_labels(planes, evolved, trusted, luminance, down, right, apart, highest, chromosome,
-                 labels, offsets, validity, lines, doubted, first, last):
+def write_labels(genes, trusted, luminance, apart, highest, frame_map, lines, first, last):
     """
     Give pixels around evolved cells the labels of their planes.
 
     A pixel belongs to the cell around it that is most like it in grey. Labels that differ from
     the chromosome's by less than `apart` px stay.
 
-    evolved: uint8, trusted: bool (r, c); luminance: uint16, grey of the full image with a margin;
-    chromosome, labels: (R, C) labels, offsets: int8 (R, C), validity: uint8 (R, C), written;
-    lines: float32 (2, 4, c + 1), doubted: uint8 (c,), memory; first, last: rows of cells
+    genes: the fields of Genes; trusted: bool (r, c); luminance: uint16, grey of the full image
+    with a margin; highest: px; frame_map: the fields of FrameMap, written; lines: those of Lines;
+    first, last: rows of cells
     """
+    planes, evolved, _, origin = genes
+    chromosome, labels, offsets, _, validity = frame_map
+    of_cells, doubted = lines
+    down, right = np.int64(origin[0]), np.int64(origin[1])
     (rows, columns), half = evolved.shape, np.float32(0.5)
-    _spread(planes, evolved, first, apart, lines[first & 1])
+    _spread(planes, evolved, first, apart, of_cells[first & 1])
     for row in range(first, last):
-        _spread(planes, evolved, min(row + 1, rows - 1), apart, lines[(row + 1) & 1])
+        _spread(planes, evolved, min(row + 1, rows - 1), apart, of_cells[(row + 1) & 1])
         for y in range(2 * row + down, min(2 * row + down + 2, chromosome.shape[0])):
             lower = y - 2 * row - down
             for side in range(2):
                 # few pixels differ by so much from any plane around them
                 there = doubted[:min(columns, (chromosome.shape[1] - right - side + 1) // 2)]
-                _doubted(lines[row & 1], lines[(row + lower) & 1], lower, side, chromosome[y],
-                         right + side, there)
+                _doubted(of_cells[row & 1], of_cells[(row + lower) & 1], lower, side,
+                         chromosome[y], right + side, there)
                 column = -1
                 while True:
                     column = next_byte(there, column + 1, 0, False)
