@@ -50,7 +50,7 @@ print(*sorted(name for name, kinds in compiled() - before))
 
 
 # Compiled by the warm-up itself: a dry run of quality ends before its second frame.
-MISSED = {'realtime': set(), 'quality': {'changes_alike', 'origins_of_tiles'}}
+MISSED = {'realtime': set(), 'quality': {'origins_of_tiles'}}
 
 
 @pytest.mark.parametrize('profile', MISSED)
