@@ -319,8 +319,8 @@ def _nearest(places, bits, other_places, other_bits, lowest, highest):
     """Return the features most like each and their distances, see `nearest_features`."""
     nearest, distances = (np.empty(len(places), np.int32) for _ in range(2))
     nearest_features(
-        np.ascontiguousarray(places.T), bits.view(np.uint32),
-        np.ascontiguousarray(other_places.T), other_bits.view(np.uint32),
+        (np.ascontiguousarray(places.T), bits.view(np.uint32)),
+        (np.ascontiguousarray(other_places.T), other_bits.view(np.uint32)),
         *map(np.float32, (lowest, highest, LARGEST)), nearest, distances)
     return nearest, distances
 

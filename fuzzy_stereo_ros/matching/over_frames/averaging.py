@@ -210,8 +210,8 @@ class Averaging:
         """Reject the tiles that changed in the same way in both views: moving texture."""
         (left, right), shifts, labels = self.tiles, self.shifts, history.labels
         pool.each(lambda band: changes_alike(
-            *(view.luminance for view in views), history.pictures, labels, self._offset, shifts[0],
-            left.differences, left.choices, self._alike, *band[1:]), self.bands)
+            tuple(view.luminance for view in views), history.pictures, labels, self._offset,
+            (shifts[0], left.differences, left.choices), self._alike, *band[1:]), self.bands)
         moves = self._alike > RULES.alike
         if moves.any():
             left.choices[moves], left.ages[moves] = -1, 1
@@ -239,6 +239,6 @@ class Averaging:
         def blend_band(band):
             for side, picture, old, new in zip(sides, pictures, before, after):
                 tiles = self.tiles[side]
-                blend(picture.luminance, picture.grey, old, shifts[side], tiles.choices,
-                      tiles.ages, limits[side], new, band[1], band[2])
+                blend((picture.luminance, picture.grey), old, shifts[side],
+                      (tiles.choices, tiles.ages, limits[side]), new, band[1], band[2])
         pool.each(blend_band, self.bands)

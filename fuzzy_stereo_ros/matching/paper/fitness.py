@@ -137,10 +137,10 @@ class LiteralFitness(_Fitness):
         genes, chosen = inside(genes), inside(chosen)
         half, columns = self._config.neighbourhood // 2, genes.shape[1]
         fill_row_fitness(
-            chosen, genes, self._reference_gradient, self._target_gradient,
-            self._config.neighbourhood, np.zeros(columns + 2 * half, np.int32),
-            np.zeros(columns, np.int32), max(first - half, 0), min(last + half, self._rows),
-            details)
+            chosen, genes, (self._reference_gradient, self._target_gradient),
+            self._config.neighbourhood,
+            (np.zeros(columns + 2 * half, np.int32), np.zeros(columns, np.int32)),
+            max(first - half, 0), min(last + half, self._rows), details)
         return details.sum()
 
 

@@ -211,7 +211,7 @@ class UniformPossibility:
             self._levels[side] = class_levels((left, right)[side])
 
         def match(band):
-            fill_class_possibility(self._tables, *self._levels, self._min_disparity,
+            fill_class_possibility(self._tables, tuple(self._levels), self._min_disparity,
                                    self._disparities, OUTSIDE, *band[1:], self._cells)
 
         def average_along_rows(band):

@@ -67,8 +67,7 @@ def segments_of(roots):
     for scale, smallest in SCALES:
         labels = np.zeros((rows, columns), np.int32)
         found.append((labels, segments.join_pixels(
-            edges, differences, columns, np.float32(scale), smallest, parent, size, inner,
-            labels.reshape(-1))))
+            edges, differences, np.float32(scale), smallest, parent, size, inner, labels)))
     return found
 
 

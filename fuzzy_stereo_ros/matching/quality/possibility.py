@@ -125,13 +125,14 @@ class SupportPossibility:
         weights = np.rint([unit / model.census, unit / (6 * model.colour),
                            unit / (2 * model.slope), unit / (2 * model.gradient)])
         pool.each(lambda band: fuzzy_costs.fill_costs(
-            self._left.codes, self._right.codes, _code_planes(model), self._left.planes,
-            self._right.planes, weights.astype(np.uint16), self.disparities, self._first_inside,
+            (self._left.codes, self._left.planes), (self._right.codes, self._right.planes),
+            _code_planes(model), weights.astype(np.uint16), self.disparities, self._first_inside,
             self.costs, band[1], band[2]), self._bands)
         if model.rounds:
+            rules = tuple(cross_support.ArmRules(
+                model.longest, model.near, ALIKE, MUCH_ALIKE, np.float32(level)))
             pool.each(lambda band: cross_support.fill_arms(
-                self._colour, model.longest, model.near, ALIKE, MUCH_ALIKE, surface,
-                np.float32(level), self._arms, band[1], band[2]), self._bands)
+                self._colour, surface, rules, self._arms, band[1], band[2]), self._bands)
         for _ in range(model.rounds):
             pool.each(lambda band: cross_support.mean_over_rows(
                 self.costs, self._arms, self._row_sums[band[0]], band[1], band[2]), self._bands)

@@ -37,10 +37,10 @@ class DenseSurface:
         self._histograms = [np.zeros(dense_map.BINS * disparities + 1, np.float32)
                             for _ in self._bands]
         steps = np.arange(3 * 256)
-        self._median_colour, self._plane_colour = (
+        median_colour, self._plane_colour = (
             np.exp(-steps / scale).astype(np.float32) for scale in (MEDIAN_COLOUR, PLANE_COLOUR))
         distance = np.arange(-MEDIAN_RADIUS, MEDIAN_RADIUS + 1)
-        self._median_distance = np.exp(
+        self._median_weights = MEDIAN_RADIUS, median_colour, np.exp(
             -distance**2 / (2 * MEDIAN_DISTANCE**2)).astype(np.float32)
 
     def check(self, pool, labels, target, target_range):
@@ -65,9 +65,8 @@ class DenseSurface:
         pool.each(lambda band: filling.fill_rows(
             self.fitted, self.validity, self._filled, band[1], band[2]), self._bands)
         pool.each(lambda band: dense_map.weighted_median(
-            self._filled, rejected, colour, MEDIAN_RADIUS, self._median_colour,
-            self._median_distance, self._histograms[band[0]], self._median, band[1], band[2]),
-            self._bands)
+            self._filled, rejected, colour, self._median_weights, self._histograms[band[0]],
+            self._median, band[1], band[2]), self._bands)
         cv2.medianBlur(self._median, 5, dst=result)
 
     def smooth(self, pool, surface, colour, radius, limit):

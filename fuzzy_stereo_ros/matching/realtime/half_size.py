@@ -103,7 +103,7 @@ class HalfSize:
             disparity_ranges.flat(self._labels, FLAT, self._smooth, first, last)
             disparity_ranges.half_prior(
                 self._labels, (chosen.labels, chosen.offsets, chosen.margins), self._validity,
-                self.weak, self._smooth, CLEAR, prior.labels, prior.weights, first, last)
+                self.weak, self._smooth, CLEAR, (prior.labels, prior.weights), first, last)
         self._scanlines.search(pool)
         pool.each(finish, self._scanlines.bands)
         self._speckles.join(chosen.labels, 1)

@@ -19,9 +19,8 @@ import numpy as np
 LIKENESS = segments.Likeness(step=768, apart=384, overlap=6)    # of half-size pixels
 LEAST = 60           # half-size pixels of a region
 POINTS = 200         # of a region, at most, that its plane is fitted to
-ROUNDS, AGREEMENT = 24, 0.7          # random planes that are tried, and px by which a point agrees
 PARTS = 8            # of the regions, of as many points each, for threads
-SHARE = 0.6          # of the points that lie within 1 px, else the region is no plane
+CONSENSUS = segments.Consensus(rounds=24, limit=np.float32(0.7), share=0.6)
 
 
 class Population:
@@ -128,7 +127,7 @@ class WeakRegions:
             segments.write_mutant(
                 regions, planes, disparities, target_range, mutant, first // 2, last // 2)
         pool.each(lambda part: segments.fit_planes(
-            self._points, starts, ROUNDS, np.float32(AGREEMENT), SHARE, random.key, planes, *part),
+            self._points, starts, tuple(CONSENSUS), random.key, planes, *part),
             list(pairwise([*edges, number])))
         pool.each(write, cut_bands(len(parent), 2))
         return mutant

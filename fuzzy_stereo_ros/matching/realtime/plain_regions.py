@@ -149,7 +149,7 @@ class PlainRegions:
         power = np.array([square / max(count, 1) for _, count, square in right.sums()])
 
         def judge_region(region):
-            judge(curves, counts, sums, places[region], starts[region], starts[region + 1],
+            judge((curves, counts, sums), (places[region], starts[region], starts[region + 1]),
                   self._disparities, self._nearest, power, planes[region], self.figures[region],
                   accepted)
         pool.each(judge_region, range(number))

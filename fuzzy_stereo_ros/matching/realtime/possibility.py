@@ -129,8 +129,8 @@ class CensusPossibility:
         model = self.model
         features.jump_penalties(
             self.left.edges, model.jump, model.jump_at_edge,
-            -(-256 * (model.jump - model.jump_at_edge) // EDGE), self.columns,
-            self.penalties.across, self.penalties.down, first, last)
+            -(-256 * (model.jump - model.jump_at_edge) // EDGE), self.penalties.across,
+            self.penalties.down, first, last)
 
 
 def extra_columns(min_disparity, disparities):

@@ -98,7 +98,7 @@ def test_possibility_by_classes_is_the_product_of_three_tables(disparities, min_
     tables = generator.integers(0, 256, (3, 256, 256)).astype(np.uint8)
     left, right = generator.integers(0, 256, (2, 3, 5, 7)).astype(np.uint8)
     found = np.full((5, 7, disparities + 2), 99, np.uint8)
-    fill_class_possibility(tables, left, right, min_disparity, disparities, 40, 1, 5, found)
+    fill_class_possibility(tables, (left, right), min_disparity, disparities, 40, 1, 5, found)
     assert np.all(found[0] == 99)
     assert np.all(found[:, :, disparities:] == 99)
     for row, column, index in np.ndindex(4, 7, disparities):

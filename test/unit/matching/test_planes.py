@@ -230,9 +230,8 @@ def test_segments_are_those_of_the_plain_rule(scale, smallest):
     assert (np.diff(differences[order[:number]]) >= 0).all()
     labels = np.zeros(values.shape[:2], np.int32)
     count = segments.join_pixels(
-        order[:number], differences, values.shape[1], np.float32(scale), smallest,
-        *(np.zeros(size, np.int32) for _ in range(2)), np.zeros(size, np.float32),
-        labels.reshape(-1))
+        order[:number], differences, np.float32(scale), smallest,
+        *(np.zeros(size, np.int32) for _ in range(2)), np.zeros(size, np.float32), labels)
     expected = plain_segments(values, scale, smallest)
     assert count == expected.max() + 1 == labels.max() + 1
     pairs = set(zip(labels.flat, expected.flat))

@@ -71,7 +71,7 @@ def check_costs(shape, disparities, labels, first_inside, spread=12, weights=(5,
     padded = [np.concatenate([kind[..., ::-1], np.repeat(kind[..., :1], labels, axis=2)], axis=2)
               for kind in (target_codes, target_planes)]
     costs = np.zeros((rows, columns, labels), np.uint16)
-    fuzzy_costs.fill_costs(codes, padded[0], 2, planes, padded[1], np.uint16(weights), disparities,
+    fuzzy_costs.fill_costs((codes, planes), tuple(padded), 2, np.uint16(weights), disparities,
                            first_inside, costs, 0, rows)
     np.testing.assert_array_equal(costs, twins.costs(
         codes, target_codes, planes, target_planes, weights, disparities, first_inside, labels))
@@ -83,7 +83,7 @@ def test_arms_end_at_edges_of_colour_and_of_the_parent(shape, level):
     colours = random_map((*shape, 3), 18)
     surface = random_map(shape, 3, 1, np.float32) / np.float32(4)
     arms = np.zeros((*shape, 4), np.uint8)
-    cross_support.fill_arms(colours, 5, 2, 14, 8, surface, np.float32(level), arms, 0, shape[0])
+    cross_support.fill_arms(colours, surface, (5, 2, 14, 8, np.float32(level)), arms, 0, shape[0])
     np.testing.assert_array_equal(arms, twins.arms(colours, 5, 2, 14, 8, surface, level))
 
 
@@ -205,7 +205,7 @@ def test_selected_pixels_take_the_median_weighted_by_colour_and_distance(shape, 
     selected = random_map(shape, 2, 2)
     distance = np.exp(-np.arange(-3, 4)**2 / 8).astype(np.float32)
     result = np.zeros_like(surface)
-    dense_map.weighted_median(surface, selected, colours, 3, BY_COLOUR, distance,
+    dense_map.weighted_median(surface, selected, colours, (3, BY_COLOUR, distance),
                               np.zeros(dense_map.BINS * labels + 1, np.float32), result, 0,
                               shape[0])
     np.testing.assert_allclose(result, twins.weighted_median(

@@ -92,7 +92,7 @@ def test_features_are_matched_as_by_the_brute_force_matcher_of_opencv(seed, numb
     bits, other_bits = (draw.integers(0, most, (count, 32)).astype(np.uint8)
                         for count in (number, others))
     nearest, distances = np.empty(number, np.int32), np.empty(number, np.int32)
-    nearest_features(places, bits.view(np.uint32), other_places, other_bits.view(np.uint32),
+    nearest_features((places, bits.view(np.uint32)), (other_places, other_bits.view(np.uint32)),
                      lowest, highest, apart, nearest, distances)
 
     across, down = places[:, :, None] - other_places[:, None]

@@ -134,7 +134,7 @@ def test_a_blended_picture_is_that_of_the_twin(shape, shift, step, seed):
     luminance, grey = padded(now), np.full((shape[0], shape[1] + SLACK), 7, np.uint8)
     grey[:, :shape[1]] = eight_bits(now)
     for first, last in ((0, 1), (1, tiles[0])):
-        blend(luminance, grey, before, shifts, choices, ages, limits, after, first, last)
+        blend((luminance, grey), before, shifts, (choices, ages, limits), after, first, last)
     expected = twins.blended(now, before, shifts, choices, ages, limits)
     np.testing.assert_array_equal(luminance, padded(expected))
     np.testing.assert_array_equal(after, expected)
@@ -181,8 +181,8 @@ def test_how_alike_both_views_change_is_as_in_the_twin(shape, shift, offset, see
     differences[:, 6] = np.where(tested, 2 * TILE**2 * (UNITS / 0.8)**2, 0)
     found = np.full(tiles, 9, np.float32)
     for first, last in ((0, 1), (1, tiles[0])):
-        changes_alike(*map(padded, views), np.stack(before), labels, offset, shifts, differences,
-                      choices, found, first, last)
+        changes_alike(tuple(map(padded, views)), np.stack(before), labels, offset,
+                      (shifts, differences, choices), found, first, last)
     np.testing.assert_allclose(found, twins.alike(
         views, before, labels, offset, shifts, tested, choices), atol=1e-6)
 

@@ -11,8 +11,7 @@ import numpy as np
 
 
 @kernel
-def fill_row_fitness(chosen, chromosome, reference_gradient, target_gradient, neighbourhood,
-                     window, support, first, last, row_fitness):
+def fill_row_fitness(chosen, chromosome, gradients, neighbourhood, sums, first, last, row_fitness):
     """
     Write what each row from first to last - 1 adds to the fitness of a chromosome: Eq. 3.
 
@@ -26,11 +25,12 @@ def fill_row_fitness(chosen, chromosome, reference_gradient, target_gradient, ne
 
     chosen: uint8 (R, C), 255ths, possibility of the match chosen at each cell
     chromosome: uint16 (R, C), index of a disparity
-    reference_gradient: uint16 (R, C); target_gradient: uint16 (R, C + D - 1), grey levels, from
-    `gradient_by_index`
-    window: int32 (C + neighbourhood - 1,), support: int32 (C,), scratch
+    gradients: of the reference, uint16 (R, C), and of the target, uint16 (R, C + D - 1), grey
+    levels, from `gradient_by_index`
+    sums: of columns, int32 (C + neighbourhood - 1,), and of N, int32 (C,), memory
     row_fitness: int64 (R,), 255ths, written from first to last - 1
     """
+    (reference_gradient, target_gradient), (window, support) = gradients, sums
     rows, columns = chosen.shape
     half = neighbourhood // 2
     window[:] = 0

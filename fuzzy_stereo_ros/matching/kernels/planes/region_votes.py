@@ -7,6 +7,8 @@ The evidence is a curve over the disparities for each cell, see plain_regions.py
 is measured in standard deviations of the evidence of the other disparities, so that no estimate of
 noise is needed.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED
 import numpy as np
@@ -23,6 +25,22 @@ VISIBLE = 0.3        # least share of visible pixels, of the most that any dispa
 STEPS, STEEPEST = (2.0, 1.0, 0.5, 0.25), 6.0     # px at the border of a region: climbed, at most
 SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 GAIN = 0.05          # deviations that a step must gain
+
+
+class Votes(NamedTuple):
+    """The evidence of cells, those of a region one behind the other: see plain_regions.vote."""
+
+    curves: np.ndarray   # int16 (cells, BANDS, labels)
+    counts: np.ndarray   # int16 (cells, labels)
+    cells: np.ndarray    # int32 (cells, 4 + BANDS)
+
+
+class RegionCells(NamedTuple):
+    """The cells of a region, from `start` to `stop` - 1."""
+
+    places: np.ndarray   # int32 (cell rows, cell columns), numbers of cells, below 0 for none
+    start: int
+    stop: int
 
 
 @inlined
@@ -121,13 +139,14 @@ def spread_around(values, places, start, result):
 
 
 @called(allocates=True)
-def sum_cells(curves, counts, cells, places, start, power, totals, seen, floors):
+def sum_cells(votes, places, power, totals, seen, floors):
     """
     Sum the cells of a region, all of them and each half, chequered.
 
     totals: int32 (3, BANDS, labels), seen: int32 (3, labels), 0 at first: the whole and both
     halves; floors: float64 (BANDS,), standard deviation of products of independent pixels
     """
+    curves, counts, cells = votes
     labels, pixels = seen.shape[1], 0
     floors[:] = 0
     for row in range(places.shape[0]):
@@ -250,23 +269,24 @@ def by_chance(weighted, valid, places, start, nearest, best):
 
 
 @kernel(allocates=True)
-def judge(curves, counts, cells, places, start, stop, disparities, nearest, power, plane, figures,
-          accepted):
+def judge(votes, region, disparities, nearest, power, plane, figures, accepted):
     """
     Write the plane with the most evidence in a region; return whether the region takes it.
 
-    curves, counts, cells: of plain_regions.vote; places: int32 (cell rows, cell columns), of the
-    region; start, stop: its cells; nearest: label from which on there is evidence; power:
-    float64 (BANDS,), mean square of the other view; plane: float64 (3,), of half-size x and y and
-    full disparity, NaN where none is taken; figures: float64 (5,): deviations of the best
-    disparity, of the second best, difference of the halves in px, deviations of the map, and mean
-    deviations of the plane in 3 x 3 cells; accepted: uint8 (cells,), where the plane is taken
+    votes: the fields of Votes; region: those of RegionCells; nearest: label from which on there
+    is evidence; power: float64 (BANDS,), mean square of the other view; plane: float64 (3,), of
+    half-size x and y and full disparity, NaN where none is taken; figures: float64 (5,):
+    deviations of the best disparity, of the second best, difference of the halves in px,
+    deviations of the map, and mean deviations of the plane in 3 x 3 cells; accepted: uint8
+    (cells,), where the plane is taken
     """
+    votes, (places, start, stop) = Votes(*votes), region
+    curves, counts, cells = votes
     number, labels = stop - start, disparities
     plane[:], figures[:] = np.nan, 0
     totals = np.zeros((3, BANDS, labels), np.int32)
     seen_by, floors = np.zeros((3, labels), np.int32), np.zeros(BANDS)
-    sum_cells(curves, counts, cells, places, start, power, totals, seen_by, floors)
+    sum_cells(votes, places, power, totals, seen_by, floors)
     valid = seen_by[0] > VISIBLE * seen_by[0].max()
     if not valid.any():
         return False

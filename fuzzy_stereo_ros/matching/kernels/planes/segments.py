@@ -90,14 +90,15 @@ def _neighbour(edge, columns):
 
 
 @kernel
-def join_pixels(order, differences, columns, scale, smallest, parent, size, inner, labels):
+def join_pixels(order, differences, scale, smallest, parent, size, inner, labels):
     """
     Join pixels to segments; return how many there are.
 
     order, differences: of sort_edges; scale: px times grey levels, larger ones make larger
     segments; smallest: px; parent, size: int32 (R * C,), inner: float32 (R * C,), memory; labels:
-    int32 (R * C,), from 0, in the order of the segments' first pixels
+    int32 (R, C), from 0, in the order of the segments' first pixels
     """
+    columns, flat = labels.shape[1], labels.reshape(-1)
     for pixel in range(labels.size):
         parent[pixel], size[pixel], inner[pixel] = pixel, 1, 0
     for few in range(2):
@@ -122,7 +123,7 @@ def join_pixels(order, differences, columns, scale, smallest, parent, size, inne
         if size[above] > 0:                  # from here on size is minus the label, minus one
             size[above] = -1 - number
             number += 1
-        labels[pixel] = -1 - size[above]
+        flat[pixel] = -1 - size[above]
     return number
 
 
@@ -284,17 +285,25 @@ def _agreeing(points, first, last, slope, fall, offset, limit):
     return number
 
 
+class Consensus(NamedTuple):
+    """How the plane of a region is searched for."""
+
+    rounds: int          # random planes tried at most
+    limit: float         # px by which a point agrees
+    share: float         # of the points that must lie within 1 px, else there is no plane
+
+
 @kernel
-def fit_planes(points, starts, rounds, limit, share, key, planes, begin, end):
+def fit_planes(points, starts, consensus, key, planes, begin, end):
     """
     Fit a plane to the regions begin .. end: the best of random ones, then least squares.
 
     Fischler and Bolles, Random sample consensus, 1981. The rounds end early once most agree.
 
-    points, starts: of gather_points; rounds: random planes tried at most; limit: float32, px by
-    which a point agrees; share: of the points that must agree, else the region has no plane, which
-    is NaN; key: uint64; planes: float32 (regions, 3), of half-size x and y and full disparity
+    points, starts: of gather_points; consensus: the fields of a Consensus, limit as float32; key:
+    uint64; planes: float32 (regions, 3), of half-size x and y and full disparity, NaN for none
     """
+    rounds, limit, share = consensus
     for region in range(begin, end):
         first, last = starts[region], starts[region + 1]
         planes[region] = np.nan

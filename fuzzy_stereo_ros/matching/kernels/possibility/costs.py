@@ -100,8 +100,13 @@ def _codes_of(kind, codes, at, width):
 
 
 @inlined
-def _prior_rows(labels, label_bytes, weights, reach, first, width, low, priors, at):
-    """Write, as words, the index in the prior's table of the first cost of each pixel of a row."""
+def _prior_rows(prior, label_bytes, first, width, low, priors, at):
+    """
+    Write, as words, the index in the prior's table of the first cost of each pixel of a row.
+
+    prior: addresses of labels and weights, and the reach, of a Prior
+    """
+    labels, weights, reach = prior
     base = reach + low
     if label_bytes == 1:
         for index in range(width):
@@ -121,54 +126,31 @@ def prepare_costs(search, row, count, begin, end, low, codes, priors):
     codes: words, four planes of end - begin a row; priors: words, two times as many a row.
     """
     width = end - begin
+    half = search.half_labels, search.half_weights, search.half_reach
+    previous = search.previous_labels, search.previous_weights, search.previous_reach
     for near in range(count):
         _widen_codes(search, row + near, begin, end, codes, 4 * near * width)
         first = (row + near) * search.columns + begin
-        _prior_rows(search.half_labels, search.label_bytes, search.half_weights, search.half_reach,
-                    first, width, low, priors, 2 * near * width)
-        _prior_rows(search.previous_labels, search.label_bytes, search.previous_weights,
-                    search.previous_reach, first, width, low, priors, (2 * near + 1) * width)
+        _prior_rows(half, search.label_bytes, first, width, low, priors, 2 * near * width)
+        _prior_rows(previous, search.label_bytes, first, width, low, priors,
+                    (2 * near + 1) * width)
 
 
 @inlined
-def cost_of_block(search, candidate, slope_at, cuts, codes, code_at, width, priors, prior_at,
-                  offset):
-    """Return the costs of as many labels of a pixel as cuts have lanes, priors included."""
-    kind = cuts[0]
-    code, slope = _codes_of(kind, codes, code_at, width)
-    cost = raw_costs(search.target_census, candidate, search.target_stride, search.target_slopes,
-                     slope_at, code, slope, cuts)
+def cost_of_block(search, scratch, place, cuts, width, code_at, prior_at, offset):
+    """
+    Return the costs of as many labels of a pixel as cuts have lanes, priors included.
+
+    place: of the first candidate, and of its gradient; code_at, prior_at: of the pixel in the
+    codes and priors of `scratch`, see prepare_costs
+    """
+    kind, priors = cuts[0], scratch.priors
+    code, slope = _codes_of(kind, scratch.codes, code_at, width)
+    cost = raw_costs(search.target_census, place[0], search.target_stride, search.target_slopes,
+                     place[1], code, slope, cuts)
     return add(cost, add(
         load_like(kind, search.half_table, load_word(priors, prior_at) + offset),
         load_like(kind, search.previous_table, load_word(priors, prior_at + width) + offset)))
-
-
-@called
-def cost_rows(search, row, count, begin, end, low, blocks, costs, at, size, codes, priors):
-    """
-    Write the costs of some rows of a tile, columns begin .. end: labels low .. low + 32 * blocks.
-
-    costs: bytes, written from index `at`, rows `size` apart, 32 * blocks a pixel; 255 where a
-    label does not exist. codes, priors: working memory, see prepare_costs.
-    """
-    width, stride = end - begin, search.target_stride
-    prepare_costs(search, row, count, begin, end, low, codes, priors)
-    cuts = cuts_of(search, splat(np.uint8(0)))
-    pointed = search.columns - 1 - begin + low
-    exist = low + LANES * blocks <= search.disparities
-    for near in range(count):
-        place, slope_at = at + near * size, (row + near) * stride + pointed
-        candidate = (row + near) * 3 * stride + pointed
-        for index in range(width):
-            for block in range(blocks):
-                offset = LANES * block
-                cost = cost_of_block(search, candidate - index + offset, slope_at - index + offset,
-                                     cuts, codes, 4 * near * width + index, width, priors,
-                                     2 * near * width + index, offset)
-                if not exist:
-                    cost = bit_or(cost, beyond(cost, low + offset, search.disparities))
-                store(costs, place, cost)
-                place += LANES
 
 
 @called
@@ -212,7 +194,7 @@ def box_row(search, above, here, below, blocks, costs, at):
 
 @inlined
 def match_cost(features, row, column, label):
-    """Return the cost of one candidate without priors, as cost_rows has it."""
+    """Return the cost of one candidate without priors, as cost_of_block has it."""
     mirrored = features.columns - 1 - column + label
     stride, target_stride = features.census_stride, features.target_stride
     base, candidate = row * 3 * stride + column, row * 3 * target_stride + mirrored

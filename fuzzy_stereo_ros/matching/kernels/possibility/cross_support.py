@@ -8,12 +8,24 @@ possibility is more reliable when averaged over similar neighbours. Sums over ar
 differences of running sums, so that long arms cost no more than short ones. Running sums may
 overflow: their differences do not.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, high_product, LANES, load, splat, store, subtract)
 import numpy as np
 
 LEFT, RIGHT, UP, DOWN = range(4)
+
+
+class ArmRules(NamedTuple):
+    """How far an arm reaches, and before which pixels it ends."""
+
+    longest: int         # px
+    near: int            # px
+    alike: int           # least difference from the centre or the pixel before, in any channel
+    much_alike: int      # least difference from the centre, farther than `near`
+    level: float         # px of a parent's surface that are still at the level of the centre
 
 
 @called
@@ -27,16 +39,14 @@ def _unlike(colours, row, column, other_row, other_column):
 
 
 @kernel
-def fill_arms(colours, longest, near, alike, much_alike, surface, level, arms, first, last):
+def fill_arms(colours, surface, rules, arms, first, last):
     """
-    Write how many pixels each arm reaches from its centre: up to `longest`.
+    Write how many pixels each arm reaches from its centre.
 
-    An arm ends before a pixel that differs by `alike` or more from its centre or from the pixel
-    before it, or, farther than `near`, by `much_alike` from its centre; and where a parent's
-    surface is more than `level` px nearer or farther than at the centre.
-
-    colours: uint8 (R, C, 3); surface: float32 (R, C); arms: uint8 (R, C, 4), LEFT, RIGHT, UP, DOWN
+    colours: uint8 (R, C, 3); surface: float32 (R, C); rules: the fields of ArmRules; arms: uint8
+    (R, C, 4), LEFT, RIGHT, UP, DOWN
     """
+    longest, near, alike, much_alike, level = rules
     rows, columns = colours.shape[:2]
     for row in range(first, last):
         for column in range(columns):

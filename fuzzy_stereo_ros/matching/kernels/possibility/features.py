@@ -122,13 +122,14 @@ def pad_row(luminance, row, columns):
 
 
 @kernel
-def spread(luminance, grey, columns, begin, wide_luminance, wide_grey, wide_columns, first, last):
+def spread(picture, columns, begin, wide, wide_columns, first, last):
     """
     Copy an image into a wider one, from its column `begin` on; border pixels fill the rest.
 
-    columns, wide_columns: of the images without padding; columns beyond `wide_columns` are not
-    copied.
+    picture, wide: luminance and grey; columns, wide_columns: of the images without padding;
+    columns beyond `wide_columns` are not copied.
     """
+    (luminance, grey), (wide_luminance, wide_grey) = picture, wide
     for row in range(first, last):
         _spread_row(luminance[row + MARGIN, MARGIN:columns + MARGIN], begin,
                     wide_luminance[row + MARGIN, MARGIN:wide_columns + MARGIN])
@@ -247,7 +248,7 @@ def gradient(grey, mirrored, columns, slopes, first, last):
 
 
 @kernel
-def jump_penalties(grey, jump, jump_at_edge, slope, columns, across, down, first, last):
+def jump_penalties(grey, jump, jump_at_edge, slope, across, down, first, last):
     """
     Write the penalty of a jump of disparity (P2) at each pixel, by the step of grey there.
 
@@ -260,11 +261,11 @@ def jump_penalties(grey, jump, jump_at_edge, slope, columns, across, down, first
         here, above = grey[row], grey[max(row - 1, 0)]
         left, up = across[row], down[row]
         left[0] = jump
-        for column in range(1, columns):
+        for column in range(1, left.size):
             step = np.uint16(abs(np.int16(here[column]) - np.int16(here[column - 1])))
             fallen = np.int16(np.uint16(min(step, np.uint16(63)) * fall) >> np.uint16(8))
             left[column] = max(np.int16(high - fallen), low)
-        for column in range(columns):
+        for column in range(up.size):
             step = np.uint16(abs(np.int16(here[column]) - np.int16(above[column])))
             fallen = np.int16(np.uint16(min(step, np.uint16(63)) * fall) >> np.uint16(8))
             up[column] = max(np.int16(high - fallen), low)

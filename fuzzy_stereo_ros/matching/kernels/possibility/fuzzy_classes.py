@@ -15,17 +15,17 @@ WHOLE = 2**WHOLE_BITS       # sum of the weights of an average
 
 
 @kernel
-def fill_class_possibility(tables, reference, target, min_disparity, disparities, outside, first,
-                           last, possibility):
+def fill_class_possibility(tables, levels, min_disparity, disparities, outside, first, last,
+                           possibility):
     """
     Write how possible each match of some rows is by grey AND by both gradients: their product.
 
     tables: uint8 (3, 256, 256), 255ths, of grey, of the gradient across and of that down
-    reference, target: uint8 (3, R, C), the levels of the tables; outside: uint8, 255ths, of a
-    match outside the target; first, last: rows
+    levels: those of the tables, of the reference and of the target: uint8 (3, R, C) each; outside:
+    uint8, 255ths, of a match outside the target; first, last: rows
     possibility: uint8 (R, C, at least disparities), 255ths, written
     """
-    columns = possibility.shape[1]
+    (reference, target), columns = levels, possibility.shape[1]
     for row in range(first, last):
         grey, across, down = target[0, row], target[1, row], target[2, row]
         for column in range(columns):

@@ -8,6 +8,8 @@ the census (Zabih and Woodfill, 1994), of colour and of its slope, both insensit
 (Birchfield and Tomasi, 1998), and of the Sobel gradient; the product of exponential memberships
 is the membership of their weighted sum.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import kernel
 from fuzzy_stereo_ros.matching.kernels.simd import (
     absolute_difference, add, bit_xor, count_bits, high_product, LANES, load, maximum, minimum,
@@ -49,24 +51,30 @@ def census(fine, radius, first_bit, codes, first, last):
                 bit += 1
 
 
+class PixelFeatures(NamedTuple):
+    """What is compared of each pixel; of the target mirrored, the last column repeated."""
+
+    codes: np.ndarray    # uint16 (R, K, C or C + labels), census
+    planes: np.ndarray   # uint16 (R, PLANES, C or C + labels)
+
+
 @kernel
-def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disparities,
-               first_inside, costs, first, last):
+def fill_costs(reference, target, scales, weights, disparities, first_inside, costs, first, last):
     """
     Write the costs of all matches of some rows.
 
     A label that points beyond the target image costs as much as the last one inside, at least half
     of FULL: a flat neutral cost there would attract low texture such as roads.
 
-    codes: uint16 (R, K, C), census; target_codes: uint16 (R, K, C + labels), mirrored, the last
-    column repeated; scales: how many of the K count; planes, target_planes: uint16 (R, PLANES,
-    ...) likewise; weights: uint16 (4,) of a bit, a step of colour, of slope, of gradient, in
-    UNITs; first_inside: first column of the target that exists; costs: uint16 (R, C, labels), FULL
-    for labels from `disparities` on.
+    reference, target: the fields of PixelFeatures; scales: how many of the K count; weights:
+    uint16 (4,) of a bit, a step of colour, of slope, of gradient, in UNITs; first_inside: first
+    column of the target that exists; costs: uint16 (R, C, labels), FULL for labels from
+    `disparities` on.
     """
+    (codes, planes), (target_codes, target_planes) = reference, target
     columns, labels = costs.shape[1], costs.shape[2]
-    flat, target, flat_codes = (costs.reshape(-1), target_planes.reshape(-1),
-                                target_codes.reshape(-1))
+    flat, flat_planes, flat_codes = (costs.reshape(-1), target_planes.reshape(-1),
+                                     target_codes.reshape(-1))
     stride = target_planes.shape[2]
     bit, colour, slope, gradient = (splat(weights[0]), splat(weights[1]), splat(weights[2]),
                                     splat(weights[3]))
@@ -85,11 +93,11 @@ def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disp
                 begin += row * PLANES * stride
                 for channel in range(CHANNELS):
                     value = splat(here[channel, column])
-                    other = load(target, begin + channel * stride)
+                    other = load(flat_planes, begin + channel * stride)
                     one = maximum(
-                        saturating_subtract(value, load(target, begin + (HIGH + channel)
+                        saturating_subtract(value, load(flat_planes, begin + (HIGH + channel)
                                                         * stride)),
-                        saturating_subtract(load(target, begin + (LOW + channel) * stride),
+                        saturating_subtract(load(flat_planes, begin + (LOW + channel) * stride),
                                             value))
                     two = maximum(
                         saturating_subtract(other, splat(here[HIGH + channel, column])),
@@ -98,9 +106,9 @@ def fill_costs(codes, target_codes, scales, planes, target_planes, weights, disp
                         minimum(one, two), colour if channel < CHANNELS - 1 else slope))
                 unlike = add(
                     absolute_difference(splat(here[GRADIENT, column]),
-                                        load(target, begin + GRADIENT * stride)),
+                                        load(flat_planes, begin + GRADIENT * stride)),
                     absolute_difference(splat(here[GRADIENT + 1, column]),
-                                        load(target, begin + (GRADIENT + 1) * stride)))
+                                        load(flat_planes, begin + (GRADIENT + 1) * stride)))
                 exponent = saturating_add(exponent, multiply(unlike, gradient))
                 exponent = minimum(exponent, splat(np.uint16(_TOP)))
                 possible = subtract(splat(np.uint16(65535)),

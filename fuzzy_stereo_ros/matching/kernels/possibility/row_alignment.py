@@ -20,15 +20,16 @@ _TWICE, _SQUARE, _CUBE = np.float32(1.5), np.float32(2.25), np.float32(1.25)
 
 
 @kernel(allocates=True)
-def nearest_features(places, bits, other_places, other_bits, lowest, highest, apart, nearest,
-                     distances):
+def nearest_features(features, others, lowest, highest, apart, nearest, distances):
     """
     Write which feature of another image is most like each feature; of equals the first one.
 
-    places: float32 (2, N), column and row, px; bits: uint32 (N, words); the same of the M others;
+    features: float32 (2, N), column and row, px, and their bits, uint32 (N, words); the same of
+    the M others;
     lowest, highest: of the difference of columns, apart: of that of rows at most, float32, px;
     nearest: int32 (N,), NONE where there is none so near; distances: int32 (N,), bits that differ
     """
+    (places, bits), (other_places, other_bits) = features, others
     columns, rows = other_places[0], other_places[1]
     allowed = np.empty(len(columns), np.uint8)
     for one in range(places.shape[1]):

@@ -5,10 +5,20 @@ Sub-pixel maps: a median weighted by colour for unknown pixels, and planes fitte
 
 Not in the paper, whose maps are whole-pixel.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 import numpy as np
 
 BINS = 4             # of the weighted median, a pixel
+
+
+class MedianWeights(NamedTuple):
+    """The weights of the pixels around one."""
+
+    radius: int
+    by_colour: np.ndarray    # float32 (766,), by the sum of differences of the channels
+    by_distance: np.ndarray  # float32 (2 * radius + 1,), by rows or columns
 
 
 @called
@@ -22,15 +32,14 @@ def _apart(colours, row, column, other_row, other_column):
 
 
 @kernel
-def weighted_median(disparities, selected, colours, radius, by_colour, by_distance, histogram,
-                    result, first, last):
+def weighted_median(disparities, selected, colours, weights, histogram, result, first, last):
     """
     Give the selected pixels the median around them, weighted by colour and distance.
 
-    disparities, result: float32 (R, C), px; selected: uint8 (R, C); by_colour: float32 (766,),
-    the weight by the sum of differences of the channels; by_distance: float32 (2 * radius + 1,),
-    by rows or columns; histogram: float32, BINS a pixel and one more, working memory.
+    disparities, result: float32 (R, C), px; selected: uint8 (R, C); weights: the fields of
+    MedianWeights; histogram: float32, BINS a pixel and one more, working memory.
     """
+    radius, by_colour, by_distance = weights
     rows, columns = disparities.shape
     for row in range(first, last):
         for column in range(columns):
@@ -95,8 +104,8 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth, result,
     """
     Replace each disparity by that of the plane fitted to the like neighbours around it.
 
-    disparities, result: float32 (R, C), px; by_colour: as above; limit: px that neighbours may
-    differ by, growing by `growth` times itself a pixel of distance.
+    disparities, result: float32 (R, C), px; by_colour: of MedianWeights; limit: px that neighbours
+    may differ by, growing by `growth` times itself a pixel of distance.
     """
     for row in range(first, last):
         for column in range(disparities.shape[1]):

@@ -73,8 +73,8 @@ def _choose_columns(search, scratch, blocks, low, begin, end, at, out):
     penalty, sums = splat(np.uint8(search.small)), scratch.sums
     for column in range(begin, end):
         place = LANES * blocks * column
-        step(scratch.up, place, blocks, splat_word(penalty, scratch.across, column), penalty,
-             scratch.costs, at + place, sums, at + place, False)
+        step(scratch.up + place, blocks, splat_word(penalty, scratch.across, column), penalty,
+             scratch.costs + at + place, sums + at + place, False)
         best, cheapest = best_label(sums, at + place, blocks)
         store_byte(search.sums + out, column, cheapest)
         store_byte(search.margins + out, column,
@@ -134,8 +134,8 @@ def _add_downwards(search, scratch, tile, first, last, paths):
                               paths)
         for column in range(middle, end - begin):
             place = LANES * blocks * column
-            step(paths, place, blocks, splat_word(penalty, scratch.across, column), penalty,
-                 scratch.costs, at + place, scratch.sums, at + place, False)
+            step(paths + place, blocks, splat_word(penalty, scratch.across, column), penalty,
+                 scratch.costs + at + place, scratch.sums + at + place, False)
 
 
 @inlined
@@ -153,7 +153,7 @@ def _step_upwards(search, scratch, tile, row):
             path = advance(load(scratch.up, place), jump, penalty, load(costs, at))
             store(scratch.up, place, subtract(path, splat(lowest(path))))
         else:
-            step(scratch.up, place, blocks, jump, penalty, costs, at, scratch.outside, 0, True)
+            step(scratch.up + place, blocks, jump, penalty, costs + at, scratch.outside, True)
         place += LANES * blocks
         at += LANES * blocks
 
@@ -185,8 +185,9 @@ def _carry_tile(search, scratch, tile, tile_row, new_tile_row, paths):
     if new_low == low and new_blocks == blocks:
         return
     for column in range(end - begin):
-        carry(paths, LANES * blocks * column, blocks, low, scratch.carried,
-              LANES * new_blocks * column, new_blocks, new_low, scratch.labels)
+        carry(paths + LANES * blocks * column, (low, blocks),
+              scratch.carried + LANES * new_blocks * column, (new_low, new_blocks),
+              scratch.labels)
     copy(scratch.carried, paths, LANES * new_blocks * (end - begin))
 
 

@@ -102,7 +102,7 @@ def flat(labels, most, smooth, first, last):
 
 
 @kernel(allocates=True)
-def half_prior(half, found, validity, weak, smooth, clear, labels, weights, first, last):
+def half_prior(half, found, validity, weak, smooth, clear, prior, first, last):
     """
     Spread the half map, doubled, as a prior: weight 1 where it can be relied on, else 0.
 
@@ -110,8 +110,9 @@ def half_prior(half, found, validity, weak, smooth, clear, labels, weights, firs
     a margin below `clear` are left out: a prior without evidence would look like evidence.
 
     half, validity, weak, smooth: (r, c); found: (labels, offsets, margins) of the search, (r, c);
-    labels, weights: (R, C), R in (2 r, 2 r + 1); first, last: rows of the half map.
+    prior: labels and weights, (R, C), R in (2 r, 2 r + 1); first, last: rows of the half map.
     """
+    labels, weights = prior
     rows, columns = half.shape
     first_labels, offsets, margins = found
     doubled, weight = np.zeros(columns, np.int32), np.zeros(columns, np.uint8)

@@ -7,10 +7,10 @@ Up to four rows at once, so that their paths are in step.
 """
 from fuzzy_stereo_ros.matching.kernels.addresses import load_long, repeat_bytes
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, cost_rows, raw_row
+from fuzzy_stereo_ros.matching.kernels.possibility.costs import box_row, raw_row
 from fuzzy_stereo_ros.matching.kernels.scanlines.steps import carry, clear, in_registers
 from fuzzy_stereo_ros.matching.kernels.scanlines.tile_paths import (
-    costs_and_rightwards_four, leftwards, leftwards_eight, rightwards, rightwards_four,
+    cost_rows, costs_and_rightwards_four, leftwards, leftwards_eight, rightwards, rightwards_four,
     ROWS_AT_ONCE, TileRows)
 from fuzzy_stereo_ros.matching.kernels.scanlines.volume import (
     columns_of, row_start, Scratch, Search, window_of)
@@ -31,11 +31,10 @@ def _fill_box_costs(search, scratch, row, is_start):
 @inlined
 def _enter_tile(paths, path, count, window, previous, labels):
     """Carry the horizontal paths of some rows into the window of a tile."""
-    low, blocks, _ = window
-    old_low, old_blocks, _ = previous
-    if low != old_low or blocks != old_blocks:
+    new, old = window[:2], previous[:2]
+    if new[0] != old[0] or new[1] != old[1]:
         for near in range(count):
-            carry(paths, near * path, old_blocks, old_low, paths, near * path, blocks, low, labels)
+            carry(paths + near * path, old, paths + near * path, new, labels)
 
 
 @inlined
@@ -78,8 +77,7 @@ def _run_rightwards(search, scratch, row, count):
                                 rows, row, low)
         if done == 0:
             if search.box == 0:
-                cost_rows(search, row, count, rows.begin, rows.end, low, blocks, rows.costs, 0,
-                          rows.size, scratch.codes, scratch.priors)
+                cost_rows(search, scratch, rows, row, count, low, blocks)
             rightwards(rows, blocks, count)
 
 

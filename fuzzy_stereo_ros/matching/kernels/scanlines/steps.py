@@ -46,29 +46,28 @@ def advance(path, jump, penalty, costs):
 
 
 @inlined
-def step(path, at, blocks, jump, penalty, costs, cost_at, sums, sum_at, begins):
+def step(path, blocks, jump, penalty, costs, sums, begins):
     """
     Move the paths of a pixel on to the next one and add them to its sums.
 
-    path: uint8, `blocks` of 32 labels from index `at`, read and written; jump, penalty: vectors
-    of P2 and P1; costs, sums: uint8, those of the next pixel; begins: sums are overwritten.
+    path: address of `blocks` of 32 labels, read and written; jump, penalty: vectors of P2 and P1;
+    costs, sums: addresses of those of the next pixel; begins: sums are overwritten.
     """
     full = splat(np.uint8(255))
-    before, here, smallest = full, load(path, at), full
+    before, here, smallest = full, load(path, 0), full
     for block in range(blocks):
         offset = LANES * block
-        after = load(path, at + offset + LANES) if block + 1 < blocks else full
+        after = load(path, offset + LANES) if block + 1 < blocks else full
         neighbours = minimum(label_below(before, here), label_above(here, after))
         cheapest = minimum(minimum(here, jump), saturating_add(neighbours, penalty))
-        cost = saturating_add(cheapest, load(costs, cost_at + offset))
-        store(path, at + offset, cost)
-        store(sums, sum_at + offset,
-              cost if begins else saturating_add(load(sums, sum_at + offset), cost))
+        cost = saturating_add(cheapest, load(costs, offset))
+        store(path, offset, cost)
+        store(sums, offset, cost if begins else saturating_add(load(sums, offset), cost))
         smallest = minimum(smallest, cost)
         before, here = here, after
     floor = splat(lowest(smallest))
     for block in range(blocks):
-        offset = at + LANES * block
+        offset = LANES * block
         store(path, offset, subtract(load(path, offset), floor))
 
 
@@ -87,17 +86,19 @@ def clear(path, at, blocks):
 
 
 @inlined
-def carry(path, at, blocks, low, out, out_at, new_blocks, new_low, labels):
+def carry(path, window, new_path, new_window, labels):
     """
-    Carry paths from the window of labels of one tile to that of the next, 255 where new.
+    Carry the paths of a pixel from the window of one tile to that of the next, 255 where new.
 
-    labels: uint8, working memory, at least 32 * blocks + 128.
+    path, new_path: addresses; window, new_window: first label and number of blocks; labels: uint8,
+    working memory, at least 32 * blocks + 128.
     """
+    (low, blocks), (new_low, new_blocks) = window, new_window
     full = splat(np.uint8(255))
     store(labels, 0, full)
     for block in range(blocks):
-        store(labels, LANES * (block + 1), load(path, at + LANES * block))
+        store(labels, LANES * (block + 1), load(path, LANES * block))
     store(labels, LANES * (blocks + 1), full)
     for block in range(new_blocks):
         start = min(max(new_low + LANES * block - low, -LANES), LANES * blocks)
-        store(out, out_at + LANES * block, load(labels, LANES + start))
+        store(new_path, LANES * block, load(labels, LANES + start))

@@ -36,6 +36,33 @@ class TileRows(NamedTuple):
     small: int               # P1
 
 
+@called
+def cost_rows(search, scratch, rows, row, count, low, blocks):
+    """
+    Write the costs of some rows of a tile, labels low .. low + 32 * blocks, 255 where none exist.
+
+    rows: the TileRows from image row `row` on
+    """
+    width, stride = rows.end - rows.begin, search.target_stride
+    prepare_costs(search, row, count, rows.begin, rows.end, low, scratch.codes, scratch.priors)
+    cuts = cuts_of(search, splat(np.uint8(0)))
+    pointed = search.columns - 1 - rows.begin + low
+    exist = low + LANES * blocks <= search.disparities
+    for near in range(count):
+        at, slope_at = near * rows.size, (row + near) * stride + pointed
+        candidate = (row + near) * 3 * stride + pointed
+        for index in range(width):
+            for block in range(blocks):
+                offset = LANES * block
+                place = candidate - index + offset, slope_at - index + offset
+                cost = cost_of_block(search, scratch, place, cuts, width,
+                                     4 * near * width + index, 2 * near * width + index, offset)
+                if not exist:
+                    cost = bit_or(cost, beyond(cost, low + offset, search.disparities))
+                store(rows.costs, at, cost)
+                at += LANES
+
+
 @inlined
 def rightwards(rows, blocks, count):
     """Run the paths from the left through `count` rows of a tile: they begin the sums."""
@@ -44,8 +71,8 @@ def rightwards(rows, blocks, count):
         for row in range(count):
             pixel = at + row * rows.size
             jump = splat_word(penalty, rows.across, row * rows.words + column)
-            step(rows.chains, row * rows.chain, blocks, jump, penalty, rows.costs, pixel,
-                 rows.sums, pixel, True)
+            step(rows.chains + row * rows.chain, blocks, jump, penalty, rows.costs + pixel,
+                 rows.sums + pixel, True)
         at += LANES * blocks
 
 
@@ -57,10 +84,9 @@ def _fill_and_advance(path, row, index, place, search, scratch, rows, cuts, mask
     place: of the candidates and of their gradients for the first pixel of the tile.
     """
     width, far = rows.end - rows.begin, search.target_stride
-    cost = bit_or(mask, cost_of_block(
-        search, place[0] + 3 * row * far - index, place[1] + row * far - index, cuts,
-        scratch.codes, index + 4 * row * width, width, scratch.priors, index + 2 * row * width,
-        0))
+    here = place[0] + 3 * row * far - index, place[1] + row * far - index
+    cost = bit_or(mask, cost_of_block(search, scratch, here, cuts, width,
+                                      index + 4 * row * width, index + 2 * row * width, 0))
     at = row * rows.size + lanes_of(mask) * index
     store(rows.costs, at, cost)
     jump = splat_word(mask, rows.across, rows.begin + index + row * rows.words)
@@ -115,8 +141,8 @@ def leftwards(rows, blocks, count):
         for row in range(count):
             pixel = (column - rows.begin) * LANES * blocks + row * rows.size
             jump = splat_word(penalty, rows.across, row * rows.words + column + 1)
-            step(rows.chains, row * rows.chain, blocks, jump, penalty, rows.costs, pixel,
-                 rows.sums, pixel, False)
+            step(rows.chains + row * rows.chain, blocks, jump, penalty, rows.costs + pixel,
+                 rows.sums + pixel, False)
 
 
 @inlined

@@ -6,6 +6,8 @@ Compare the changes in both views of a pair, matched by the disparities of the p
 Noise is independent in both views, while moving texture changes both in the same way. An object
 that comes nearer may stay in place in one of the views.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
 from fuzzy_stereo_ros.matching.kernels.temporal.change_detection import (
@@ -16,6 +18,14 @@ FAINTER, STRONGER = 0.4, 1.5    # contrast of texture that moved, as a factor of
 CUT = 8.0           # grey levels that contrast reaches at least in strong texture: slopes are cut
 LEAST = 3 * TILE**2 // (4 * BLOCK)     # pixels compared; noise of fewer may correlate by chance
 DROPPED_BITS = 5    # low bits of luminance that are dropped, so that sums of products fit
+
+
+class ComparedTiles(NamedTuple):
+    """The tiles of a view, compared with its previous picture by each of N shifts."""
+
+    shifts: np.ndarray       # int64 (N, 2), down and right
+    differences: np.ndarray  # float32 (N, 8, tile rows, tile columns), see compare_tiles
+    choices: np.ndarray      # int8 (tile rows, tile columns), the shift of a tile, < 0: none
 
 
 @inlined
@@ -29,20 +39,18 @@ def _may_be_texture(size, steepness):
 
 
 @kernel
-def changes_alike(left, right, before, labels, offset, shifts, differences, choices, alike,
-                  first, last):
+def changes_alike(views, before, labels, offset, compared, alike, first, last):
     """
     Correlate how the points of tiles changed in both views; a row in BLOCK is read.
 
     Only tiles in which texture may have moved are read: they differ by about their contrast.
-    left, right: uint16, padded, luminance, the right one mirrored; before: uint16 (2, R, C), the
-    pictures before; labels: (R, C), of the left picture before; offset: of disparities from
-    labels, px; shifts: int64 (N, 2), down and right, of the left view; differences: float32
-    (N, 8, tile rows, tile columns), of the left view by shift, see compare_tiles; choices: int8
-    (tile rows, tile columns), the shift of a tile, < 0: not compared; alike: float32 (tile rows,
-    tile columns), -1 to 1, 0 where less than LEAST pixels are compared; the tile rows first ..
-    last are written.
+    views: left and right, uint16, padded, luminance, the right one mirrored; before: uint16
+    (2, R, C), the pictures before; labels: (R, C), of the left picture before; offset: of
+    disparities from labels, px; compared: the fields of ComparedTiles, of the left view; alike:
+    float32 (tile rows, tile columns), -1 to 1, 0 where less than LEAST pixels are compared; the
+    tile rows first .. last are written.
     """
+    (left, right), (shifts, differences, choices) = views, compared
     rows, columns = labels.shape
     left_before, right_before = before[0], before[1]
     for tile_row in range(first, last):

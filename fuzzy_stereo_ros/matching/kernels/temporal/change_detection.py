@@ -5,6 +5,8 @@ Compare the tiles of a picture with the previous one, and average the unchanged 
 
 Differences are taken in 1 / 32 grey level of 8 bits, so that sums of four fit 16 bits.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.possibility.features import copy_row, MARGIN, pad_row
 import numpy as np
@@ -198,17 +200,24 @@ def roughness(luminance, columns, rough, first, last):
             rough[tile_row, tile] = np.float32(total) / np.float32(256 * number)
 
 
+class AveragedTiles(NamedTuple):
+    """How the tiles of a picture are averaged with the one before: (tile rows, tile columns)."""
+
+    choices: np.ndarray  # int8, index of the tile's shift, < 0 where it is not averaged
+    ages: np.ndarray     # float32, number of frames in the new average
+    limits: np.ndarray   # float32, grey levels: larger differences of a pixel count as this one
+
+
 @kernel(allocates=True)
-def blend(luminance, grey, before, shifts, choices, ages, limits, after, first, last):
+def blend(picture, before, shifts, tiles, after, first, last):
     """
     Average a picture with the one before, tile by tile, and write a copy of the result.
 
-    luminance: uint16, padded, changed with its padding; grey: uint8 (R, C + slack), luminance /
-    256; before, after: uint16 (R, C); shifts: int64 (N, 2), down and right; choices: int8 (tile
-    rows, tile columns), index of the tile's shift, < 0 where it is not averaged; ages: float32 by
-    tile, number of frames in the new average; limits: float32 by tile, grey levels: larger
-    differences of a pixel count as this one.
+    picture: luminance, uint16, padded, changed with its padding, and grey, uint8 (R, C + slack),
+    luminance / 256; before, after: uint16 (R, C); shifts: int64 (N, 2), down and right; tiles: the
+    fields of AveragedTiles.
     """
+    (luminance, grey), (choices, ages, limits) = picture, tiles
     rows, columns = before.shape
     weight, limit = np.zeros(columns, np.uint16), np.zeros(columns, np.uint16)
     for tile_row in range(first, last):
