@@ -21,8 +21,8 @@ class Regions(NamedTuple):
     """
     A partition of the pixels of an image.
 
-    labels: int32 (R, C), from 0; starts: int32 (N + 1,), pixels: int32 (R * C,), the pixels of
-    region i are pixels[starts[i]:starts[i + 1]]
+    labels: int32 (R, C), from 0; starts: int32 (N + 1,), pixels: int32 (R * C,), see
+    fits.RegionPixels
     """
 
     labels: np.ndarray
@@ -38,7 +38,7 @@ class Regions(NamedTuple):
 def listed(labels, number):
     """Return the `Regions` of labels, int32 (R, C), from 0 to number - 1."""
     regions = Regions(labels, np.zeros(number + 1, np.int32), np.zeros(labels.size, np.int32))
-    fits.list_regions(labels.reshape(-1), regions.starts, regions.pixels)
+    fits.list_regions(labels.reshape(-1), regions[1:])
     return regions
 
 
@@ -94,6 +94,6 @@ def region_planes(pool, disparity, trusted, regions, random):
     largest, key = int(np.diff(regions.starts).max()), random.key
     edges = [regions.number * part // _PARTS for part in range(_PARTS + 1)]
     pool.each(lambda part: fits.region_planes(
-        disparity, trusted, regions.starts, regions.pixels, ROUNDS, np.float32(AGREEMENT), key,
+        disparity, trusted, regions[1:], (ROUNDS, np.float32(AGREEMENT), key),
         np.zeros((3, largest), np.float32), planes, *part), list(zip(edges, edges[1:])))
     return planes

@@ -200,13 +200,13 @@ class FrameEvolution:
         order = np.argsort(-(1 + doubt / cells) / (1 + proposals / cells), kind='stable')
         number = grid.choose_regions(order, cells, self._labels.size // SHARE,
                                      self._chosen[:number], starts)
-        starts, planes = starts[:number + 1], self._planes[:number]
-        grid.list_chosen(regions, self._chosen, starts, self._ends[:number], self._pixels,
-                         self._labels, self._selected, self.carried.proposals)
-        region_planes(self._map.disparities, self._trusted, starts, self._pixels, ROUNDS,
-                      np.float32(AGREEMENT), random.key, self._points, planes, 0, number)
-        reject_bent(planes, starts, self._pixels, self._map.disparities, self._trusted,
-                    np.float32(NEAR), FLAT, self._selected)
+        region_pixels, planes = (starts[:number + 1], self._pixels), self._planes[:number]
+        grid.list_chosen(regions, self._chosen, region_pixels, self._ends[:number], self._labels,
+                         self._selected, self.carried.proposals)
+        region_planes(self._map.disparities, self._trusted, region_pixels,
+                      (ROUNDS, np.float32(AGREEMENT), random.key), self._points, planes, 0, number)
+        reject_bent(planes, region_pixels, self._map.disparities, self._trusted, np.float32(NEAR),
+                    FLAT, self._selected)
         grid.propose_planes(self.carried.planes, self._labels, planes, self._quiet,
                             self._highest, self._selected, self._proposal, self._proposed)
         self._measure()

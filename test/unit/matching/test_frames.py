@@ -131,7 +131,7 @@ def test_regions_of_which_too_few_trusted_cells_lie_near_their_planes_are_reject
     planes = np.array([(0.1, 0.2, 1), (0, 0, 2), (0.5, 0, 0)], np.float32)
     for share in (0.2, 0.5, 0.9):
         selected = np.ones(shape, bool)
-        costs.reject_bent(planes, starts, pixels, disparities, trusted, np.float32(1), share,
+        costs.reject_bent(planes, (starts, pixels), disparities, trusted, np.float32(1), share,
                           selected)
         for plane, first, last in zip(planes, starts, starts[1:]):
             row, column = np.divmod(pixels[first:last], shape[1])

@@ -306,14 +306,15 @@ def disparities_of(planes, highest, result, first, last):
 
 
 @kernel
-def reject_bent(planes, starts, pixels, disparities, trusted, near, share, selected):
+def reject_bent(planes, region_pixels, disparities, trusted, near, share, selected):
     """
     Reject regions of which too few trusted pixels lie near their planes.
 
-    planes: float32 (n, 3); starts, pixels: of region i, pixels[starts[i]:starts[i + 1]]; near: px;
-    share: of the trusted pixels; disparities: float32 (R, C), px; trusted: bool (R, C); selected:
-    bool (R, C), set to false in regions that are rejected
+    planes: float32 (n, 3); region_pixels: the fields of fits.RegionPixels; near: px; share: of the
+    trusted pixels; disparities: float32 (R, C), px; trusted: bool (R, C); selected: bool (R, C),
+    set to false in regions that are rejected
     """
+    starts, pixels = region_pixels
     columns = selected.shape[1]
     for region in range(planes.shape[0]):
         slope, fall, offset = planes[region]

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """Planes (a, b, c), of disparity a x + b y + c, fitted around pixels and to regions."""
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
 from fuzzy_stereo_ros.matching.kernels.genetic.random_numbers import below, mixed
 from fuzzy_stereo_ros.matching.kernels.refinement.dense_map import sums_around
@@ -12,9 +14,33 @@ _FLATTEST = 4        # px^2, twice the area of three pixels that give a plane
 _STEEPEST = 2.0      # px a px
 
 
+class RegionPixels(NamedTuple):
+    """The pixels of regions: those of region i are pixels[starts[i]:starts[i + 1]]."""
+
+    starts: np.ndarray       # int32 (regions + 1,)
+    pixels: np.ndarray       # int32 (R * C,), row * C + column
+
+
+class RandomPlanes(NamedTuple):
+    """The random planes that are tried for a region."""
+
+    rounds: int              # how many
+    limit: np.float32        # px by which a point agrees
+    key: np.uint64           # of the random numbers
+
+
 @inlined
-def solve(xx, xy, yy, x, y, number, xd, yd, d):
-    """Return slopes and offset of least squares from its sums, 0 where they are not determined."""
+def solve(sums, damping):
+    """
+    Return slopes and offset of least squares, 0 where they are not determined.
+
+    sums: see dense_map.sums_around; damping: added to those of the squares
+    """
+    number, x, y, xx, xy, yy, d, xd, yd = sums
+    xx, yy = xx + damping, yy + damping
+    number, x, y, xx, xy, yy = (np.float64(number), np.float64(x), np.float64(y), np.float64(xx),
+                                np.float64(xy), np.float64(yy))
+    d, xd, yd = np.float64(d), np.float64(xd), np.float64(yd)
     one, two, three = yy * number - y * y, xy * number - y * x, xy * y - yy * x
     determinant = xx * one - xy * two + x * three
     if not determinant > 1e-6:
@@ -47,13 +73,14 @@ def random_plane(points, first, number, key, count):
 
 
 @inlined
-def least_squares(points, first, last, slope, fall, offset, limit, x0, y0, d0):
+def least_squares(points, first, last, plane, limit, origin):
     """
     Return the number of points within a limit of a plane, and their plane of least squares.
 
-    points: float32 (3, N), x, y and disparity, of which first .. last - 1 count; x0, y0, d0: a
-    point among them, from which they are measured
+    points: float32 (3, N), x, y and disparity, of which first .. last - 1 count; plane: slope,
+    fall and offset; origin: a point among them, from which they are measured
     """
+    (slope, fall, offset), (x0, y0, d0) = plane, origin
     s = sx = sy = sxx = sxy = syy = sd = sxd = syd = 0.0
     for place in range(first, last):
         x, y, d = points[0, place], points[1, place], points[2, place]
@@ -68,7 +95,7 @@ def least_squares(points, first, last, slope, fall, offset, limit, x0, y0, d0):
             sd += more
             sxd += right * more
             syd += down * more
-    a, b, c = solve(sxx + 1, sxy, syy + 1, sx, sy, s, sxd, syd, sd)
+    a, b, c = solve((s, sx, sy, sxx, sxy, syy, sd, sxd, syd), 1)
     return s, a, b, c + d0 - a * x0 - b * y0
 
 
@@ -83,23 +110,20 @@ def local_planes(disparities, colours, radius, by_colour, limit, growth, planes,
     for row in range(first, last):
         for column in range(disparities.shape[1]):
             centre = disparities[row, column]
-            s, sx, sy, sxx, sxy, syy, sd, sxd, syd = sums_around(
-                disparities, colours, row, column, radius, by_colour, limit, growth)
-            held = np.float32(0.5) * s
-            slope, fall, offset = solve(
-                np.float64(sxx + held), np.float64(sxy), np.float64(syy + held), np.float64(sx),
-                np.float64(sy), np.float64(s), np.float64(sxd), np.float64(syd), np.float64(sd))
+            sums = sums_around(disparities, colours, row, column, radius, by_colour, limit, growth)
+            slope, fall, offset = solve(sums, np.float32(0.5) * sums[0])
             planes[row, column, 0], planes[row, column, 1] = slope, fall
             planes[row, column, 2] = centre + offset - slope * column - fall * row
 
 
 @kernel
-def list_regions(labels, starts, pixels):
+def list_regions(labels, region_pixels):
     """
-    List the pixels of each region: those of region i are pixels[starts[i]:starts[i + 1]].
+    List the pixels of each region.
 
-    labels: int32 (R * C,), from 0; starts: int32 (regions + 1,); pixels: int32 (R * C,)
+    labels: int32 (R * C,), from 0; region_pixels: the fields of RegionPixels, written
     """
+    starts, pixels = region_pixels
     starts[:] = 0
     for label in labels:
         starts[label + 1] += 1
@@ -131,19 +155,18 @@ def _points_of(flat, known, begin, end, pixels, columns, points):
 
 
 @kernel
-def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, points, planes, first,
-                  last):
+def region_planes(disparities, trusted, region_pixels, random, points, planes, first, last):
     """
     Fit a plane to each region: the best of random ones, then least squares of its inliers.
 
     Fischler and Bolles, Random sample consensus, 1981. Of regions with few trusted pixels all
     count.
 
-    disparities: float32 (R, C), px; trusted: bool (R, C); starts, pixels: see list_regions;
-    rounds: how many random planes are tried; limit: float32, px by which a pixel agrees; key:
-    uint64; points: float32 (3, largest region), memory; planes: float32 (regions, 3); first,
-    last: regions
+    disparities: float32 (R, C), px; trusted: bool (R, C); region_pixels: the fields of
+    RegionPixels; random: of RandomPlanes; points: float32 (3, largest region), memory; planes:
+    float32 (regions, 3); first, last: regions
     """
+    (starts, pixels), (rounds, limit, key) = region_pixels, random
     columns = disparities.shape[1]
     flat, known = disparities.reshape(-1), trusted.reshape(-1)
     x, y, d = points
@@ -166,8 +189,9 @@ def region_planes(disparities, trusted, starts, pixels, rounds, limit, key, poin
                 agreeing += abs(a * x[place] + b * y[place] + c - d[place]) < limit
             if agreeing > most:
                 most, slope, fall, offset = agreeing, a, b, c
-        agreeing, a, b, c = least_squares(points, 0, number, slope, fall, offset,
-                                          np.float32(1.5) * limit, middle_x, middle_y, middle)
+        agreeing, a, b, c = least_squares(
+            points, 0, number, (slope, fall, offset), np.float32(1.5) * limit,
+            (middle_x, middle_y, middle))
         planes[region, 0], planes[region, 1], planes[region, 2] = slope, fall, offset
         if agreeing >= LEAST:
             planes[region, 0], planes[region, 1], planes[region, 2] = a, b, c

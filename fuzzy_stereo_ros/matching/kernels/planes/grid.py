@@ -266,15 +266,15 @@ def choose_regions(order, cells, most, numbers, starts):
 
 
 @kernel
-def list_chosen(regions, numbers, starts, ends, pixels, labels, selected, proposals):
+def list_chosen(regions, numbers, region_pixels, ends, labels, selected, proposals):
     """
     List the cells of the chosen regions, and count a proposal for each of these cells.
 
-    regions: the fields of segments.Regions; starts: int32 (n + 1,); ends: int32 (n,), memory;
-    pixels: int32, those of region i are pixels[starts[i]:starts[i + 1]]; labels: int32 (r, c), its
-    number; selected: bool (r, c)
+    regions: the fields of segments.Regions; region_pixels: of fits.RegionPixels, whose pixels are
+    written; ends: int32 (n,), memory; labels: int32 (r, c), its number; selected: bool (r, c)
     """
     begin, end, row_runs, region = regions
+    starts, pixels = region_pixels
     copy_row(starts, ends)
     selected[:] = False
     for row in range(len(row_runs)):

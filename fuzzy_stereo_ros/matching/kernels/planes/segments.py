@@ -325,8 +325,8 @@ def fit_planes(points, starts, consensus, key, planes, begin, end):
         if most >= LEAST:
             for _ in range(_REFITS):
                 _, a, b, c = least_squares(
-                    points, first, last, slope, fall, offset, np.float32(1.5) * limit,
-                    points[0, first], points[1, first], points[2, first])
+                    points, first, last, (slope, fall, offset), np.float32(1.5) * limit,
+                    (points[0, first], points[1, first], points[2, first]))
                 slope, fall, offset = np.float32(a), np.float32(b), np.float32(c)
             agreeing = _agreeing(points, first, last, slope, fall, offset, np.float32(1))
             if agreeing >= share * number:
