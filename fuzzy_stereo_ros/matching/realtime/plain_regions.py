@@ -11,7 +11,7 @@ search, which so uses the same evidence. Regions that single windows can match a
 """
 from fuzzy_stereo_ros.matching.arrays import zeros
 from fuzzy_stereo_ros.matching.bands import cut_parts, widened
-from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
+from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.region_votes import judge
 from fuzzy_stereo_ros.matching.kernels.planes.segments import number_regions
 from fuzzy_stereo_ros.matching.kernels.simd import LANES
@@ -28,9 +28,7 @@ class Texture:
     """
     The faint texture of one view in every other row.
 
-    mask: uint8 (r, c + LANES), where the half-size view is plain, and ends: int32 (r, 2), see
-    plain_mask;
-    bands: int16 (BANDS, r, ...), seen: uint16 (r, ...), where it is plain: see plain_regions
+    plain: a `PlainMask`, where the half-size view is plain; bands: its `TextureBands`
     """
 
     def __init__(self, view, half_view, behind):
@@ -38,17 +36,17 @@ class Texture:
         self.view, self.half, rows = view, half_view, half_view.rows
         columns = 2 * kernels.PAD + view.columns + max(behind, LANES)
         self._offset = view.columns - 2 * half_view.columns if view.mirrored else 0
-        self.mask = zeros((rows, half_view.columns + LANES), np.uint8)
-        self.ends = zeros((rows, 2), np.int32)
-        self.seen, self._written = zeros((rows, columns), np.uint16), zeros(
-            (rows, 2), np.int64)
-        self.bands = zeros((kernels.BANDS, rows, columns), np.int16)
+        self.plain = plain_masks.PlainMask(
+            zeros((rows, half_view.columns + LANES), np.uint8), zeros((rows, 2), np.int32))
+        self.bands = kernels.TextureBands(
+            zeros((kernels.BANDS, rows, columns), np.int16), zeros((rows, columns), np.uint16),
+            zeros((rows, 2), np.int64))
         self._totals = zeros((len(cut_parts(rows, kernels.ROWS)), kernels.BANDS, 3), np.int64)
 
     def mark(self, first, last):
         """Mark the plain pixels of some rows, once all of the half-size view is read."""
-        kernels.plain_mask(self.half.luminance, self.half.columns, BURNT << 8, int(64 * PLAIN),
-                           self.mask, self.ends, first, last)
+        plain_masks.plain_mask(self.half.luminance, self.half.columns, BURNT << 8,
+                               int(64 * PLAIN), tuple(self.plain), first, last)
 
     def split(self, existing, band):
         """
@@ -57,14 +55,15 @@ class Texture:
         The rows that it depends on are marked; existing: the columns of the view that exist
         """
         kernels.split(
-            self.view.luminance, self.mask, self.ends, self._offset, existing, self.bands,
-            self.seen, self._written, self._totals[band[0]], *band[1:])
+            self.view.luminance, tuple(self.plain), self._offset, existing, tuple(self.bands),
+            self._totals[band[0]], *band[1:])
 
     def quantise(self, sums, band):
         """Quantise a band of rows, once all are split; sums: of their sizes and counts."""
         clips = np.array([max(CLIP * size // max(count, 1), LEAST_CLIP)
                           for size, count, _ in sums], np.int64)
-        kernels.quantise(self.bands, self._written, clips, self._totals[band[0]], *band[1:])
+        kernels.quantise(self.bands.values, self.bands.written, clips, self._totals[band[0]],
+                         *band[1:])
 
     def sums(self):
         """Return sizes, counts and squares of each band of texture: [[int, int, int]]."""
@@ -106,51 +105,53 @@ class PlainRegions:
         left, bands = self._left, self._bands
         pool.each(lambda band: left.mark(*band[1:]), bands)
         begin, end, parent, size, region = self._runs
-        kernels.mask_regions(left.mask, left.ends, begin, end, parent, self._row_runs)
-        number = number_regions((begin, end, parent, self._row_runs), self._least, size, region)
+        runs = begin, end, parent, self._row_runs
+        plain_masks.mask_regions(tuple(left.plain), runs)
+        number = number_regions(runs, self._least, size, region)
         if number == 0:
             return False
         regions = begin, end, self._row_runs, region
-        planes, accepted, places = self._vote(pool, target_range, half_labels, regions, number)
+        planes, accepted = self._vote(pool, target_range, half_labels, regions, number)
         if np.isnan(planes[:, 0]).all():
             return False
         pool.each(lambda band: kernels.write_planes(
-            *regions, places, accepted, planes, self._half_disparities, half_labels,
-            self._disparities, prior.labels, prior.weights, weight, *band[1:]), bands)
+            regions, accepted, planes, (half_labels, self._half_disparities),
+            (prior.labels, self._disparities), prior.weights, weight, *band[1:]), bands)
         return True
 
     def _vote(self, pool, target_range, half_labels, regions, number):
-        """Return the planes of regions, the cells that accept them, and the cells' places."""
+        """Return the planes of regions, and which of their cells accept them, see write_planes."""
         left, right, bands = self._left, self._right, self._bands
         first, last = self._base - target_range[1], self._base - target_range[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
 
         def split(band):
-            right.mark(*widened(band, kernels.REACH, len(right.mask)))
+            right.mark(*widened(band, kernels.REACH, len(right.plain.mask)))
             for texture, existing in zip((left, right), columns):
                 texture.split(existing, band)
         pool.each(split, bands)
         places, starts = np.empty((number, *self._cells), np.int32), np.zeros(number + 1, np.int32)
-        cells = kernels.list_cells(*regions, places, starts)
-        curves = np.zeros((cells, kernels.BANDS, self._labels), np.int16)
-        counts = np.zeros((cells, self._labels), np.int16)
-        sums = np.zeros((cells, 4 + kernels.BANDS), np.int32)
-
+        cells = kernels.list_cells(regions, places, starts)
+        votes = tuple(kernels.Votes(
+            np.zeros((cells, kernels.BANDS, self._labels), np.int16),
+            np.zeros((cells, self._labels), np.int16),
+            np.zeros((cells, 4 + kernels.BANDS), np.int32)))
+        target = right.bands.values, right.bands.seen, self._base
         quantised = [(texture, texture.sums()) for texture in (left, right)]
 
         def vote(band):
             for texture, of_bands in quantised:
                 texture.quantise(of_bands, band)
-            kernels.vote(left.bands, right.bands, right.seen, *regions, places, half_labels,
-                         self._base, curves, counts, sums, *band[1:])
+            kernels.vote(left.bands.values, target, regions, places, half_labels, votes,
+                         *band[1:])
         pool.each(vote, bands)
         planes, self.figures = np.empty((number, 3)), np.zeros((number, 5))
         accepted = np.zeros(cells, np.uint8)
         power = np.array([square / max(count, 1) for _, count, square in right.sums()])
 
         def judge_region(region):
-            judge((curves, counts, sums), (places[region], starts[region], starts[region + 1]),
+            judge(votes, (places[region], starts[region], starts[region + 1]),
                   self._disparities, self._nearest, power, planes[region], self.figures[region],
                   accepted)
         pool.each(judge_region, range(number))
-        return planes, accepted, places
+        return planes, accepted[places]

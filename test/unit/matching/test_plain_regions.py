@@ -6,7 +6,7 @@ from functools import cache
 import cv2
 from fuzzy_stereo_ros.matching import MatcherConfig, StereoMatcher
 from fuzzy_stereo_ros.matching.bands import ThreadPool
-from fuzzy_stereo_ros.matching.kernels.planes import plain_regions as kernels
+from fuzzy_stereo_ros.matching.kernels.planes import plain_masks, plain_regions as kernels
 from fuzzy_stereo_ros.matching.kernels.planes.segments import number_regions
 from fuzzy_stereo_ros.matching.over_frames.pictures import NoiseEstimate
 from fuzzy_stereo_ros.matching.realtime.matcher import Stages
@@ -148,8 +148,8 @@ def test_a_pair_leaves_no_texture_to_the_next_one():
     used._plain.mutate(used.pool, used._views.target_range, half, used._half_size._prior, 2)
     for mine, expected in ((used._plain._left, fresh._plain._left),
                            (used._plain._right, fresh._plain._right)):
-        np.testing.assert_array_equal(mine.bands, expected.bands)
-        np.testing.assert_array_equal(mine.seen, expected.seen)
+        np.testing.assert_array_equal(mine.bands.values, expected.bands.values)
+        np.testing.assert_array_equal(mine.bands.seen, expected.bands.seen)
 
 
 def clip(size, count):
@@ -166,22 +166,21 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
     half = np.full((size[0] // 2, size[1] // 2), 5, np.uint8)
     seen = {}
 
-    def keep(*arguments):
-        seen['vote'] = [np.copy(argument) for argument in arguments[:13]]
+    def keep(left, target, regions, places, half_labels, votes, *_):
+        seen['vote'] = [np.copy(argument) for argument in (places, *votes[:2])]
     kept, pool = kernels.vote, ThreadPool(1)
     try:
         kernels.vote = lambda *arguments: (kept(*arguments), keep(*arguments))
         plain._left.mark(0, size[0] // 2)
         begin, end, parent, of_size, region = plain._runs
-        kernels.mask_regions(plain._left.mask, plain._left.ends, begin, end, parent,
-                             plain._row_runs)
-        number = number_regions((begin, end, parent, plain._row_runs), plain._least, of_size,
-                                region)
+        runs = begin, end, parent, plain._row_runs
+        plain_masks.mask_regions(tuple(plain._left.plain), runs)
+        number = number_regions(runs, plain._least, of_size, region)
         assert number > 0
         plain._vote(pool, views.target_range, half, (begin, end, plain._row_runs, region), number)
     finally:
         kernels.vote = kept
-    left, right, mask, *_, places, _, base, curves, counts, _ = seen['vote']
+    places, curves, counts = seen['vote']
 
     masks, textures = [], []
     for texture in (plain._left, plain._right):
@@ -189,7 +188,7 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         luminance = of_half.luminance[:of_half.rows + 4, :of_half.columns + 4]
         steps = twins.flatness(luminance, BURNT << 8)
         plain_mask = twins.plain_mask(steps, int(64 * PLAIN))
-        np.testing.assert_array_equal(texture.mask[:, :of_half.columns], plain_mask)
+        np.testing.assert_array_equal(texture.plain.mask[:, :of_half.columns], plain_mask)
         columns = texture._offset + np.arange(2 * of_half.columns)
         if texture is plain._right:     # both columns of a pixel of half size exist
             existing = size[1] - 1 - columns.reshape(-1, 2)
@@ -200,8 +199,8 @@ def test_evidence_is_that_of_the_twin(size, min_disparity):
         masks.append(wide)
         textures.append(twins.bands(view.luminance[:view.rows + 4, :view.columns + 4], wide, clip))
         np.testing.assert_array_equal(
-            texture.bands[:, :, kernels.PAD:kernels.PAD + view.columns], textures[-1])
-    numbers = twins.regions(plain._left.mask[:, :size[1] // 2], plain._least)
+            texture.bands.values[:, :, kernels.PAD:kernels.PAD + view.columns], textures[-1])
+    numbers = twins.regions(plain._left.plain.mask[:, :size[1] // 2], plain._least)
     assert numbers.max() + 1 == number
     found = twins.vote(textures[0], textures[1][:, :, ::-1], masks[1][:, ::-1], numbers,
                        DISPARITIES) if min_disparity == 0 else {}
@@ -218,8 +217,9 @@ def test_regions_of_a_mask_are_connected_as_the_twin_has_it(seed, rows, columns,
     begin, end, parent, size, region = (np.zeros(mask.size, np.int32) for _ in range(5))
     row_runs = np.zeros((rows, 2), np.int32)
     ends = np.full((rows, 2), (0, columns), np.int32)
-    kernels.mask_regions(mask, ends, begin, end, parent, row_runs)
-    number_regions((begin, end, parent, row_runs), 3, size, region)
+    runs = begin, end, parent, row_runs
+    plain_masks.mask_regions((mask, ends), runs)
+    number_regions(runs, 3, size, region)
     numbers = np.full(mask.shape, -1)
     for row in range(rows):
         for run in range(*row_runs[row]):

@@ -8,9 +8,11 @@ are measured on every other row. Their texture is split into two bands by differ
 means inside the mask of plain pixels, so that edges outside the mask add nothing. The products of
 both views are summed in cells of 8 of these rows and 16 columns, for every disparity.
 """
+from typing import NamedTuple
+
 from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.planes.plain_masks import NONE
 from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
-from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
 from fuzzy_stereo_ros.matching.kernels.simd import (
     add, bit_and, bit_xor, equal_bits, high_product, LANES, less, load, minimum, multiply,
     shift_left, shift_right, splat, store, subtract, total)
@@ -23,97 +25,39 @@ ROWS, COLUMNS = 8, 16    # rows (of the picture: every other one) and columns of
 COUNTED = 4          # every COUNTED-th row is counted
 PLAIN = 2**16 - 1    # value of a set pixel in a mask at full width
 REACH = 3            # rows that the means of a row reach over, above and below
-NONE = np.uint32(0xFFFFFFFF)     # the bits of lanes equal to 0 where no lane of a mask is set
 RING = 8             # rows, at least 2 * REACH + 1
 
 
-@kernel(allocates=True)
-def plain_mask(luminance, columns, burnt, limit, mask, ends, first, last):
-    """
-    Mark the half-size pixels all of whose 3 x 3 pixels have small steps and are not burnt out.
+class TextureBands(NamedTuple):
+    """The texture of one view in bands, fine to coarse, of every other row."""
 
-    A step is that of the smoothed picture in the direction of the largest, 1/64 grey level a px.
-    luminance: uint16, with a margin; burnt: luminance from which a pixel is burnt out; limit: of
-    steps; mask: uint8 (r, c + LANES); ends: int32 (r, 2), where in a row the first of the blocks
-    of LANES columns with a marked pixel begins, and where the last one ends; first, last: rows
-    """
-    wide = columns + 2 * MARGIN
-    smooth, slope = np.empty(wide, np.int32), np.empty(wide, np.int32)
-    steps, flat = np.empty(columns, np.uint16), np.ones((3, columns + 2), np.uint8)
-    for row in range(first - 1, last + 1):
-        flags = flat[row % 3, 1:]
-        if row < 0 or row >= len(mask):
-            flags[:columns] = 1
-        else:
-            a, b, c, d, e = (luminance[row], luminance[row + 1], luminance[row + 2],
-                             luminance[row + 3], luminance[row + 4])
-            for column in range(wide):
-                outer, inner = np.int32(a[column]), np.int32(b[column])
-                inner_below, outer_below = np.int32(d[column]), np.int32(e[column])
-                smooth[column] = (outer + outer_below + 4 * (inner + inner_below)
-                                  + 6 * np.int32(c[column]))
-                slope[column] = outer_below - outer + 2 * (inner_below - inner)
-            for column in range(columns):
-                across = (smooth[column + 4] - smooth[column]
-                          + 2 * (smooth[column + 3] - smooth[column + 1]))
-                down = (slope[column] + slope[column + 4] + 6 * slope[column + 2]
-                        + 4 * (slope[column + 1] + slope[column + 3]))
-                step = min(max(abs(across), abs(down)) >> 9, 65535)
-                steps[column] = 65535 if c[column + MARGIN] >= burnt else step
-            for column in range(columns):
-                flags[column] = steps[column] < limit
-        if row > first:
-            _mark_row(flat[0], flat[1], flat[2], mask, row - 1, columns, ends)
+    values: np.ndarray       # int16 (BANDS, r, ...), with PAD columns before the first
+    seen: np.ndarray         # uint16 (r, ...), the mask at full width, PLAIN or 0
+    written: np.ndarray      # int64 (r, 2), elements of a row that may not be 0
 
 
-@inlined
-def _mark_row(one, two, three, mask, row, columns, ends):
-    """Mark where all of 3 x 3 flags are set; write the ends of what is marked."""
-    line, flags, start = mask[row], mask.reshape(-1), row * mask.shape[1]
-    for column in range(columns):
-        line[column] = (one[column] & one[column + 1] & one[column + 2]
-                        & two[column] & two[column + 1] & two[column + 2]
-                        & three[column] & three[column + 1] & three[column + 2])
-    ends[row] = columns, 0
-    for column in range(0, columns, LANES):
-        if equal_bits(load(flags, start + column), splat(np.uint8(0))) != NONE:
-            ends[row, 0] = min(ends[row, 0], column)
-            ends[row, 1] = min(column + LANES, columns)
+class Target(NamedTuple):
+    """The candidates of the pixels of the left view: the texture of the mirrored right one."""
+
+    bands: np.ndarray        # the values of its TextureBands
+    seen: np.ndarray         # of its TextureBands
+    base: int                # index of the candidate of column 0 for label 0
 
 
-@kernel
-def mask_regions(mask, ends, begin, end, parent, row_runs):
-    """
-    Write the runs of a mask, and join those that touch the row above.
+class Votes(NamedTuple):
+    """The evidence of the cells of regions."""
 
-    mask: uint8 (r, ...), ends: int32 (r, 2): see plain_mask; begin, end, parent, row_runs: as of
-    segments.find_runs
-    """
-    known = np.int64(0)
-    above = np.int64(0)
-    for row in range(mask.shape[0]):
-        line, column, columns = mask[row], np.int64(ends[row, 0]), np.int64(ends[row, 1])
-        row_runs[row, 0] = known
-        upper, stop = above, known
-        above = known
-        while column < columns:
-            while column < columns and not line[np.uint64(column)]:
-                column += 1
-            if column == columns:
-                break
-            begin[known] = column
-            while column < columns and line[np.uint64(column)]:
-                column += 1
-            end[known], parent[known] = column, known
-            while upper < stop and end[upper] <= begin[known]:
-                upper += 1
-            touching = upper
-            while touching < stop and begin[touching] < column:
-                one, other = root(parent, known), root(parent, touching)
-                parent[max(one, other)] = min(one, other)
-                touching += 1
-            known += 1
-        row_runs[row, 1] = known
+    curves: np.ndarray       # int16 (cells, BANDS, labels), sums of products
+    counts: np.ndarray       # int16 (cells, labels), candidates that are seen, in COUNTED-th rows
+    cells: np.ndarray        # int32 (cells, 4 + BANDS): number of half-size pixels, sums of their
+    #                          columns, rows and labels, and the power of each band
+
+
+class LabelMap(NamedTuple):
+    """A map of labels, and how many labels there are."""
+
+    labels: np.ndarray
+    disparities: int
 
 
 @inlined
@@ -198,17 +142,17 @@ def _subtract_row(fine, coarse, mask, row, band, target, ends, sums):
 
 
 @kernel(allocates=True)
-def split(luminance, mask, ends, offset, existing, bands, seen, written, sums, first, last):
+def split(luminance, plain, offset, existing, texture, sums, first, last):
     """
     Split the texture of every other row into bands, fine to coarse, where the picture is plain.
 
     Each is the difference of a mean of pixels and a wider one: of 3 x 3 pixels, then of a row's
     pixels 2 apart and those of the rows above and below, then of twice as far ones.
-    luminance: uint16 (R, ...), with a margin; mask, ends: see plain_mask; offset: full column of
-    its first pixel; existing: first and last full column that exist; bands: int16 (BANDS, r, ...);
-    seen: uint16, the mask at full width, PLAIN or 0, in as many columns; written: int64 (r, 2),
-    elements of a row that may not be 0; sums: int64 (BANDS, 3), whose sizes and counts are written
+    luminance: uint16 (R, ...), with a margin; plain: the fields of PlainMask; offset: full column
+    of its first pixel; existing: first and last full column that exist; texture: the fields of
+    TextureBands; sums: int64 (BANDS, 3), whose sizes and counts are written
     """
+    (mask, ends), (bands, seen, written) = plain, texture
     rows, wide, stride = len(mask), bands.shape[2], luminance.shape[1]
     source, target = luminance.reshape(-1), bands.view(np.uint16).reshape(-1)
     # as many rows as the means reach over, one behind the other
@@ -253,7 +197,7 @@ def quantise(bands, written, clips, sums, first, last):
     """
     Scale bands so that a band's clip and what is beyond become LARGEST; write sums of squares.
 
-    bands, written, sums: of split; clips: int64 (BANDS,), above LARGEST
+    bands, written: of TextureBands; sums: of split; clips: int64 (BANDS,), above LARGEST
     """
     values = bands.view(np.uint16).reshape(-1)
     for band in range(BANDS):
@@ -273,13 +217,14 @@ def quantise(bands, written, clips, sums, first, last):
 
 
 @kernel
-def list_cells(begin, end, row_runs, region, places, starts):
+def list_cells(regions, places, starts):
     """
     Count the cells that each region reaches into, and number them, region by region.
 
-    begin to region: see segments.number_regions; places: int32 (regions, cell rows, cell columns),
-    the number of each cell, -1 where the region is not; starts: int32 (regions + 1,)
+    regions: the fields of segments.Regions; places: int32 (regions, cell rows, cell columns), the
+    number of each cell, -1 where the region is not; starts: int32 (regions + 1,)
     """
+    begin, end, row_runs, region = regions
     places[:] = -1
     for row in range(len(row_runs)):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
@@ -299,18 +244,17 @@ def list_cells(begin, end, row_runs, region, places, starts):
 
 
 @kernel
-def vote(left, right, seen, begin, end, row_runs, region, places, half_labels, base, curves,
-         counts, cells, first, last):
+def vote(left, target, regions, places, half_labels, votes, first, last):
     """
     Sum the products of the bands of regions with those of all candidates, cell by cell.
 
-    left, right: int16 (BANDS, r, ...), padded, the right one mirrored; seen: uint16, its mask;
-    places: of list_cells; half_labels: (r, c), the map at half size; base: index of the candidate
-    of column 0 for label 0; curves: int16 (cells, BANDS, labels), counts: int16 (cells, labels),
-    how many candidates are seen, in every COUNTED-th row; cells: int32 (cells, 4 + BANDS): number
-    of half-size pixels, sums of their columns, rows and labels, and the power of each band; first,
-    last: the rows of whole cells
+    left: the values of the left TextureBands; target: the fields of Target; regions: of
+    segments.Regions; places: of list_cells; half_labels: (r, c), the map at half size; votes: the
+    fields of Votes; first, last: the rows of whole cells
     """
+    right, seen, base = target
+    begin, end, row_runs, region = regions
+    curves, counts, cells = votes
     labels = curves.shape[2]
     sums, numbers = curves.view(np.uint16).reshape(-1), counts.view(np.uint16).reshape(-1)
     source, flags = right.view(np.uint16).reshape(-1), seen.reshape(-1)
@@ -334,33 +278,36 @@ def vote(left, right, seen, begin, end, row_runs, region, places, half_labels, b
                     for column in range(2 * half, 2 * stop):
                         cell[4 + band] += line[column] * line[column]
                     for block in range(0, labels, LANES):
-                        target = (place * BANDS + band) * labels + block
-                        products = load(sums, target)
+                        sum_at = (place * BANDS + band) * labels + block
+                        products = load(sums, sum_at)
                         candidate = (band * rows + row) * stride + base + PAD + block
                         for column in range(2 * half, 2 * stop):
                             products = add(products, multiply(
                                 splat(np.uint16(line[column])), load(source, candidate - column)))
-                        store(sums, target, products)
+                        store(sums, sum_at, products)
                 if row % COUNTED == 0:
                     for block in range(0, labels, LANES):
-                        target, number = place * labels + block, row * stride + base + PAD + block
-                        known = load(numbers, target)
+                        count_at = place * labels + block
+                        number = row * stride + base + PAD + block
+                        known = load(numbers, count_at)
                         for column in range(2 * half, 2 * stop):
                             known = subtract(known, load(flags, number - column))
-                        store(numbers, target, known)
+                        store(numbers, count_at, known)
                 half = stop
 
 
 @kernel
-def write_planes(begin, end, row_runs, region, places, accepted, planes, half_disparities,
-                 half_labels, disparities, labels, weights, weight, first, last):
+def write_planes(regions, accepted, planes, half_map, full_map, weights, weight, first, last):
     """
     Write planes into a half-size map and into the prior of the full search, in accepted cells.
 
-    accepted: uint8, by cell; planes: float64 (regions, 3), of half-size x and y and full
-    disparity; half_labels: (r, c); labels, weights: (R, C), of the prior; first, last: half-size
-    rows
+    regions: the fields of segments.Regions; accepted: uint8 (regions, cell rows, cell columns);
+    planes: float64 (regions, 3), of half-size x and y and full disparity; half_map, full_map: the
+    fields of a LabelMap, (r, c), and (R, C) of the prior; weights: uint8 (R, C), of the prior,
+    which become `weight`; first, last: half-size rows
     """
+    begin, end, row_runs, region = regions
+    (half_labels, half_disparities), (labels, disparities) = half_map, full_map
     half_highest, highest = np.int64(half_disparities - 1), np.int64(disparities - 1)
     for row in range(first, last):
         for run in range(row_runs[row, 0], row_runs[row, 1]):
@@ -370,7 +317,7 @@ def write_planes(begin, end, row_runs, region, places, accepted, planes, half_di
             half = np.int64(begin[run])
             while half < end[run]:
                 stop = min(np.int64(end[run]), (half // (COLUMNS // 2) + 1) * (COLUMNS // 2))
-                if accepted[places[region[run], row // ROWS, half // (COLUMNS // 2)]]:
+                if accepted[region[run], row // ROWS, half // (COLUMNS // 2)]:
                     step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
                     for lower in range(2):
                         label = np.int64(2**16 * (

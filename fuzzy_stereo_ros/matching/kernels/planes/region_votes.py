@@ -10,7 +10,7 @@ noise is needed.
 from typing import NamedTuple
 
 from fuzzy_stereo_ros.matching.kernels.compiled import called, inlined, kernel
-from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED
+from fuzzy_stereo_ros.matching.kernels.planes.plain_regions import BANDS, COUNTED, Votes
 import numpy as np
 
 APART = 3            # px from the best disparity; nearer ones count as the same
@@ -25,14 +25,6 @@ VISIBLE = 0.3        # least share of visible pixels, of the most that any dispa
 STEPS, STEEPEST = (2.0, 1.0, 0.5, 0.25), 6.0     # px at the border of a region: climbed, at most
 SAMPLES = 8          # wrong disparities that show the evidence of a cell by chance
 GAIN = 0.05          # deviations that a step must gain
-
-
-class Votes(NamedTuple):
-    """The evidence of cells, those of a region one behind the other: see plain_regions.vote."""
-
-    curves: np.ndarray   # int16 (cells, BANDS, labels)
-    counts: np.ndarray   # int16 (cells, labels)
-    cells: np.ndarray    # int32 (cells, 4 + BANDS)
 
 
 class RegionCells(NamedTuple):

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 fuzzy_stereo_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Where a half-size view is plain, and the regions of it.
+
+A mask is written in blocks of LANES columns, so that kernels can pass over what has no marked
+pixel. Its regions are runs of rows, joined where they touch.
+"""
+from typing import NamedTuple
+
+from fuzzy_stereo_ros.matching.kernels.compiled import inlined, kernel
+from fuzzy_stereo_ros.matching.kernels.possibility.features import MARGIN
+from fuzzy_stereo_ros.matching.kernels.refinement.consistency import root
+from fuzzy_stereo_ros.matching.kernels.simd import equal_bits, LANES, load, splat
+import numpy as np
+
+NONE = np.uint32(0xFFFFFFFF)     # the bits of lanes equal to 0 where no lane of a mask is set
+
+
+class PlainMask(NamedTuple):
+    """Where a half-size view is plain."""
+
+    mask: np.ndarray         # uint8 (r, c + LANES)
+    ends: np.ndarray         # int32 (r, 2), begin of the first and end of the last block of LANES
+    #                          columns in which a pixel of the row is marked
+
+
+@kernel(allocates=True)
+def plain_mask(luminance, columns, burnt, limit, plain, first, last):
+    """
+    Mark the half-size pixels all of whose 3 x 3 pixels have small steps and are not burnt out.
+
+    A step is that of the smoothed picture in the direction of the largest, 1/64 grey level a px.
+    luminance: uint16, with a margin; burnt: luminance from which a pixel is burnt out; limit: of
+    steps; plain: the fields of PlainMask, written; first, last: rows
+    """
+    mask, ends = plain
+    wide = columns + 2 * MARGIN
+    smooth, slope = np.empty(wide, np.int32), np.empty(wide, np.int32)
+    steps, flat = np.empty(columns, np.uint16), np.ones((3, columns + 2), np.uint8)
+    for row in range(first - 1, last + 1):
+        flags = flat[row % 3, 1:]
+        if row < 0 or row >= len(mask):
+            flags[:columns] = 1
+        else:
+            a, b, c, d, e = (luminance[row], luminance[row + 1], luminance[row + 2],
+                             luminance[row + 3], luminance[row + 4])
+            for column in range(wide):
+                outer, inner = np.int32(a[column]), np.int32(b[column])
+                inner_below, outer_below = np.int32(d[column]), np.int32(e[column])
+                smooth[column] = (outer + outer_below + 4 * (inner + inner_below)
+                                  + 6 * np.int32(c[column]))
+                slope[column] = outer_below - outer + 2 * (inner_below - inner)
+            for column in range(columns):
+                across = (smooth[column + 4] - smooth[column]
+                          + 2 * (smooth[column + 3] - smooth[column + 1]))
+                down = (slope[column] + slope[column + 4] + 6 * slope[column + 2]
+                        + 4 * (slope[column + 1] + slope[column + 3]))
+                step = min(max(abs(across), abs(down)) >> 9, 65535)
+                steps[column] = 65535 if c[column + MARGIN] >= burnt else step
+            for column in range(columns):
+                flags[column] = steps[column] < limit
+        if row > first:
+            _mark_row(flat[0], flat[1], flat[2], mask, row - 1, columns, ends)
+
+
+@inlined
+def _mark_row(one, two, three, mask, row, columns, ends):
+    """Mark where all of 3 x 3 flags are set; write the ends of what is marked."""
+    line, flags, start = mask[row], mask.reshape(-1), row * mask.shape[1]
+    for column in range(columns):
+        line[column] = (one[column] & one[column + 1] & one[column + 2]
+                        & two[column] & two[column + 1] & two[column + 2]
+                        & three[column] & three[column + 1] & three[column + 2])
+    ends[row] = columns, 0
+    for column in range(0, columns, LANES):
+        if equal_bits(load(flags, start + column), splat(np.uint8(0))) != NONE:
+            ends[row, 0] = min(ends[row, 0], column)
+            ends[row, 1] = min(column + LANES, columns)
+
+
+@kernel
+def mask_regions(plain, runs):
+    """
+    Write the runs of a mask, and join those that touch the row above.
+
+    plain: the fields of PlainMask; runs: of segments.Runs
+    """
+    (mask, ends), (begin, end, parent, row_runs) = plain, runs
+    known = np.int64(0)
+    above = np.int64(0)
+    for row in range(mask.shape[0]):
+        line, column, columns = mask[row], np.int64(ends[row, 0]), np.int64(ends[row, 1])
+        row_runs[row, 0] = known
+        upper, stop = above, known
+        above = known
+        while column < columns:
+            while column < columns and not line[np.uint64(column)]:
+                column += 1
+            if column == columns:
+                break
+            begin[known] = column
+            while column < columns and line[np.uint64(column)]:
+                column += 1
+            end[known], parent[known] = column, known
+            while upper < stop and end[upper] <= begin[known]:
+                upper += 1
+            touching = upper
+            while touching < stop and begin[touching] < column:
+                one, other = root(parent, known), root(parent, touching)
+                parent[max(one, other)] = min(one, other)
+                touching += 1
+            known += 1
+        row_runs[row, 1] = known
