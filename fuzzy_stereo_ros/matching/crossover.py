@@ -93,9 +93,9 @@ class Cut:
         self._change, self._room = (zeros(places, np.int32) for _ in range(2))
         self._state = zeros(places, np.uint8)
         self._trees = Trees(*(zeros(places, kind) for kind in (
-            np.int8, np.int8, np.int32, np.int32, np.bool_)))
-        self._places, self._open, self._active, self._orphans = (
-            zeros(size, np.int32) for _ in range(4))
+            np.int8, np.int8, np.int32, np.int32)))
+        self._places, self._open, self._orphans = (zeros(size, np.int32) for _ in range(3))
+        self._active = zeros(size, np.int32), zeros(places, np.bool_)
         self.regions = Regions(rows, columns)
 
     def __call__(self, exchange, random=None):

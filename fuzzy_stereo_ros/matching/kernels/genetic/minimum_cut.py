@@ -39,7 +39,13 @@ class Trees(NamedTuple):
     parent: np.ndarray       # int8 (N,), a direction, ROOT or ORPHAN
     stamp: np.ndarray        # int32 (N,), when `distance` was found
     distance: np.ndarray     # int32 (N,), nodes to the root
-    waiting: np.ndarray      # bool (N,), whether it is an active node
+
+
+class Active(NamedTuple):
+    """The nodes from which trees may grow."""
+
+    queue: np.ndarray        # int32 (> n,), a ring buffer
+    waiting: np.ndarray      # bool (N,), whether a node is in it
 
 
 @inlined
@@ -128,7 +134,7 @@ def _distance_to_root(offsets, trees, node, now):
 def _adopt(network, trees, now, active, end, orphans, begin, stop):
     """Find new parents for the orphans, or free them; return the new end of the active nodes."""
     offsets, capacity, _ = network
-    tree, parent, stamp, distance, waiting = trees
+    tree, parent, stamp, distance = trees
     directions = offsets.size
     while begin != stop:
         node = np.int64(orphans[begin])
@@ -153,9 +159,9 @@ def _adopt(network, trees, now, active, end, orphans, begin, stop):
                 continue
             left = (capacity[other, direction ^ 1] if side == SOURCE
                     else capacity[node, direction])
-            if left > 0 and not waiting[other]:
-                waiting[other] = True
-                end = _append(active, end, other)
+            if left > 0 and not active.waiting[other]:
+                active.waiting[other] = True
+                end = _append(active.queue, end, other)
             if parent[other] == direction ^ 1:
                 parent[other] = ORPHAN
                 stop = _append(orphans, stop, other)
@@ -191,11 +197,12 @@ def maximum_flow(nodes, network, trees, active, orphans):
     Send all the flow that fits; afterwards `tree` is SOURCE where a source still reaches.
 
     nodes: int32 (n,), those that take part; network: the fields of Network; trees: those of Trees,
-    active, orphans: int32 (> n,), memory.
+    active: those of Active, orphans: int32 (> n,), memory.
     """
-    network, trees = Network(*network), Trees(*trees)
+    network, trees, active = Network(*network), Trees(*trees), Active(*active)
     offsets, capacity, supply = network
-    tree, parent, stamp, distance, waiting = trees
+    tree, parent, stamp, distance = trees
+    queue, waiting = active
     _gather(nodes, network)
     begin = end = 0
     for place in range(nodes.size):
@@ -204,10 +211,10 @@ def maximum_flow(nodes, network, trees, active, orphans):
         if supply[node] != 0:
             tree[node] = SOURCE if supply[node] > 0 else SINK
             parent[node], distance[node] = ROOT, 1
-            end = _append(active, end, node)
+            end = _append(queue, end, node)
     now, directions = 0, offsets.size
     while begin != end:
-        node = np.int64(active[begin])
+        node = np.int64(queue[begin])
         side, met = tree[node], directions
         if side != FREE:
             for direction in range(directions):
@@ -221,7 +228,7 @@ def maximum_flow(nodes, network, trees, active, orphans):
                     stamp[other], distance[other] = stamp[node], distance[node] + 1
                     if not waiting[other]:
                         waiting[other] = True
-                        end = _append(active, end, other)
+                        end = _append(queue, end, other)
                 elif tree[other] != side:
                     met = direction
                     break
@@ -230,7 +237,7 @@ def maximum_flow(nodes, network, trees, active, orphans):
                     stamp[other], distance[other] = stamp[node], distance[node] + 1
         if met == directions:
             waiting[node] = False
-            begin = _after(active, begin)
+            begin = _after(queue, begin)
             continue
         now += 1
         other = node + offsets[met]
