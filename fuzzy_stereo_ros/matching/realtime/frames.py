@@ -87,7 +87,8 @@ class FrameEvolution:
         self._penalties = PlanePenalties(across, down, np.float32(MOST))
         self._map = CellMap(
             zeros(shape, np.float32), zeros((*shape, 3), np.float32),
-            *(zeros(shape, kind) for kind in (np.bool_, np.bool_, np.uint8)))
+            *(zeros(shape, np.bool_) for _ in range(2)))
+        self._doubts = zeros(shape, np.uint8)
         self._proposal = zeros((*shape, 3), np.float32)
         self._trusted, self._selected = (zeros(shape, np.bool_) for _ in range(2))
         self._labels, self._numbers, self._old, self._new = (
@@ -155,8 +156,8 @@ class FrameEvolution:
         if self.converged or not budget.in_time(self._durations[WRITING]):
             return []
         watch, found = Stopwatch(), tuple(FrameMap(
-            chromosome, chosen.labels, chosen.offsets, chosen.margins, validity))
-        self._set_map(found, views.half.left.luminance, views.target_range)
+            chromosome, chosen.labels, chosen.offsets, validity))
+        self._set_map(found, chosen.margins, views.half.left.luminance, views.target_range)
         watch.lap('set_map')
         history = evolve(self, self.operators, random, budget.reserving(
             self._durations[WRITING]).limited_to(evolution_ms), None, self._durations)
@@ -166,15 +167,15 @@ class FrameEvolution:
         self._durations.record(WRITING, watch.times['set_map'] + watch.times['write'])
         return history
 
-    def _set_map(self, frame_map, half_luminance, target_range):
+    def _set_map(self, frame_map, margins, half_luminance, target_range):
         """Set the map of this frame; genes that are not inherited follow it."""
         genes, cell_map, self._half_luminance = self.carried, self._map, half_luminance
         self._target_range = target_range
 
         def follow(band):
             rows = band[1:]
-            grid.sample_map(frame_map, CLEAR, genes.origin, tuple(cell_map),
-                            *widened(band, REACH, self._shape[0]))
+            grid.sample_map(frame_map, margins, CLEAR, genes.origin, tuple(cell_map),
+                            self._doubts, *widened(band, REACH, self._shape[0]))
             grid.edge_weights(half_luminance, self._roots, self._by_step, *self._penalties[:2],
                               *rows)
             grid.follow_map(tuple(cell_map), REACH, np.float32(STEEPEST), tuple(genes), *rows)
@@ -195,7 +196,7 @@ class FrameEvolution:
             return
         regions, number = self._grown(random)
         known, starts = self._known[:, :number], self._starts
-        grid.rank_regions(regions, self._map.doubts, self.carried.proposals, *known)
+        grid.rank_regions(regions, self._doubts, self.carried.proposals, *known)
         cells, doubt, proposals = known
         order = np.argsort(-(1 + doubt / cells) / (1 + proposals / cells), kind='stable')
         number = grid.choose_regions(order, cells, self._labels.size // SHARE,

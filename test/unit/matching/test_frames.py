@@ -110,7 +110,7 @@ def test_pixels_take_the_planes_of_the_evolved_cells_that_are_like_them(shape, o
     found, labels = chromosome.copy(), chromosome.copy()
     offsets, validity = np.full(shape, 99, np.int8), np.full(shape, 9, np.uint8)
     genes = planes, evolved, np.zeros_like(evolved), np.uint8(origin)
-    frame_map = found, labels, offsets, np.zeros(shape, np.uint8), validity
+    frame_map = found, labels, offsets, validity
     memory = np.zeros((2, 4, cells[1] + 1), np.float32), np.zeros(cells[1], np.uint8)
     for first, last in ((0, cells[0] // 2), (cells[0] // 2, cells[0])):
         grid_labels.write_labels(genes, trusted, np.pad(fine, MARGIN), np.float32(0.75),

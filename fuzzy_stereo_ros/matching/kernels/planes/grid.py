@@ -31,9 +31,8 @@ class FrameMap(NamedTuple):
     """The map of a frame: what its search has found, and the chromosome evolved from it."""
 
     chromosome: np.ndarray   # (R, C) labels
-    labels: np.ndarray       # of the `SearchResult`, as offsets and margins
+    labels: np.ndarray       # of the `SearchResult`, as offsets
     offsets: np.ndarray
-    margins: np.ndarray
     validity: np.ndarray     # uint8 (R, C), which of its labels are consistent
 
 
@@ -44,7 +43,6 @@ class CellMap(NamedTuple):
     tangents: np.ndarray     # float32 (r, c, 3), the planes through it
     consistent: np.ndarray   # bool (r, c)
     mutated: np.ndarray      # bool (r, c), consistent ones whose label the chromosome has changed
-    doubts: np.ndarray       # uint8 (r, c), 0 where the margin is clear
 
 
 @kernel
@@ -84,12 +82,13 @@ def move_genes(genes, choices, quiet, shift, moved_genes, first, last):
 
 
 @kernel
-def sample_map(frame_map, clear, origin, cell_map, first, last):
+def sample_map(frame_map, margins, clear, origin, cell_map, doubts, first, last):
     """
     Sample the map of a frame at the cells of some rows; its tangents are not written.
 
-    frame_map: the fields of FrameMap; clear: margin that leaves no doubt; origin: of the Genes;
-    cell_map: the fields of CellMap
+    frame_map: the fields of FrameMap; margins: of the `SearchResult`; clear: margin that leaves
+    no doubt; origin: of the Genes; cell_map: the fields of CellMap; doubts: uint8 (r, c), 0 where
+    the margin is clear
     """
     found, cells = FrameMap(*frame_map), CellMap(*cell_map)
     down, right = np.int64(origin[0]), np.int64(origin[1])
@@ -105,8 +104,8 @@ def sample_map(frame_map, clear, origin, cell_map, first, last):
             cells.consistent[row, column] = validity != INVALID
             cells.mutated[row, column] = validity != INVALID and abs(
                 label - np.int32(found.labels[y, x])) > 1
-            cells.doubts[row, column] = clear - (
-                min(np.int64(found.margins[y, x]), clear) if validity == CONSISTENT else 0)
+            doubts[row, column] = clear - (
+                min(np.int64(margins[y, x]), clear) if validity == CONSISTENT else 0)
 
 
 @kernel
@@ -119,7 +118,7 @@ def follow_map(cell_map, reach, limit, genes, first, last):
     cell_map: the fields of CellMap, whose tangents are written; limit: px by which those
     neighbours may differ; genes: the fields of Genes
     """
-    disparities, tangents, _, mutated, _ = cell_map
+    disparities, tangents, _, mutated = cell_map
     planes, evolved, _, _ = genes
     rows, columns = evolved.shape
     for row in range(first, last):
@@ -323,7 +322,7 @@ def propose_map(genes, current, cell_map, apart, selected, proposal):
     these are
     """
     planes, evolved, _, _ = genes
-    disparities, tangents, _, _, _ = cell_map
+    disparities, tangents, _, _ = cell_map
     number = 0
     for row in range(selected.shape[0]):
         for column in range(selected.shape[1]):

@@ -93,7 +93,7 @@ def write_labels(genes, trusted, luminance, apart, highest, frame_map, lines, fi
     first, last: rows of cells
     """
     planes, evolved, _, origin = genes
-    chromosome, labels, offsets, _, validity = frame_map
+    chromosome, labels, offsets, validity = frame_map
     of_cells, doubted = lines
     down, right = np.int64(origin[0]), np.int64(origin[1])
     (rows, columns), half = evolved.shape, np.float32(0.5)
