@@ -111,16 +111,16 @@ class PlainRegions:
         if number == 0:
             return False
         regions = begin, end, self._row_runs, region
-        planes, accepted = self._vote(pool, target_range, half_labels, regions, number)
+        planes, cells = self._vote(pool, target_range, half_labels, regions, number)
         if np.isnan(planes[:, 0]).all():
             return False
         pool.each(lambda band: kernels.write_planes(
-            regions, accepted, planes, (half_labels, self._half_disparities),
+            regions, cells, planes, (half_labels, self._half_disparities),
             (prior.labels, self._disparities), prior.weights, weight, *band[1:]), bands)
         return True
 
     def _vote(self, pool, target_range, half_labels, regions, number):
-        """Return the planes of regions, and which of their cells accept them, see write_planes."""
+        """Return the planes of regions, and the cells that accept them, see write_planes."""
         left, right, bands = self._left, self._right, self._bands
         first, last = self._base - target_range[1], self._base - target_range[0]
         columns = (0, left.view.columns - 1), (max(first, 0), min(last, right.view.columns - 1))
@@ -154,4 +154,4 @@ class PlainRegions:
                   self._disparities, self._nearest, power, planes[region], self.figures[region],
                   accepted)
         pool.each(judge_region, range(number))
-        return planes, accepted[places]
+        return planes, (places, accepted)

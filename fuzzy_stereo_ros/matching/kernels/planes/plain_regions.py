@@ -297,15 +297,16 @@ def vote(left, target, regions, places, half_labels, votes, first, last):
 
 
 @kernel
-def write_planes(regions, accepted, planes, half_map, full_map, weights, weight, first, last):
+def write_planes(regions, cells, planes, half_map, full_map, weights, weight, first, last):
     """
     Write planes into a half-size map and into the prior of the full search, in accepted cells.
 
-    regions: the fields of segments.Regions; accepted: uint8 (regions, cell rows, cell columns);
-    planes: float64 (regions, 3), of half-size x and y and full disparity; half_map, full_map: the
-    fields of a LabelMap, (r, c), and (R, C) of the prior; weights: uint8 (R, C), of the prior,
-    which become `weight`; first, last: half-size rows
+    regions: the fields of segments.Regions; cells: places of list_cells, and uint8 by cell, which
+    are accepted; planes: float64 (regions, 3), of half-size x and y and full disparity; half_map,
+    full_map: the fields of a LabelMap, (r, c), and (R, C) of the prior; weights: uint8 (R, C), of
+    the prior, which become `weight`; first, last: half-size rows
     """
+    places, accepted = cells
     begin, end, row_runs, region = regions
     (half_labels, half_disparities), (labels, disparities) = half_map, full_map
     half_highest, highest = np.int64(half_disparities - 1), np.int64(disparities - 1)
@@ -317,7 +318,7 @@ def write_planes(regions, accepted, planes, half_map, full_map, weights, weight,
             half = np.int64(begin[run])
             while half < end[run]:
                 stop = min(np.int64(end[run]), (half // (COLUMNS // 2) + 1) * (COLUMNS // 2))
-                if accepted[region[run], row // ROWS, half // (COLUMNS // 2)]:
+                if accepted[places[region[run], row // ROWS, half // (COLUMNS // 2)]]:
                     step = np.int64(slope * 2**15)      # a full pixel, in 1 / 2**16
                     for lower in range(2):
                         label = np.int64(2**16 * (
