@@ -38,16 +38,14 @@ def tile_noises(differences, rough, noises):
     smallest, brightness = differences[0, 0].ravel(), differences[0, 7].ravel()
     for shift in range(1, len(differences)):
         smallest = np.minimum(smallest, differences[shift, 0].ravel())
-    everywhere = np.ones(smallest.size, np.bool_)
-    noise = min(_quiet(smallest), ROUGH * _quiet(rough.ravel()))
-    mean = _mean(brightness, everywhere)
-    bright = brightness > mean
-    flat = noises.ravel()
+    rough, flat = rough.ravel(), noises.ravel()
+    noise = _noise(smallest, rough)
+    bright = brightness > _mean(brightness)
     flat[:] = noise
     if not bright.any():
         return noise
-    darker, dark = _noise_of_some(smallest, rough.ravel(), brightness, ~bright)
-    brighter, loud = _noise_of_some(smallest, rough.ravel(), brightness, bright)
+    darker, dark = _noise_of_some(smallest, rough, brightness, ~bright)
+    brighter, loud = _noise_of_some(smallest, rough, brightness, bright)
     slope = min(max(loud - dark, 0.0) / max(brighter - darker, 1.0), dark / max(darker, 1.0))
     for tile in range(flat.size):
         flat[tile] = np.sqrt(
@@ -59,20 +57,23 @@ def tile_noises(differences, rough, noises):
 def _noise_of_some(differences, rough, brightness, chosen):
     """Return the mean grey level of the quiet ones of the chosen tiles, and their variance."""
     some = differences[chosen]
-    quiet = _quiet(some)
-    return (_mean(brightness[chosen], some <= quiet),
-            min(quiet, ROUGH * _quiet(rough[chosen]))**2)
+    return (_mean(brightness[chosen][some <= _quiet(some)]),
+            _noise(some, rough[chosen])**2)
 
 
 @called
-def _mean(values, chosen):
-    """Return the mean of the chosen values."""
-    total = number = 0.0
-    for at in range(len(values)):
-        if chosen[at]:
-            total += values[at]
-            number += 1
-    return total / number
+def _mean(values):
+    """Return the mean of values, summed in float64."""
+    total = 0.0
+    for value in values:
+        total += value
+    return total / len(values)
+
+
+@called(allocates=True)
+def _noise(differences, rough):
+    """Return the noise of tiles by their differences and their second differences."""
+    return min(_quiet(differences), ROUGH * _quiet(rough))
 
 
 @called(allocates=True)
