@@ -10,9 +10,11 @@ from bench.scoring import bad_percent
 from fuzzy_stereo_ros.evaluation.ground_truth import KITTI
 from fuzzy_stereo_ros.evaluation.matchers import Ours
 from fuzzy_stereo_ros.evaluation.report import Table
+from fuzzy_stereo_ros.matching.crossover import Regions
 from fuzzy_stereo_ros.matching.evolution import Budget, evolve, Random
 from fuzzy_stereo_ros.matching.quality.operators import OPERATORS
 from fuzzy_stereo_ros.matching.quality.planes import local_planes
+from fuzzy_stereo_ros.matching.realtime.matcher import ADVANTAGE
 import numpy as np
 import pandas as pd
 
@@ -91,18 +93,20 @@ def truth_beside_result(scene, pair, matcher):
     Return {'truth': fitness of the ground truth, 'left': error after crossover with it}.
 
     The truth is rounded to whole pixels; where it is unknown, genes are those of the fittest. For
-    `left` the fittest is crossed with the truth of its wrong cells. NaN for KITTI, whose truth is
-    too sparse. scene: a `Scene`. pair: its `GroundTruthPair`. matcher: a StereoMatcher of profile
-    `realtime` that has just matched the pair.
+    `left` the fittest is crossed with the truth of its wrong cells, and replaced. NaN for KITTI,
+    whose truth is too sparse. scene: a `Scene`. pair: its `GroundTruthPair`. matcher: a
+    StereoMatcher of profile `realtime` that has just matched the pair.
     """
     if scene.family == KITTI:
         return {'truth': np.nan, 'left': np.nan}
-    fittest, there = matcher.algorithm.population.genes[0], np.isfinite(pair.truth)
+    algorithm, genes = matcher.algorithm, matcher.algorithm.population.genes[0]
+    fittest, there = genes.copy(), np.isfinite(pair.truth)
     right = genes_of(np.where(there, pair.truth, 0), matcher)
     wrong = there & ~(abs(fittest - pair.truth) <= scene.limit)
-    child = matcher.algorithm.child_of(fittest, np.where(wrong, right, fittest))
-    return {'truth': matcher.algorithm.fitness_of(np.where(there, right, fittest)),
-            'left': bad_percent(child.astype(np.float32), pair, scene.limit)}
+    algorithm.population.accept(algorithm.pool, Regions(*genes.shape, advantage=ADVANTAGE), None,
+                                np.where(wrong, right, fittest))
+    return {'truth': algorithm.fitness_of(np.where(there, right, fittest)),
+            'left': bad_percent(genes.astype(np.float32), pair, scene.limit)}
 
 
 def spearman(points):

@@ -188,12 +188,6 @@ class RealtimeMatcher:
         """Return the fitness of a chromosome on the last pair, measured on every row."""
         return self._fitness.measure(self.pool, chromosome, every=1)
 
-    def child_of(self, first, second):
-        """Return the child of two chromosomes on the last pair."""
-        child = first.copy()
-        self._fitness.cross(self.pool, self._crossover, Random((0,)), child, second)
-        return child
-
     def _mutate(self, population, random):
         """Propose planes to the regions of weak texture, and take those that are fitter."""
         half = self._views.half.left
